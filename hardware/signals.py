@@ -8,6 +8,9 @@ An exception that a handler raises can be lost: in a destructor, in a library's 
 ``except BaseException: pass`` (PsychoPy has one where its window opens). So the signal is noted
 too. `raise_if_ended` raises it again at every frame, wait and prompt, and so does the end of the
 block.
+
+A signal that arrives while a block is being left (between two exits of a stack, say) would skip the
+exits that remain. So whoever leaves says so first, and the signal is raised at the block's end.
 """
 
 from __future__ import annotations
@@ -22,7 +25,7 @@ from typing import TYPE_CHECKING
 from slipscale.faults import RigError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from types import FrameType
 
     from slipscale.hardware.driver import PlateDriver
@@ -59,29 +62,43 @@ def raise_if_ended() -> None:
 
 
 @contextmanager
-def signals_raise() -> Iterator[None]:
+def signals_raise() -> Iterator[Callable[[], None]]:
     """Turn signals that end the program into `EndedBySignal` inside the block.
 
     For `IGNORED_S` after the first, others are ignored: the plate is being silenced. A block whose
     exception was lost ends with it all the same. Only the main thread may call this.
+
+    Yields
+    ------
+    callable
+        Call it before the block is left: the first signal after it is raised at the block's end,
+        a second at once.
     """
-    first_s = -math.inf
+    first_s, leaving = -math.inf, False
+
+    def leave() -> None:
+        nonlocal leaving
+        leaving = math.isinf(first_s)
+
     if sys.exception() is None:  # unless the block is part of ending
         raise_if_ended()
     outside, _Noted.name = _Noted.name, ""
 
     def handle(number: int, _: FrameType | None) -> None:
-        nonlocal first_s
+        nonlocal first_s, leaving
         now_s = time.monotonic()
         if now_s - first_s < IGNORED_S:
             return
         first_s = now_s
-        raise note_signal(number)
+        ended = note_signal(number)
+        if not leaving:
+            raise ended
+        leaving = False  # what hangs while it is left can be ended
 
     numbers = [getattr(signal, name) for name in ENDINGS if hasattr(signal, name)]
     before = {number: signal.signal(number, handle) for number in numbers}
     try:
-        yield
+        yield leave
         raise_if_ended()
     except Exception as error:
         # What a library stumbled over after it had swallowed the exception is not the cause.
@@ -105,8 +122,11 @@ def _follows(error: BaseException | None) -> bool:
 @contextmanager
 def silent_on_signals(driver: PlateDriver) -> Iterator[None]:
     """Close the plate's driver, which silences it, however the block ends: signals included."""
-    with signals_raise():
+    with signals_raise() as leave:
         try:
             yield
         finally:
-            driver.close()
+            try:
+                leave()
+            finally:
+                driver.close()

@@ -75,6 +75,8 @@ class Journal:
     ----------
     path : Path
         Where it is written now: another place than at first once that has gone.
+    clock : Clock
+        Dates the records.
     lost : Path or None
         Where it was written at first, if that has gone.
     moved, tell : callable
@@ -96,7 +98,7 @@ class Journal:
         self.lost: Path | None = None
         self.moved: Callable[[Path], None] = lambda _: None
         self.tell: Callable[[str], None] = _tell_on_standard_error
-        self._clock = clock
+        self.clock = clock
         self._stream = stream
         self._keeper: Keeper | None = None
         self._unfinished = False  # a record is being written, or a signal came while it was
@@ -170,7 +172,7 @@ class Journal:
             self._move()
         self._unfinished = True
         number = len(self.records)
-        record = Record(number=number, time_s=self._clock.now(), kind=kind, data=data)
+        record = Record(number=number, time_s=self.clock.now(), kind=kind, data=data)
         record = chained(record, self.records[-1].hash if self.records else "")
         before = self._mark()
         try:

@@ -64,10 +64,14 @@ from slipscale.hardware.signals import signals_raise
 if TYPE_CHECKING:
     from pathlib import Path
     from types import TracebackType
+    from typing import TypeVar
 
     from slipscale.experiments.session.question_sounds import Sounds
     from slipscale.experiments.session.session import RunOutcome
+    from slipscale.hardware.clock import Clock
     from slipscale.hardware.driver import PlateDriver
+
+    Context = TypeVar("Context", Mailbox, Keys)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -165,13 +169,11 @@ def begin(dataset: Path, plan: RunPlan, setting: Setting, *, add_study: bool = F
             f"participant {plan.participant} has a run already ({state}): {path}; "
             f"{remedy(path, state)}"
         )
-    clock = SystemClock()
     return _conduct(
         dataset,
         plan,
         replace(setting, contact=setting.contact.otherwise(of_study(plan.study))),
-        Journal.create(path, clock, private=plan.study.private_files),
-        clock,
+        Journal.create(path, SystemClock(), private=plan.study.private_files),
     )
 
 
@@ -207,7 +209,7 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
         contact=setting.contact.otherwise(of_records(records)),
         backup=setting.backup or last_backup(records),
     )
-    return _conduct(dataset, plan, setting, Journal.reopen(path, clock), clock)
+    return _conduct(dataset, plan, setting, Journal.reopen(path, clock))
 
 
 def _since_s(date: str) -> float:
@@ -218,66 +220,77 @@ def _since_s(date: str) -> float:
         return 0.0
 
 
-def _conduct(
-    dataset: Path,
-    plan: RunPlan,
-    setting: Setting,
-    journal: Journal,
-    clock: SystemClock,
-) -> RunOutcome:
+def _conduct(dataset: Path, plan: RunPlan, setting: Setting, journal: Journal) -> RunOutcome:
     """Open everything in the order in which failing costs least, run, close, build the data set.
 
     The journal is open already: its lock keeps a second session from the plate, and a folder that
     cannot be written is told before anything moves.
     """
+    with signals_raise() as leave, ExitStack() as stack:
+        stack.push(partial(_leave, dataset, journal, setting))
+        stack.push(journal)
+        try:
+            return _perform(stack, dataset, plan, setting, journal)
+        finally:
+            leave()
+
+
+def _perform(
+    stack: ExitStack, dataset: Path, plan: RunPlan, setting: Setting, journal: Journal
+) -> RunOutcome:
+    """Open the rest on the stack, and run."""
+    clock = journal.clock
     missing = why_no_backup(dataset, setting.backup) if setting.backup else ""
     warnings = (f"NO BACKUP of this run unless that changes: {missing}",) if missing else ()
     for warning in warnings:
         print(harmless(warning), file=sys.stderr)
-    with ExitStack() as stack:
-        stack.enter_context(signals_raise())
-        stack.push(partial(_leave, dataset, journal, setting))
-        stack.enter_context(journal)
-        spec = with_plate_file(setting.plate, plan.study.plate.file)
-        heading = plan.heading(spec)
-        # Before the window, which takes seconds: nobody must ask a session that has crashed.
-        mailbox = stack.enter_context(Mailbox(mailbox_of(journal.path), heading))
-        journal.moved = lambda path: mailbox.move(mailbox_of(path))
-        plate = stack.enter_context(plate_for(plan, spec, clock))
-        check_felt(plan, plate, begun=bool(journal.records))
-        check_supported(plan, plate)
-        noise = _noise(plan, required=setting.sound_required)
-        markers = stack.enter_context(open_markers(setting.markers))
-        person = PsychoPyWindow(
-            texts=plan.texts(),
-            clock=clock,
-            pilot=plan.mode == "pilot",
-            full_screen=setting.full_screen,
-            screen=setting.screen,
-        )
-        surroundings = Surroundings(clock=clock, seed=plan.seed, finger=person.finger)
-        specs = setting.contact.otherwise(of_plate(plate.plate_file))
-        sources = open_sources(specs, surroundings, stack)
-        stack.enter_context(person)
-        keys = stack.enter_context(Keys())
-        terminal = stack.enter_context(TerminalOperator(Console(), keys, heading=heading))
-        return run_plan(
-            plan,
-            spec=spec,
-            plate=plate,
-            participant=person,
-            journal=journal,
-            clock=clock,
-            operator=Operators(terminal, mailbox),
-            noise=noise,
-            sounds=_sounds(plan),
-            markers=markers,
-            unblind=setting.unblind,
-            sources=sources,
-            tracking=_tracking(plan, plate, clock, stack),
-            backup=setting.backup,
-            warnings=warnings,
-        )
+    spec = with_plate_file(setting.plate, plan.study.plate.file)
+    heading = plan.heading(spec)
+    # Before the window, which takes seconds: nobody must ask a session that has crashed.
+    mailbox = _enter(stack, Mailbox(mailbox_of(journal.path), heading))
+    journal.moved = lambda path: mailbox.move(mailbox_of(path))
+    plate = stack.enter_context(plate_for(plan, spec, clock))
+    check_felt(plan, plate, begun=bool(journal.records))
+    check_supported(plan, plate)
+    noise = _noise(plan, required=setting.sound_required)
+    markers = stack.enter_context(open_markers(setting.markers))
+    person = PsychoPyWindow(
+        texts=plan.texts(),
+        clock=clock,
+        pilot=plan.mode == "pilot",
+        full_screen=setting.full_screen,
+        screen=setting.screen,
+    )
+    surroundings = Surroundings(clock=clock, seed=plan.seed, finger=person.finger)
+    specs = setting.contact.otherwise(of_plate(plate.plate_file))
+    sources = open_sources(specs, surroundings, stack)
+    stack.enter_context(person)
+    keys = _enter(stack, Keys())
+    terminal = stack.enter_context(TerminalOperator(Console(), keys, heading=heading))
+    return run_plan(
+        plan,
+        spec=spec,
+        plate=plate,
+        participant=person,
+        journal=journal,
+        clock=clock,
+        operator=Operators(terminal, mailbox),
+        noise=noise,
+        sounds=_sounds(plan),
+        markers=markers,
+        unblind=setting.unblind,
+        sources=sources,
+        tracking=_tracking(plan, plate, clock, stack),
+        backup=setting.backup,
+        warnings=warnings,
+    )
+
+
+def _enter(stack: ExitStack, context: Context) -> Context:
+    """Enter a context whose exit is registered first: a signal in between leaves nothing behind."""
+    stack.push(context)
+    context.__enter__()
+    return context
 
 
 def check_felt(plan: RunPlan, plate: PlateDriver, *, begun: bool) -> None:
@@ -296,7 +309,7 @@ def check_felt(plan: RunPlan, plate: PlateDriver, *, begun: bool) -> None:
 
 
 def _tracking(
-    plan: RunPlan, plate: PlateDriver, clock: SystemClock, stack: ExitStack
+    plan: RunPlan, plate: PlateDriver, clock: Clock, stack: ExitStack
 ) -> ResonanceTracking | None:
     """Return what tracks the resonance, where the study wants it; a simulated plate needs none."""
     wanted = plan.study.plate

@@ -337,9 +337,10 @@ class Keys:
         import tty  # noqa: PLC0415
 
         before = termios.tcgetattr(descriptor)
+        # First, because a signal may come in between.
+        self._stack.callback(termios.tcsetattr, descriptor, termios.TCSADRAIN, before)
         # Ctrl-C still interrupts: cbreak leaves the signal keys alone.
         tty.setcbreak(descriptor)
-        self._stack.callback(termios.tcsetattr, descriptor, termios.TCSADRAIN, before)
 
         waiting: deque[str] = deque()
         decoder = codecs.getincrementaldecoder("utf-8")(errors="ignore")

@@ -9,7 +9,12 @@ import pytest
 
 from slipscale.faults import RigError, UserError
 from slipscale.hardware import signals
-from slipscale.hardware.signals import EndedBySignal, raise_if_ended, signals_raise
+from slipscale.hardware.signals import (
+    EndedBySignal,
+    raise_if_ended,
+    signals_raise,
+    silent_on_signals,
+)
 
 
 @pytest.fixture
@@ -56,6 +61,36 @@ def test_a_session_that_goes_on_all_the_same_can_be_ended_again(clock):
 
     with pytest.raises(EndedBySignal):
         session()
+
+
+def test_the_first_signal_while_a_block_is_left_cuts_no_exit_and_a_second_ends_what_hangs(clock):
+    done = []
+
+    def session(signals_while_left):
+        with signals_raise() as leave:
+            leave()
+            for number in range(signals_while_left):
+                signal.raise_signal(signal.SIGTERM)
+                clock[0] += 1.1 * signals.IGNORED_S
+                done.append(number)
+
+    for count in (1, 2):
+        with pytest.raises(EndedBySignal, match="SIGTERM"):
+            session(count)
+    assert done == [0, 0]
+
+
+def test_a_signal_just_before_the_plate_is_silenced_does_not_keep_it_on():
+    done = []
+
+    class Driver:
+        def close(self):
+            signal.raise_signal(signal.SIGTERM)
+            done.append("silent")
+
+    with pytest.raises(EndedBySignal), silent_on_signals(Driver()):
+        pass
+    assert done == ["silent"]
 
 
 class Dying:

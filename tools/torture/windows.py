@@ -103,8 +103,10 @@ def judge(journal: Path, before: list[str], status: int | None, said: str) -> st
     if _tracebacks(said):
         return said[-800:]
     # A lock file of a dead process is no obstacle: the signal came as it was made.
-    if locks.is_being_written(journal) or list(journal.parent.glob("*.live")):
-        return "another session would be kept out, or sees this one as running"
+    if locks.is_being_written(journal):
+        return "another session would be kept out"
+    if list(journal.parent.glob("*.live")):
+        return "its mailbox is left"
     return _lost(journal, before)
 
 

@@ -1,6 +1,7 @@
 """A session with a person: what is refused before anything moves, and what is said at its end."""
 
 import os
+import signal
 import subprocess
 import sys
 from contextlib import ExitStack
@@ -11,6 +12,7 @@ import pytest
 
 from slipscale.commands import main
 from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.participants.base import StopRequested
 from slipscale.experiments.participants.scripted import ScriptedParticipant
@@ -23,6 +25,7 @@ from slipscale.experiments.running.preflight import (
 )
 from slipscale.experiments.running.preflight import check_folder as whole_check_folder
 from slipscale.experiments.running.run_state import studies
+from slipscale.experiments.session.mailbox import Mailbox
 from slipscale.faults import UserError
 from slipscale.hardware import address
 from slipscale.hardware.backends.mock import MockPlate
@@ -30,6 +33,7 @@ from slipscale.hardware.clock import SystemClock, VirtualClock
 from slipscale.hardware.contact.emulated_line import EmulatedLine
 from slipscale.hardware.errors import PlateFault
 from slipscale.hardware.limits import PlateLimits
+from slipscale.hardware.signals import EndedBySignal
 
 SETTING = Setting(plate="mock")
 
@@ -117,6 +121,45 @@ def test_a_run_that_another_process_writes_is_running_and_not_interrupted(window
         other.kill()
     assert main(["run", *words]) == 2
     assert f"interrupted): {path}; To go on: slipscale resume {path}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("place", ["tell", "__enter__"])
+def test_a_signal_while_the_mailbox_opens_leaves_neither_mailbox_nor_lock(
+    window, tmp_path, monkeypatch, place
+):
+    path = stopped(tmp_path, window)
+    opens = getattr(Mailbox, place)
+
+    def interrupted(mailbox, *words):
+        opens(mailbox, *words)
+        raise EndedBySignal("SIGTERM")
+
+    monkeypatch.setattr(Mailbox, place, interrupted)
+    with pytest.raises(EndedBySignal):
+        go_on(path, SETTING)
+    assert [found.name for found in path.parent.iterdir()] == [path.name]
+
+
+def test_a_signal_after_a_session_still_closes_plate_and_journal(window, tmp_path, monkeypatch):
+    path = stopped(tmp_path, window)
+    closed, plates = MockPlate.close, []
+
+    class Interrupted(ExitStack):
+        def __exit__(self, *error):
+            signal.raise_signal(signal.SIGTERM)
+            return super().__exit__(*error)
+
+    def close(plate):
+        plates.append(closed(plate))
+
+    monkeypatch.setattr(lab_session, "ExitStack", Interrupted)
+    monkeypatch.setattr(MockPlate, "close", close)
+    window[:] = [StopRequested("tired")]
+    with pytest.raises(EndedBySignal):
+        go_on(path, SETTING)
+    assert plates
+    assert not is_being_written(path)
+    assert not list(path.parent.glob("*.l*k"))
 
 
 def test_a_plate_that_is_not_there_leaves_no_trace_of_the_participant(no_window, tmp_path):
