@@ -20,9 +20,8 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-SCRIPTS = ("recompute.py", "recompute.R")
-#: Those for the tasks of thresholds, scales and matching, and the trials that they read.
-TASK_SCRIPTS = ("recompute_tasks.py",)
+#: The script, and what it reads where there are other tasks than estimates and differences.
+SCRIPT, TASK_SCRIPT = "recompute.R", "recompute_tasks.R"
 
 
 def write_export(analysis: Analysis, out: Path, forms: Sequence[str]) -> list[str]:
@@ -90,10 +89,10 @@ def _pdf(_analysis: Analysis, report: Path) -> list[str]:
 def _scripts(analysis: Analysis, report: Path) -> list[str]:
     write_csv(reported_numbers(analysis), report.with_name("numbers.csv"))
     write_csv(settings(analysis), report.with_name("settings.csv"))
-    trials = {name: rows for name, rows in task_trials(analysis).items() if len(rows)}
+    trials = task_trials(analysis)
     for name, rows in trials.items():
         write_csv(rows, report.with_name(f"{name}.csv"))
-    scripts = [*SCRIPTS, *(TASK_SCRIPTS if trials else ())]
+    scripts = [SCRIPT, *([TASK_SCRIPT] if trials else [])]
     for name in scripts:
         text = (
             files("slipscale.analysis.export").joinpath("scripts", name).read_text(encoding="utf-8")

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from slipscale.analysis import json_form
-from slipscale.analysis.tasks.estimation.statistics import PAGE_TREND
-from slipscale.analysis.tasks.matching.reading import TRIALS as MATCHING_TRIALS
-from slipscale.analysis.tasks.scales.reading import TRIALS as COMPARISON_TRIALS
-from slipscale.analysis.tasks.thresholds.reading import TRIALS as THRESHOLD_TRIALS
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.groups.statistics import membership
+from slipscale.analysis.tasks.sessions.statistics import SESSIONS
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
@@ -85,7 +84,6 @@ def settings(analysis: Analysis) -> pd.DataFrame:
     """Return ``name value``: the choices, and what the columns of levels are called."""
     data, choices = analysis.dataset, analysis.dataset.choices
     plate = data.quantity.of_plate
-    page = analysis.inference[PAGE_TREND]
     found = {
         "level": data.quantity.column,
         "before": "amplitude_before_um_pp" if plate else data.quantity.column,
@@ -96,16 +94,34 @@ def settings(analysis: Analysis) -> pd.DataFrame:
         "zero_rule": choices.zero_rule,
         "standard_deviation": choices.standard_deviation,
         "equivalence_ratio": f"{choices.equivalence_ratio!r}",
-        "page_method": page.method if page else "",
     }
     return pd.DataFrame(list(found.items()), columns=["name", "value"])
 
 
 def task_trials(analysis: Analysis) -> dict[str, pd.DataFrame]:
-    """Return the trials of thresholds, comparisons and matching as they were analysed, by name."""
+    """Return what `recompute_tasks.R` reads, by the file's name: only tables with rows.
+
+    The trials of every kind as they were analysed, except those that a table of the report holds,
+    participants' groups, and the measures of participants' sessions.
+    """
     data = analysis.dataset
-    return {
-        "choices": data.of(THRESHOLD_TRIALS),
-        "comparisons": data.of(COMPARISON_TRIALS),
-        "matches": data.of(MATCHING_TRIALS),
+    found = {
+        f"trials_{kind.trials.name}": data.of(kind.trials)
+        for kind in analysis.kinds
+        if kind.trials is not None and kind.trials.divide is None and not kind.trials.label
     }
+    groups = membership(data)
+    if not isinstance(groups, NotComputed):
+        found["groups"] = groups.rename("group").rename_axis(PARTICIPANT).reset_index()
+    sessions = analysis.inference[SESSIONS]
+    if sessions:
+        found["session_measures"] = pd.concat(
+            [
+                measure.table.reset_index(names=PARTICIPANT)
+                .melt(PARTICIPANT, var_name="session")
+                .assign(measure=measure.name)
+                for measure in sessions.measures
+            ],
+            ignore_index=True,
+        )
+    return {name: rows for name, rows in found.items() if len(rows)}

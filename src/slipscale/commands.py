@@ -58,7 +58,7 @@ GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
         ),
         "export": (
             "slipscale.analysis.cli.export",
-            "write the report for Word, PDF, R and Python",
+            "write the report for Word, PDF and R",
             "slipscale export data --out export",
         ),
         "data": (

@@ -144,7 +144,8 @@ def _likeliest(model: Model, pooled: Array) -> _Fit | NotComputed:
         weight = trials * relative * curve.density(z)
         # Information about sum-zero values is a graph's Laplacian; its pseudo-inverse their
         # covariance.
-        covariance = np.linalg.pinv(np.diag(weight.sum(axis=1)) - weight, hermitian=True)
+        laplacian = np.diag(weight.sum(axis=1)) - weight
+        covariance = np.asarray(np.linalg.pinv(laplacian, hermitian=True), np.float64)
         own = np.diagonal(covariance)
         leverage = weight * (own[:, None] + own[None, :] - 2 * covariance)
         prior = leverage * (log_density_slope(z, p) - relative * (1 - 2 * p) / 2)

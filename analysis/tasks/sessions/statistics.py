@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sessions import sessions_of
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
@@ -21,6 +22,8 @@ from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
 from slipscale.analysis.tasks.sessions.anova import session_anova
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import pandas as pd
     from numpy.typing import NDArray
 
@@ -63,6 +66,8 @@ class SessionMeasure:
         One a session but the first.
     agreement : IntraclassCorrelation or NotComputed
         Test-retest: ICC(A,1), absolute agreement of single sessions.
+    table : DataFrame
+        Of these participants, by session; in no JSON.
     """
 
     name: str
@@ -71,6 +76,11 @@ class SessionMeasure:
     means: tuple[float, ...]
     changes: tuple[SessionChange, ...]
     agreement: IntraclassCorrelation | NotComputed
+    table: pd.DataFrame = field(compare=False)
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return renamed(self, table="")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,6 +136,7 @@ def _measure(name: str, unit: str, table: pd.DataFrame, confidence: float) -> Se
             if place
         ),
         agreement=agreement(values, confidence),
+        table=table,
     )
 
 

@@ -1,0 +1,585 @@
+# Thresholds, scales, matches, ratings, ratios, productions, groups and sessions: recompute.R reads
+# this file where it is beside it, and compares what it returns with numbers.csv.
+
+in_code_order <- function(values) sort(unique(values[!is.na(values)]), method = "radix")
+numbered <- function(prefix, parts) unlist(lapply(seq_along(parts), function(i) under(paste0(prefix, i - 1, "."), parts[[i]])))
+mean_and_ends <- function(x, confidence) mean(x) + c(0, -1, 1) * qt((1 + confidence) / 2, length(x) - 1) * sd(x) / sqrt(length(x))
+three <- function(name, values) setNames(values, paste0(name, c(".value", ".interval.0", ".interval.1")))
+person_means <- function(value, who, column) tapply(value, list(who, column), mean)
+
+# Psychometric functions: a Weibull function of the level, or of comparisons a normal one. ---------
+
+largest_lapse <- 0.06
+psychometric <- function(method) {
+  compared <- method == "comparison"
+  guess <- switch(method, two_interval = 1 / 2, three_interval = 1 / 3, NA)
+  list(
+    compared = compared, guess = guess,
+    at = function(levels) if (compared) levels else log(ifelse(levels > 0, levels, 1e-300)),
+    share = function(away, slope) if (compared) pnorm(slope * away) else -expm1(-log(2) * exp(pmin(slope * away, 700))),
+    p_of = function(share, lapse) {
+      low <- if (compared) lapse else guess
+      pmin(pmax(low + (1 - low - lapse) * share, 1e-9), 1 - 1e-9)
+    },
+    # Distance from 5 to 95 % of a curve with slope 1.
+    spread = if (compared) 2 * qnorm(0.95) else log(-log(0.05)) - log(-log(0.95)))
+}
+
+# Threshold, log slope and lapse rate by maximum likelihood; nothing of answers that jump.
+likeliest <- function(curve, x, yes, n) {
+  seen <- x[x > -600]
+  span <- diff(range(seen))
+  steps <- diff(seen)
+  closest <- min(steps[steps > span / 200], span)
+  low <- c(min(seen) - span, log(curve$spread / 20 / span), 0)
+  high <- c(max(seen) + span, log(10 * curve$spread / closest), largest_lapse)
+  minus <- function(q) {
+    p <- curve$p_of(curve$share(x - q[1], exp(q[2])), q[3])
+    -sum(yes * log(p) + (n - yes) * log1p(-p))
+  }
+  search <- function(start, low, high) nlminb(start, minus, lower = low, upper = high,
+                                              control = list(rel.tol = 1e-14, iter.max = 2000, eval.max = 5000))
+  starts <- expand.grid(min(seen) + span * seq(0, 1, length.out = 7), log(curve$spread / span / c(2, 0.5, 0.15)), c(0.001, 0.05))
+  costs <- apply(starts, 1, minus)
+  fits <- lapply(order(costs)[1:4], function(i) search(as.numeric(starts[i, ]), low, high))
+  best <- fits[[which.min(sapply(fits, `[[`, "objective"))]]
+  held <- min(sapply(seq(min(seen), max(seen), length.out = 9), function(at)
+    search(c(at, high[2], best$par[3]), replace(low, 2, high[2]), high)$objective))
+  if (held - best$objective < 0.05 || high[2] - best$par[2] < log(30)) NULL else best$par
+}
+
+# Medians and ends of threshold and log slope, and the mean lapse rate, on a grid: threshold uniform
+# to one range of levels beyond the outermost, slope log-normal (0.6) around 2 (of comparisons around
+# a rise from 5 to 95 % over the levels), lapse rate uniform to 6 %.
+posterior <- function(curve, x, yes, n, confidence) {
+  seen <- x[x > -600]
+  span <- diff(range(seen))
+  usual <- if (curve$compared) curve$spread / span else 2
+  lapses <- (seq_len(12) - 0.5) / 12 * largest_lapse
+  weights <- function(at, slopes) {
+    value <- array(0, c(length(at), length(slopes), length(lapses)))
+    for (j in seq_along(x)) {
+      share <- curve$share(outer(x[j] - at, exp(slopes)), 1)
+      for (i in seq_along(lapses)) {
+        p <- curve$p_of(share, lapses[i])
+        value[, , i] <- value[, , i] + yes[j] * log(p) + (n[j] - yes[j]) * log1p(-p)
+      }
+    }
+    value <- sweep(value, 2, ((slopes - log(usual)) / 0.6)^2 / 2)
+    value <- exp(value - max(value))
+    value / sum(value)
+  }
+  zoomed <- function(values, mass, points) {
+    there <- which(mass > 1e-7 * max(mass))
+    seq(values[max(min(there) - 1, 1)], values[min(max(there) + 1, length(values))], length.out = points)
+  }
+  at <- seq(min(seen) - span, max(seen) + span, length.out = 80)
+  slopes <- log(usual) + 0.6 * seq(-3.5, 3.5, length.out = 40)
+  found <- weights(at, slopes)
+  at <- zoomed(at, apply(found, 1, sum), 120)
+  slopes <- zoomed(slopes, apply(found, 2, sum), 50)
+  found <- weights(at, slopes)
+  ends <- function(values, mass) approx(cumsum(mass) - mass / 2, values, c(0.5, (1 - confidence) / 2, (1 + confidence) / 2), rule = 2, ties = "ordered")$y
+  list(at = ends(at, apply(found, 1, sum)), slope = ends(slopes, apply(found, 2, sum)), lapse = sum(apply(found, 3, sum) * lapses))
+}
+
+threshold_of <- function(rows, method, standard, confidence) {
+  main <- rows[!rows$catch, ]
+  catch <- rows[rows$catch, ]
+  right <- function(part) {
+    if (method != "comparison") return(sum(part$correct))
+    more <- part$level_um_pp - part$standard_um_pp
+    sum(part$correct & more > 0) + sum(!part$correct & more < 0)
+  }
+  out <- c(trials = nrow(main), correct = right(main), catch_trials = nrow(catch), catch_correct = right(catch))
+  levels <- sort(unique(main$level_um_pp))
+  yes <- sapply(levels, function(level) sum(main$correct[main$level_um_pp == level]))
+  n <- sapply(levels, function(level) sum(main$level_um_pp == level))
+  curve <- psychometric(method)
+  x <- curve$at(levels)
+  if (length(x) < 2 || sum(yes) %in% c(0, sum(n))) return(out)
+  back <- if (curve$compared) identity else exp
+  shared <- function(lapse) c(lapse = lapse, guess = if (curve$compared) lapse else curve$guess, trials = nrow(main), levels = length(x))
+  ours <- posterior(curve, x, yes, n, confidence)
+  out <- c(out, under("function.", c(
+    threshold = back(ours$at[1]), threshold_ci.0 = back(ours$at[2]), threshold_ci.1 = back(ours$at[3]),
+    slope = exp(ours$slope[1]), slope_ci.0 = exp(ours$slope[2]), slope_ci.1 = exp(ours$slope[3]), shared(ours$lapse))))
+  best <- likeliest(curve, x, yes, n)
+  if (!is.null(best)) {
+    p <- curve$p_of(curve$share(x - best[1], exp(best[2])), best[3])
+    own <- pmin(pmax(yes / n, 1e-9), 1 - 1e-9)
+    gained <- sum(yes * log(own / p) + (n - yes) * log((1 - own) / (1 - p)))
+    out <- c(out, fit.deviance = 2 * gained, under("maximum_likelihood.", c(
+      threshold = back(best[1]), slope = exp(best[2]), shared(best[3]))))
+  }
+  if (is.na(standard)) return(out)
+  weber <- if (curve$compared) qnorm(0.75) / exp(ours$slope[c(1, 3, 2)]) else exp(ours$at)
+  c(out, three("weber_fraction", weber / standard))
+}
+
+thresholds <- function(choices, confidence, wanted) {
+  tasks <- in_code_order(choices$task)
+  unlist(lapply(seq_along(tasks), function(i) {
+    rows <- choices[choices$task == tasks[i], ]
+    method <- rows$method[1]
+    standard <- unique(rows$standard_um_pp[!is.na(rows$standard_um_pp)])
+    standard <- if (length(standard) == 1 && standard > 0) standard else NA
+    people <- lapply(in_code_order(rows$participant_id), function(who) threshold_of(rows[rows$participant_id == who, ], method, standard, confidence))
+    place <- paste0("thresholds.", i - 1, ".")
+    # Who has a threshold the report says: answers that do not rise have none.
+    there <- paste0(place, "participants.", seq_along(people) - 1, ".function.threshold") %in% wanted
+    out <- c(standard = standard, numbered("participants.", people))
+    if (sum(there) >= 3) {
+      levels <- sapply(people[there], `[[`, "function.threshold")
+      values <- if (method == "comparison") levels else log(levels)
+      ends <- mean_and_ends(values, confidence)
+      out <- c(out, three("population.threshold", if (method == "comparison") ends else exp(ends)),
+               population.sd = sd(values) / (if (method == "comparison") 1 else log(10)),
+               population.n = sum(there), population.left_out = sum(!there))
+      if (!is.na(standard)) out <- c(out, three("weber_fraction", exp(mean_and_ends(
+        log(sapply(people[there], `[[`, "weber_fraction.value")), confidence))))
+    }
+    under(place, out)
+  }))
+}
+
+# The exponent beside the Weber fraction of each task that has one, by Ekman's law.
+agreement <- function(choices, exponents, found, confidence) {
+  out <- list()
+  tasks <- in_code_order(choices$task)
+  for (i in seq_along(tasks)) {
+    people <- in_code_order(choices$participant_id[choices$task == tasks[i]])
+    names_there <- paste0("thresholds.", i - 1, ".participants.", seq_along(people) - 1, ".weber_fraction.value")
+    both <- names_there %in% names(found) & people %in% names(exponents)[!is.na(exponents)]
+    if (sum(both) < 3) next
+    weber <- unname(found[names_there[both]])
+    power <- unname(exponents[people[both]])
+    fraction <- exp(mean_and_ends(log(weber), confidence))
+    out[[length(out) + 1]] <- c(
+      standard = found[[paste0("thresholds.", i - 1, ".standard")]], three("exponent", mean_and_ends(power, confidence)),
+      three("weber_fraction", fraction), three("expected_exponent", log(1.03) / log1p(fraction[c(1, 3, 2)])),
+      three("ekman_fraction", expm1(mean_and_ends(power * log1p(weber), confidence))),
+      numbered("participants.", Map(function(p, w) c(exponent = p, weber_fraction = w), power, weber)))
+  }
+  numbered("exponent_and_weber.", out)
+}
+
+# Scales -------------------------------------------------------------------------------------------
+
+# Surfaces in rising order of amplitude, textures after them by name.
+surfaces_in_order <- function(labels) {
+  labels <- in_code_order(labels)
+  labels[order(suppressWarnings(as.numeric(labels)), na.last = TRUE)]
+}
+
+# chosen: an array (participants, surfaces, surfaces), how often the row was chosen over the column.
+pair_scale <- function(chosen, link, confidence) {
+  pooled <- apply(chosen, 2:3, sum)
+  k <- nrow(pooled)
+  people <- dim(chosen)[1]
+  pairs <- which(upper.tri(pooled) & pooled + t(pooled) > 0, arr.ind = TRUE)
+  one <- pairs[, 1]
+  other <- pairs[, 2]
+  design <- matrix(0, nrow(pairs), k)
+  design[cbind(seq_along(one), one)] <- 1
+  design[cbind(seq_along(one), other)] <- -1
+  won <- pooled[pairs]
+  lost <- t(pooled)[pairs]
+  n <- won + lost
+  cdf <- if (link == "logit") plogis else pnorm
+  pdf <- if (link == "logit") dlogis else dnorm
+  information <- function(linear) t(design) %*% (design * (n * pdf(linear)^2 / (cdf(linear) * cdf(-linear))))
+  # Firth's: the likelihood times the square root of the information's determinant.
+  minus <- function(free) {
+    linear <- as.vector(design[, -1, drop = FALSE] %*% free)
+    -sum(won * log(cdf(linear)) + lost * log(cdf(-linear))) -
+      as.numeric(determinant(information(linear)[-1, -1, drop = FALSE])$modulus) / 2
+  }
+  free <- rep(0, k - 1)
+  for (again in 1:3) free <- optim(free, minus, method = "BFGS", control = list(reltol = 1e-16, maxit = 1e4, ndeps = rep(1e-6, k - 1)))$par
+  values <- c(0, free) - mean(c(0, free))
+  linear <- as.vector(design %*% values)
+  p <- cdf(linear)
+  slope <- pdf(linear)
+  inverse <- function(m) {
+    e <- eigen(m, symmetric = TRUE)
+    some <- e$values > 1e-12 * max(e$values)
+    e$vectors[, some] %*% (t(e$vectors[, some]) / e$values[some])
+  }
+  covariance <- inverse(information(linear))
+  quantile <- qnorm((1 + confidence) / 2)
+  if (people >= 3 && any(apply(chosen, 2:3, function(count) diff(range(count))) > 0)) {
+    scores <- t(sapply(seq_len(people), function(i) {
+      own <- matrix(chosen[i, , ], k)
+      colSums(design * ((own[pairs] - (own + t(own))[pairs] * p) * slope / (p * (1 - p))))
+    }))
+    covariance <- covariance %*% (t(scores) %*% scores * people / (people - 1)) %*% covariance
+    quantile <- qt((1 + confidence) / 2, people - 1)
+  }
+  half <- quantile * sqrt(pmax(diag(covariance), 0))
+  out <- c(answers = sum(pooled), participants = people, setNames(values, paste0("values.", seq_len(k) - 1)),
+           numbered("intervals.", Map(function(v, h) c("0" = v - h, "1" = v + h), values, half)))
+  df <- length(one) - (k - 1)
+  if (df < 1) return(out)
+  gained <- function(count, p) ifelse(count > 0, count * log(count / n / p), 0)
+  deviance <- 2 * sum(gained(won, p) + gained(lost, 1 - p))
+  c(out, fit.deviance = deviance, fit.df = df, fit.p = pchisq(deviance, df, lower.tail = FALSE))
+}
+
+# Triads that have an order to break, and how many break it, weakly to strongly.
+transitivity <- function(chosen) {
+  pooled <- apply(chosen, 2:3, sum)
+  n <- pooled + t(pooled)
+  share <- pooled / ifelse(n > 0, n, 1)
+  triads <- 0
+  broken <- c(0, 0, 0)
+  for (three in asplit(combn(nrow(pooled), 3), 2)) {
+    if (any(n[three, three][upper.tri(diag(3))] == 0)) next
+    triads <- triads + 1
+    held <- c(FALSE, FALSE, FALSE)
+    for (order in asplit(orders(3), 1)) {
+      abc <- three[order]
+      x <- share[abc[1], abc[2]]
+      y <- share[abc[2], abc[3]]
+      far <- share[abc[1], abc[3]]
+      if (min(x, y) >= 0.5) held <- held | far >= c(0.5, min(x, y), max(x, y))
+    }
+    broken <- broken + !held
+  }
+  if (triads) c(triads = triads, setNames(broken, paste0(c("weak", "moderate", "strong"), "_violations")))
+}
+
+# Circular triads of one participant and Kendall's coefficient; p of choices without ties, up to 6
+# surfaces. A tie goes either way: a score is the wins and a binomial part of the ties.
+consistency <- function(chosen) {
+  k <- nrow(chosen)
+  up <- upper.tri(chosen)
+  if (k < 3 || any((chosen + t(chosen))[up] == 0)) return(NULL)
+  ties <- rowSums(chosen == t(chosen)) - 1
+  circular_of <- function(score, ties) choose(k, 3) - sum(score^2 + ties / 4 - score) / 2
+  circular <- circular_of(rowSums(chosen > t(chosen)) + ties / 2, ties)
+  most <- (k^3 - (if (k %% 2) k else 4 * k)) / 24
+  out <- c(circular_triads = circular, triads = choose(k, 3), zeta = 1 - circular / most, ties = sum(ties) / 2)
+  if (k > 6 || any(ties > 0)) return(out)
+  pairs <- which(up, arr.ind = TRUE)
+  ways <- as.matrix(expand.grid(rep(list(1:2), nrow(pairs))))
+  fewer <- apply(ways, 1, function(way) circular_of(tabulate(pairs[cbind(seq_along(way), way)], k), 0) <= circular)
+  c(out, p = mean(fewer))
+}
+
+# Triads: a probit model of which step was larger (difference scaling).
+difference_scale <- function(main, surfaces) {
+  places <- sapply(1:3, function(i) match(main[[paste0("stimulus", i)]], surfaces))
+  design <- matrix(0, nrow(main), length(surfaces))
+  for (step in list(c(1, 2, -1), c(2, 3, 1))) for (end in 1:2) {
+    at <- cbind(seq_len(nrow(main)), (if (end == 1) pmax else pmin)(places[, step[1]], places[, step[2]]))
+    design[at] <- design[at] + step[3] * (if (end == 1) 1 else -1)
+  }
+  larger <- as.numeric(main$response == 2)
+  fit <- suppressWarnings(glm.fit(design[, -1], larger, family = binomial("probit"), control = list(epsilon = 1e-13, maxit = 100)))
+  scale <- c(0, fit$coefficients)
+  c(noise = 1 / scale[[length(scale)]], log_likelihood = -fit$deviance / 2, answers = nrow(main),
+    setNames(scale / scale[[length(scale)]], paste0("values.", seq_along(scale) - 1)))
+}
+
+scale_of <- function(rows, confidence) {
+  main <- rows[!rows$catch, ]
+  triads <- any(!is.na(main$stimulus3))
+  columns <- paste0("stimulus", if (triads) 1:3 else 1:2)
+  surfaces <- surfaces_in_order(unlist(main[columns]))
+  people <- in_code_order(main$participant_id)
+  out <- c(participants = length(people), answers = nrow(main), catch_trials = sum(rows$catch))
+  if (triads) return(c(out, under("differences.", difference_scale(main, surfaces))))
+  k <- length(surfaces)
+  chosen <- array(0, c(length(people), k, k))
+  first <- main$response == 1
+  won <- match(ifelse(first, main$stimulus1, main$stimulus2), surfaces)
+  lost <- match(ifelse(first, main$stimulus2, main$stimulus1), surfaces)
+  counts <- table(factor(match(main$participant_id, people), seq_along(people)), factor(won, seq_len(k)), factor(lost, seq_len(k)))
+  chosen[] <- counts
+  pooled <- apply(chosen, 2:3, sum)
+  c(out, setNames(rowSums(pooled), paste0("chosen.", seq_len(k) - 1)),
+    setNames(rowSums(pooled) + colSums(pooled), paste0("compared.", seq_len(k) - 1)),
+    under("bradley_terry.", pair_scale(chosen, "logit", confidence)), under("thurstone.", pair_scale(chosen, "probit", confidence)),
+    under("transitivity.", transitivity(chosen)),
+    unlist(lapply(seq_along(people), function(i) under(paste0("consistency.", people[i], "."), consistency(matrix(chosen[i, , ], k))))))
+}
+
+# Matches, ratings, ratios, productions ------------------------------------------------------------
+
+matching_of <- function(rows, confidence) {
+  turned <- rows[!rows$catch, ]
+  caught <- rows[rows$catch, ]
+  reference <- turned$reference_um_pp[1]
+  own <- tapply(turned$matched_um_pp, turned$participant_id, mean)
+  sides <- person_means(turned$matched_um_pp, turned$participant_id, factor(turned$direction, c("ascending", "descending")))
+  spread <- tapply(turned$matched_um_pp, list(turned$participant_id, turned$direction), var)
+  c(reference = reference, matches = nrow(turned), participants = length(own), mean = mean(own),
+    variability = sqrt(mean(spread, na.rm = TRUE)), ascending = mean(sides[, 1], na.rm = TRUE),
+    descending = mean(sides[, 2], na.rm = TRUE), catch_trials = nrow(caught),
+    catch_error = mean(abs(caught$matched_um_pp - reference)), felt_again = mean(turned$felt_again, na.rm = TRUE),
+    under("bias.", mean_test(own - reference, confidence)), under("direction.", mean_test(sides[, 2] - sides[, 1], confidence)))
+}
+
+ratings_of <- function(rows, confidence) {
+  main <- rows[!rows$catch, ]
+  caught <- rows[rows$catch, ]
+  surfaces <- surfaces_in_order(main$surface)
+  cells <- person_means(main$rating, main$participant_id, factor(main$surface, surfaces))
+  plain <- surfaces %in% main$surface[!is.na(main$amplitude_um_pp)]
+  steps <- unique(rows$resolution[!is.na(rows$resolution)])
+  each <- lapply(seq_along(surfaces), function(i) {
+    own <- cells[!is.na(cells[, i]), i]
+    there <- main$rating[main$surface == surfaces[i]]
+    ends <- if (length(own) >= 3 && sd(own) > 0) mean_and_ends(own, confidence)[2:3] else c(NA, NA)
+    c(participants = length(own), ratings = length(there), mean = mean(own), sd = sd(own),
+      interval.0 = ends[1], interval.1 = ends[2], at_left = sum(there == 0), at_right = sum(there == 100))
+  })
+  pairs <- lapply(asplit(combn(length(surfaces), 2), 2), function(pair) {
+    d <- cells[, pair[2]] - cells[, pair[1]]
+    d <- d[!is.na(d)]
+    c(participants = length(d), p_wilcoxon = if (length(d) >= 3) signed_rank(d) else NA,
+      under("difference.", mean_test(d, confidence)))
+  })
+  p <- sapply(pairs, `[[`, "p_wilcoxon")
+  p[!is.na(p)] <- p.adjust(p[!is.na(p)], "holm")
+  pairs <- Map(function(pair, p) c(pair, p_wilcoxon_holm = p), pairs, p)
+  c(participants = nrow(cells), answers = nrow(main), catch_trials = nrow(caught),
+    catch_mean = if (nrow(caught)) mean(tapply(caught$rating, caught$participant_id, mean)) else NA,
+    resolution = if (length(steps) == 1) steps else NA, numbered("surfaces.", each), under("friedman.", friedman(cells)),
+    under("page_trend.", page_trend(cells[, plain, drop = FALSE])), numbered("pairs.", pairs),
+    under("start_effect.", mean_test(start_slopes(main), confidence)))
+}
+
+# By how much a rating moves with the place where the mark started, within surfaces.
+start_slopes <- function(main) {
+  known <- main[!is.na(main$cursor_start), ]
+  cell <- paste(known$participant_id, known$surface, sep = "\r")
+  dx <- known$cursor_start - ave(known$cursor_start, cell)
+  dy <- known$rating - ave(known$rating, cell)
+  squares <- tapply(dx^2, known$participant_id, sum)
+  (tapply(dx * dy, known$participant_id, sum) / squares)[squares > 0]
+}
+
+geometric_rows <- function(logs, confidence, counts, of, value) lapply(seq_len(ncol(logs)), function(i) {
+  y <- logs[!is.na(logs[, i]), i]
+  ends <- if (length(y) >= 3 && sd(y) > 0) exp(mean_and_ends(y, confidence)[2:3]) else c(NA, NA)
+  setNames(c(as.numeric(colnames(logs)[i]), length(y), counts[[colnames(logs)[i]]], exp(mean(y)), ends),
+           c(of, "participants", value[2], value[1], "interval.0", "interval.1"))
+})
+catch_mean <- function(value, who) if (length(value)) exp(mean(tapply(log(value), who, mean))) else NA
+
+ratios_of <- function(rows, confidence) {
+  main <- rows[!rows$catch, ]
+  logs <- person_means(log(main$ratio), main$participant_id, main$comparison_um_pp)
+  c(standard = main$standard_um_pp[1], participants = nrow(logs), answers = nrow(main), catch_trials = sum(rows$catch),
+    catch_ratio = catch_mean(rows$ratio[rows$catch], rows$participant_id[rows$catch]),
+    numbered("surfaces.", geometric_rows(logs, confidence, table(main$comparison_um_pp), "comparison", c("ratio", "judgements"))),
+    under("power_law.", power_law(logs, as.numeric(colnames(logs)), confidence)))
+}
+
+productions_of <- function(rows, confidence, exponents) {
+  main <- rows[!rows$catch, ]
+  logs <- person_means(log(main$produced_um_pp), main$participant_id, main$number)
+  own <- slopes(logs, as.numeric(colnames(logs)))
+  slope <- mean_test(own, confidence)
+  sides <- person_means(log(main$produced_um_pp), main$participant_id, factor(main$began, c("low", "high")))
+  out <- c(standard = rows$standard_um_pp[1], modulus = rows$modulus[1], participants = nrow(logs), answers = nrow(main),
+           catch_trials = sum(rows$catch), catch = catch_mean(rows$produced_um_pp[rows$catch], rows$participant_id[rows$catch]),
+           at_bounds = sum(main$bound %in% c("lowest", "highest")),
+           numbered("numbers.", geometric_rows(logs, confidence, table(main$number), "number", c("amplitude", "productions"))),
+           under("slope.", slope), under("beginning.", mean_test(sides[, "high"] - sides[, "low"], confidence)))
+  if (!is.null(slope) && slope[["mean"]] > 0) {
+    out <- c(out, exponent = 1 / slope[["mean"]])
+    if (slope[["ci.0"]] > 0) out <- c(out, exponent_interval.0 = 1 / slope[["ci.1"]], exponent_interval.1 = 1 / slope[["ci.0"]])
+  }
+  both <- intersect(names(own)[!is.na(own) & own > 0], names(exponents)[!is.na(exponents) & exponents > 0])
+  production <- -log(own[both])
+  estimation <- log(exponents[both])
+  ratio <- mean_test(production - estimation, confidence)
+  combined <- mean_test((production + estimation) / 2, confidence)
+  if (is.null(ratio) || is.null(combined)) return(out)
+  told <- function(name, t) setNames(exp(t[c("mean", "ci.0", "ci.1")]), paste0(name, c("", "_interval.0", "_interval.1")))
+  c(out, under("both.", c(n = length(both), estimation = exp(mean(estimation)), production = exp(mean(production)),
+                          told("ratio", ratio), told("combined", combined))))
+}
+
+# Groups and sessions ------------------------------------------------------------------------------
+
+shifted_f <- function(f, df1, df2, p) {
+  if (pf(f, df1, df2) <= p) return(0)
+  above <- max(f * df1, 1)
+  while (pf(f, df1, df2, ncp = above) > p) above <- 1.5 * above
+  uniroot(function(ncp) pf(f, df1, df2, ncp = ncp) - p, c(0, above), tol = 1e-10)$root
+}
+eta2 <- function(f, df1, df2, confidence, name) {
+  ncp <- sapply(c(1 + confidence, 1 - confidence) / 2, function(p) shifted_f(f, df1, df2, p))
+  setNames(c(f * df1 / (f * df1 + df2), ncp / (ncp + df1 + df2 + 1)), paste0(name, c("", "_ci.0", "_ci.1")))
+}
+effect <- function(f, df1, df2, epsilon, confidence) {
+  df1 <- df1 * epsilon
+  df2 <- df2 * epsilon
+  c(F = f, df1 = df1, df2 = df2, p = pf(f, df1, df2, lower.tail = FALSE), eta2(f, df1, df2, confidence, "eta2_partial"))
+}
+
+welch <- function(values, group, confidence) {
+  kept <- is.finite(values)
+  own <- split(values[kept], group[kept])
+  if (min(lengths(own)) < 3) return(NULL)
+  test <- oneway.test(values ~ group, data.frame(values, group)[kept, ], var.equal = FALSE)
+  equal <- oneway.test(values ~ group, data.frame(values, group)[kept, ], var.equal = TRUE)
+  pairs <- lapply(asplit(combn(names(own), 2), 2), function(pair) {
+    a <- own[[pair[1]]]
+    b <- own[[pair[2]]]
+    t <- t.test(a, b, conf.level = confidence)
+    df <- length(a) + length(b) - 2
+    unit <- sqrt(1 / length(a) + 1 / length(b))
+    d <- (mean(a) - mean(b)) / sqrt(((length(a) - 1) * var(a) + (length(b) - 1) * var(b)) / df)
+    hedges <- c(d, sapply(c(1 + confidence, 1 - confidence) / 2, function(p) noncentrality(d / unit, df, p)) * unit) * (1 - 3 / (4 * df - 1))
+    c(difference = mean(a) - mean(b), ci.0 = t$conf.int[1], ci.1 = t$conf.int[2], t = unname(t$statistic),
+      df = unname(t$parameter), p = t$p.value, setNames(hedges, paste0("hedges_g", c("", "_ci.0", "_ci.1"))))
+  })
+  holm <- p.adjust(sapply(pairs, `[[`, "p"), "holm")
+  f <- unname(equal$statistic)
+  df <- unname(equal$parameter)
+  c(F = unname(test$statistic), df1 = unname(test$parameter[1]), df2 = unname(test$parameter[2]), p = test$p.value,
+    eta2(f, df[1], df[2], confidence, "eta2"),
+    numbered("groups.", lapply(own, function(x) {
+      ends <- mean_and_ends(x, confidence)
+      c(n = length(x), mean = ends[1], sd = sd(x), ci.0 = ends[2], ci.1 = ends[3])
+    })),
+    numbered("pairs.", Map(function(pair, p) c(pair, p_holm = p), pairs, holm)))
+}
+
+epsilon_of <- function(s) sum(diag(s))^2 / (ncol(s) * sum(s^2))
+contrasts_of <- function(k) contr.helmert(k) %*% diag(1 / sqrt(colSums(contr.helmert(k)^2)), k - 1)
+
+mixed_anova <- function(logs, group, confidence) {
+  whole <- complete.cases(logs) & !is.na(group)
+  v <- logs[whole, , drop = FALSE]
+  group <- factor(group[whole])
+  if (min(table(group)) < 3) return(NULL)
+  n <- nrow(v)
+  k <- ncol(v)
+  g <- nlevels(group)
+  means <- apply(v, 2, function(column) ave(column, group))
+  own <- rowMeans(v)
+  error_people <- k * sum((own - rowMeans(means))^2)
+  left <- v - means - (own - rowMeans(means))
+  error <- sum(left^2)
+  # Weighted by participants, as in the classical table.
+  interaction <- sum((means - rowMeans(means) - rep(colMeans(v), each = n) + mean(v))^2)
+  s <- cov((v - means) %*% contrasts_of(k)) # within groups
+  epsilon <- if (k > 2) epsilon_of(s) else 1
+  df_people <- n - g
+  df_error <- df_people * (k - 1)
+  at <- function(squares, df, of, df_of, e) effect(squares / df / (of / df_of), df, df_of, e, confidence)
+  c(under("group.", at(k * sum((rowMeans(means) - mean(v))^2), g - 1, error_people, df_people, 1)),
+    under("amplitude.", at(n * sum((colMeans(v) - mean(v))^2), k - 1, error, df_error, epsilon)),
+    under("interaction.", at(interaction, (g - 1) * (k - 1), error, df_error, epsilon)), epsilon_gg = epsilon)
+}
+
+groups <- function(members, logs, levels, confidence) {
+  group <- members$group[match(rownames(logs), members$participant_id)]
+  sizes <- table(group)
+  compared <- names(sizes)[sizes >= 3]
+  if (length(compared) < 2) return(NULL)
+  without <- sum(is.na(group))
+  group[!group %in% compared] <- NA
+  whole <- logs
+  whole[!complete.cases(whole), ] <- NA
+  c(setNames(as.vector(sizes[compared]), paste0("n.", compared)), without_group = without,
+    under("exponents.", welch(slopes(logs, levels), group, confidence)), under("levels.", welch(rowMeans(whole), group, confidence)),
+    under("anova.", mixed_anova(logs, group, confidence)))
+}
+
+session_anova <- function(trials, confidence) {
+  cells <- tapply(trials$log, list(trials$who, trials$level, trials$session), function(v) mean(v, na.rm = TRUE))
+  v <- matrix(cells, dim(cells)[1])
+  v <- v[complete.cases(v), ]
+  n <- nrow(v)
+  k <- dim(cells)[2]
+  s <- dim(cells)[3]
+  if (n < 3 || k < 2 || s < 2) return(NULL)
+  one <- list(amplitude = contrasts_of(k), session = contrasts_of(s))
+  flat <- function(m) m / sqrt(nrow(m))
+  of <- list(session = kronecker(one$session, flat(matrix(1, k))), amplitude = kronecker(flat(matrix(1, s)), one$amplitude),
+             interaction = kronecker(one$session, one$amplitude))
+  found <- unlist(lapply(names(of), function(name) {
+    z <- v %*% of[[name]]
+    df <- ncol(z)
+    f <- n * sum(colMeans(z)^2) / df / (sum(sweep(z, 2, colMeans(z))^2) / (df * (n - 1)))
+    under(paste0(name, "."), effect(f, df, df * (n - 1), epsilon_of(cov(z)), confidence))
+  }))
+  c(n = n, found)
+}
+
+# ICC(A,1): McGraw and Wong's case 2A.
+absolute_agreement <- function(v, confidence) {
+  n <- nrow(v)
+  k <- ncol(v)
+  left <- v - rowMeans(v) - rep(colMeans(v), each = n) + mean(v)
+  between <- k * var(rowMeans(v))
+  sessions <- n * var(colMeans(v))
+  error <- sum(left^2) / ((n - 1) * (k - 1))
+  value <- (between - error) / (between + (k - 1) * error + k / n * (sessions - error))
+  a <- k * value / (n * (1 - value))
+  b <- 1 + k * value * (n - 1) / (n * (1 - value))
+  df <- (a * sessions + b * error)^2 / ((a * sessions)^2 / (k - 1) + (b * error)^2 / ((n - 1) * (k - 1)))
+  low <- qf((1 + confidence) / 2, n - 1, df)
+  high <- qf((1 + confidence) / 2, df, n - 1)
+  rest <- k * sessions + (k * n - k - n) * error
+  c(value = value, ci.0 = n * (between - low * error) / (low * rest + n * between),
+    ci.1 = n * (high * between - error) / (rest + n * high * between))
+}
+
+session_measures <- function(measures, confidence) {
+  places <- unique(measures$measure)
+  labels <- unique(measures$session)
+  found <- lapply(places, function(place) {
+    own <- measures[measures$measure == place, ]
+    v <- whole_rows(tapply(own$value, list(own$participant_id, factor(own$session, labels)), mean))
+    if (!nrow(v)) return(c(n = 0))
+    changes <- lapply(seq_along(labels)[-1], function(i) under("change.", mean_test(v[, i] - v[, 1], confidence)))
+    c(n = nrow(v), setNames(colMeans(v), paste0("means.", seq_along(labels) - 1)), numbered("changes.", changes),
+      if (nrow(v) >= 3) under("agreement.", absolute_agreement(v, confidence)))
+  })
+  found <- numbered("", found)
+  p <- found[grepl("changes\\.\\d+\\.change\\.p$", names(found))]
+  c(found, setNames(p.adjust(p, "holm"), sub("change\\.p$", "p_holm", names(p))))
+}
+
+# Everything ---------------------------------------------------------------------------------------
+
+tasks <- function(settings, wanted, trials, logs) {
+  confidence <- as.numeric(settings[["confidence"]])
+  levels <- as.numeric(colnames(logs))
+  exponents <- if (is.null(logs)) NULL else slopes(logs, levels)
+  out <- NULL
+  choices <- read("trials_forced_choices.csv")
+  if (!is.null(choices)) {
+    out <- thresholds(choices, confidence, wanted)
+    out <- c(out, agreement(choices, exponents, out, confidence))
+  }
+  each <- function(rows, keys) {
+    main <- unique(rows[!rows$catch, keys, drop = FALSE])
+    main <- main[do.call(order, c(unname(as.list(main)), method = "radix")), , drop = FALSE]
+    lapply(seq_len(nrow(main)), function(i) rows[Reduce(`&`, lapply(keys, function(key) rows[[key]] == main[[key]][i])), ])
+  }
+  parts <- list(
+    scales = list("trials_comparisons.csv", "task", function(rows) scale_of(rows, confidence)),
+    matching = list("trials_matches.csv", c("task", "reference_um_pp"), function(rows) matching_of(rows, confidence)),
+    ratings = list("trials_ratings.csv", "task", function(rows) ratings_of(rows, confidence)),
+    ratios = list("trials_ratios.csv", c("task", "standard_um_pp"), function(rows) ratios_of(rows, confidence)),
+    productions = list("trials_productions.csv", "task", function(rows) productions_of(rows, confidence, exponents)))
+  for (name in names(parts)) {
+    rows <- read(parts[[name]][[1]])
+    if (!is.null(rows)) out <- c(out, numbered(paste0(name, "."), lapply(each(rows, parts[[name]][[2]]), parts[[name]][[3]])))
+  }
+  members <- read("groups.csv")
+  if (!is.null(members) && !is.null(logs)) out <- c(out, under("groups.", groups(members, logs, levels, confidence)))
+  measures <- read("session_measures.csv")
+  if (!is.null(measures)) out <- c(out, under("sessions.measures.", session_measures(measures, confidence)))
+  if (!is.null(trials) && length(unique(trials$session)) > 1) out <- c(out, under("sessions.anova.", session_anova(trials, confidence)))
+  out
+}
