@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.dataset.measured import Explorations, of_interval, plate_measures
@@ -17,7 +17,12 @@ from slipscale.experiments.dataset.schema import (
     VOIDED,
 )
 from slipscale.experiments.journal import reading
-from slipscale.experiments.journal.serialisation import answer_from, surface_from, trial_from
+from slipscale.experiments.journal.serialisation import (
+    answer_from,
+    answer_record,
+    surface_from,
+    trial_from,
+)
 from slipscale.experiments.protocols.base import IntervalRecord, TrialRecord
 
 if TYPE_CHECKING:
@@ -146,7 +151,7 @@ def _answer(
 ) -> None:
     """Put a step's answer where it belongs."""
     made = answer_from(record.data["answer"])  # with what an older journal does not name
-    answer = asdict(made) if made else {}
+    answer = answer_record(made) or {}
     if row is not None:
         take = TAKERS.get(step["type"])
         if take:

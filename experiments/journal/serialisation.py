@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,7 @@ ANSWERS: dict[str, Callable[..., Answer]] = {
     "Presented": Presented,
     "Voided": Voided,
 }
+_WHOLE = frozenset({str, int, float, bool, type(None)})
 # Texts may be corrected between versions; a run can still be resumed.
 WORDS = ("text", "title", "question")
 
@@ -47,11 +48,14 @@ def step_record(step: Step) -> dict[str, Any]:
     return {"type": type(step).__name__, **record}
 
 
-def _plain(value: object) -> Any:
+def _plain(value: Any) -> Any:
     """Return a value as JSON reads it back: a class as its fields, a tuple as a list."""
     # `asdict` copies every number and text too: half of the time of a simulated run.
-    if is_dataclass(value) and not isinstance(value, type):
-        return {name: _plain(getattr(value, name)) for name in _names(type(value))}
+    kind = type(value)
+    if kind in _WHOLE:
+        return value
+    if names := _names(kind):  # type: ignore[arg-type]  # mypy: no class is hashable
+        return {name: _plain(getattr(value, name)) for name in names}
     if isinstance(value, Mapping):
         return {key: _plain(each) for key, each in value.items()}
     return [_plain(each) for each in value] if isinstance(value, tuple | list) else value
@@ -59,7 +63,8 @@ def _plain(value: object) -> Any:
 
 @cache
 def _names(kind: type) -> tuple[str, ...]:
-    return tuple(each.name for each in fields(kind))
+    """Return the names of a dataclass's fields; none of another type."""
+    return tuple(each.name for each in fields(kind)) if is_dataclass(kind) else ()
 
 
 def same_step(one: dict[str, Any], other: dict[str, Any]) -> bool:
@@ -77,7 +82,7 @@ def _without_words(record: Any) -> Any:
 
 def answer_record(answer: Answer) -> dict[str, Any] | None:
     """Return an answer as plain data, with its type; None stays None."""
-    return None if answer is None else {"type": type(answer).__name__, **asdict(answer)}
+    return None if answer is None else {"type": type(answer).__name__, **_plain(answer)}
 
 
 def answer_from(record: dict[str, Any] | None) -> Answer:
