@@ -523,7 +523,7 @@ by_size <- function(felt, before, after, who, confidence) {
   size <- round(before - after, -ceiling(log10(largest * 1e-9)))
   people <- length(unique(who))
   if (people < 3) return(NULL)
-  drop <- qt((1 + confidence) / 2, people - 1)^2 / 2
+  drop <- people / 2 * log(1 + qt((1 + confidence) / 2, people - 1)^2 / (people - 1))
   kinds <- sort(unique(size[size != 0]))
   out <- NULL
   for (i in seq_along(kinds)) out <- c(out, under(paste0("by_size.", i - 1, "."), c(
@@ -532,25 +532,39 @@ by_size <- function(felt, before, after, who, confidence) {
                                profile_of(as.numeric(size != 0), 1, 1, felt, who, drop))))
 }
 profile_of <- function(size, kinds, place, felt, who, drop, far = 8) {
-  nodes <- seq(-6, 6, length.out = 241)
-  weights <- dnorm(nodes, log = TRUE) + log(nodes[2] - nodes[1])
   yes <- sapply(c(0, kinds), function(k) tapply(felt * (size == k), who, sum))
   all <- sapply(c(0, kinds), function(k) tapply(size == k, who, sum))
-  minus_log <- function(theta) {
-    m <- length(theta)
-    z <- outer(c(0, theta[seq_len(m - 2)]) - theta[m - 1], theta[m] * nodes, `-`)
-    terms <- yes %*% pnorm(z, log.p = TRUE) + (all - yes) %*% pnorm(-z, log.p = TRUE)
-    terms <- sweep(terms, 2, weights, `+`)
-    peak <- apply(terms, 1, max)
-    -sum(peak + log(rowSums(exp(terms - peak))))
+  # People differ in criterion and, on steps, in sensitivity; few answers do not tell the two apart.
+  differ <- min(mean(all[, 1]), mean(rowSums(all[, -1, drop = FALSE]))) >= 5
+  grid <- function(count) {
+    nodes <- seq(-5.5, 5.5, length.out = count)
+    list(nodes = nodes, weights = dnorm(nodes, log = TRUE) + log(nodes[2] - nodes[1]))
   }
-  low <- c(rep(-far, length(kinds) + 1), 0)
-  high <- c(rep(far, length(kinds) + 1), 4)
+  first <- grid(81)
+  second <- if (differ) grid(25) else list(nodes = 0, weights = 0)
+  log_sums <- function(terms) {
+    peak <- apply(terms, 1, max)
+    peak + log(rowSums(exp(terms - peak)))
+  }
+  likelihood <- function(columns, z) yes[, columns, drop = FALSE] %*% pnorm(z, log.p = TRUE) +
+    (all - yes)[, columns, drop = FALSE] %*% pnorm(-z, log.p = TRUE)
+  minus_log <- function(theta) {
+    m <- length(kinds)
+    at <- -theta[m + 1] - theta[m + 2] * first$nodes
+    steps <- outer(theta[seq_len(m)], as.vector(outer(at, theta[m + 3] * second$nodes, `+`)), `+`)
+    within <- sweep(likelihood(1 + seq_len(m), steps), 2, rep(second$weights, each = length(at)), `+`)
+    within <- log_sums(matrix(within, ncol = length(second$nodes)))
+    terms <- likelihood(1, matrix(at, 1)) + matrix(within, nrow(yes))
+    -sum(log_sums(sweep(terms, 2, first$weights, `+`)))
+  }
+  low <- c(rep(-far, length(kinds) + 1), 0, 0)
+  high <- c(rep(far, length(kinds) + 1), 4, if (differ) 4 else 0)
   fit <- function(start, held = NULL) {
-    free <- setdiff(seq_along(start), if (!is.null(held)) place)
+    spreads <- length(start) - 1:0
+    free <- setdiff(which(high > low), if (!is.null(held)) place)
     if (!is.null(held)) start[place] <- held
     # At a spread of 0 the slope is 0: a search that begins there stays there.
-    start[length(start)] <- max(start[length(start)], 0.3)
+    start[spreads] <- pmin(pmax(start[spreads], 0.3), high[spreads])
     of <- function(q) minus_log(replace(start, free, q))
     first <- nlminb(start[free], of, lower = low[free], upper = high[free], control = list(rel.tol = 1e-13))
     # nlminb stops early on a narrow ridge: the other rule goes on from there.
@@ -558,7 +572,7 @@ profile_of <- function(size, kinds, place, felt, who, drop, far = 8) {
                   control = list(factr = 10, maxit = 1000))
     list(par = replace(start, free, then$par), objective = then$value)
   }
-  best <- fit(c(rep(1, length(kinds)), 0.5, 0.5))
+  best <- fit(c(rep(1, length(kinds)), 0.5, 0.5, 0.5))
   ends <- list(fit(best$par, -far), fit(best$par, far))
   for (end in ends) if (end$objective < best$objective) best <- end
   beyond <- function(value) fit(best$par, value)$objective - best$objective - drop

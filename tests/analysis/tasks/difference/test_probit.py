@@ -4,11 +4,17 @@ from math import inf, isfinite
 
 import numpy as np
 import pytest
-from scipy.stats import norm
+from scipy.stats import norm, ttest_1samp
 
 from slipscale.analysis.json_form import record
+from slipscale.analysis.statistics.integrated_over_people import (
+    Counted,
+    IntegratedModel,
+    Prediction,
+    students_fall,
+)
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.difference.probit import d_primes
+from slipscale.analysis.tasks.difference.probit import _Probit, d_primes
 from slipscale.analysis.tasks.difference.proportions import clustered_interval, exact_interval
 from slipscale.analysis.tasks.difference.yes_no import Sensitivity, _mean_of_own
 
@@ -25,6 +31,60 @@ def answers(rng, people, steps, catches, d):
 def interval_of(data):
     sizes, felt, who = data
     return d_primes(sizes, felt, who, 0.95)[0].interval
+
+
+def test_the_interval_covers_people_whose_sensitivities_differ():
+    """With the criterion alone differing, 13 of these 20 intervals hold the truth."""
+    found = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        who = np.repeat(np.arange(10), 40)
+        sizes = np.tile(np.repeat([0.0, 1.0], 20), 10)
+        centre = rng.normal(2.0, 1.0, 10)[who] * sizes - rng.normal(0.8, 0.2, 10)[who]
+        felt = rng.random(len(who)) < norm.cdf(centre)
+        found.append(interval_of((sizes, felt.astype(float), who)))
+    assert sum(low <= 2.0 <= high for low, high in found) >= 18
+
+
+def test_the_gradient_of_the_integrated_likelihood_is_that_of_its_differences():
+    rng = np.random.default_rng(2)
+    yes, no = rng.integers(0, 5, (2, 4, 3)).astype(float)
+    counted = Counted(yes=yes, no=no, cells=np.array([0, 1, 1]), times=np.array([1.0, 2, 1, 1]))
+    bounds = [(-8, 8)] * 3 + [(0, 4)] * 2
+    model = IntegratedModel(counted, _Probit(3), bounds, spreads=(3, 4), outer=21, inner=11)
+    theta = np.array([0.8, 1.5, 0.4, 0.7, 0.5])
+    steps = 1e-5 * np.eye(5)
+    differences = [
+        (model.minus_log(theta + step)[0] - model.minus_log(theta - step)[0]) / 2e-5
+        for step in steps
+    ]
+    assert model.minus_log(theta)[1] == pytest.approx(differences, abs=1e-6)
+
+
+def test_the_ends_of_a_profile_of_normal_data_are_students():
+    """Of 10,000 answers each, people's own levels are known: Student's interval of them."""
+    levels = norm.ppf([0.3, 0.45, 0.6, 0.8, 0.55])
+    n = 10_000.0
+    yes = n * norm.cdf(levels)[:, None]
+    counted = Counted(yes=yes, no=n - yes, cells=np.zeros(1, int), times=np.ones(5))
+
+    def predict(theta, outer, inner):
+        z = (theta[0] + theta[1] * outer)[None] + 0 * inner
+        log_yes, log_no = norm.logcdf(z), norm.logcdf(-z)
+
+        def gradient(pull_yes, pull_no):
+            slope = np.exp(norm.logpdf(z) - log_yes) * pull_yes
+            slope -= np.exp(norm.logpdf(z) - log_no) * pull_no
+            return np.array([slope.sum(), (slope * outer).sum()])
+
+        return Prediction(log_yes, log_no, gradient)
+
+    model = IntegratedModel(counted, predict, [(-3, 3), (0, 2)], spreads=(1,), outer=1_001)
+    best = model.fit(np.array([0.1, 0.5]))
+    found = model.profile(best, 0, students_fall(5, 4, 0.95))
+    student = ttest_1samp(levels, 0).confidence_interval(0.95)
+    assert found.value == pytest.approx(levels.mean(), abs=2e-4)
+    assert (found.low, found.high) == pytest.approx((student.low, student.high), abs=2e-3)
 
 
 @pytest.mark.parametrize("d", [1.0, 2.0, 3.0])

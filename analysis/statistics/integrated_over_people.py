@@ -1,0 +1,244 @@
+"""Likelihoods of counts, integrated over what differs between people, and their profiles.
+
+A participant's answers come in kinds (a level, a size of step), and kinds in cells (a condition).
+All kinds of a participant share one random effect; those of a cell share a second one:
+
+    L(participant) = ∑_b w_b ∏_cells ∑_e w_e ∏_kinds p(b, e)^yes (1 - p(b, e))^no
+
+Both are standard normal and summed on even grids: with a step below the width of a participant's
+own likelihood the error is negligible, whereas Gauss and Hermite's few points miss a narrow peak.
+
+Intervals are the profile likelihood's. The fall of the log likelihood to their ends is the one that
+gives Student's interval of a normal sample exactly, (n / 2) log(1 + t² / df): few people make no
+narrower intervals than a t test's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, log
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+#: Grids of random effects end so many standard deviations from 0.
+FARTHEST_NODE = 5.0
+#: A log likelihood that falls by less than this up to the edge of the search has no maximum.
+FLAT = 1e-3
+#: An interval's end is found to this share of its distance from the maximum, or after so many fits.
+PRECISION, MOST_FITS = 1e-3, 30
+#: The least standard deviation of people at which a search begins: at 0 the slope is 0 by symmetry.
+AWAY_FROM_ZERO = 0.3
+
+
+class Prediction(NamedTuple):
+    """Log probabilities of yes and no, (kinds, outer nodes, inner nodes), and their derivatives.
+
+    ``gradient`` returns the log likelihood's gradient from how often each yes and each no counts.
+    """
+
+    log_yes: Array
+    log_no: Array
+    gradient: Callable[[Array, Array], Array]
+
+
+class Predict(Protocol):
+    """What a model says of the answers, at its parameters and the nodes of the random effects."""
+
+    def __call__(self, theta: Array, outer: Array, inner: Array) -> Prediction:
+        """Return the prediction; ``outer`` has shape (nodes, 1), ``inner`` (nodes,)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Counted:
+    """Answers of people, counted by kind.
+
+    Parameters
+    ----------
+    yes, no : array, shape (people, kinds)
+    cells : int array, shape (kinds,)
+        The cell of each kind, from 0.
+    times : array, shape (people,)
+        How often each row of counts occurs.
+    """
+
+    yes: Array
+    no: Array
+    cells: NDArray[np.intp]
+    times: Array
+
+    @property
+    def most_answers(self) -> float:
+        """The most answers of one participant."""
+        return float((self.yes + self.no).sum(axis=1).max())
+
+
+class Maximum(NamedTuple):
+    """A likelihood's maximum: where, and the log likelihood there with its gradient."""
+
+    theta: Array
+    log_likelihood: float
+    gradient: Array
+
+
+class Interval(NamedTuple):
+    """A parameter's estimate, None if the likelihood has no maximum, and the interval's ends."""
+
+    value: float | None
+    low: float
+    high: float
+
+
+def nodes(count: int) -> tuple[Array, Array]:
+    """Return an even grid of a standard normal variable, and the logarithms of its weights."""
+    if count == 1:
+        return np.zeros(1), np.zeros(1)
+    found = np.linspace(-FARTHEST_NODE, FARTHEST_NODE, count)
+    return found, -(found**2) / 2 - log(np.exp(-(found**2) / 2).sum())
+
+
+def students_fall(people: int, df: int, confidence: float) -> float:
+    """Return how far the log likelihood falls to the ends of an interval (see the module)."""
+    from scipy import stats  # noqa: PLC0415 - half a second's import
+
+    t = float(stats.t.ppf((1 + confidence) / 2, df))
+    return people / 2 * log(1 + t**2 / df)
+
+
+class IntegratedModel:
+    """A model whose people differ, fitted by maximum marginal likelihood.
+
+    Parameters
+    ----------
+    counted : Counted
+    predict : Predict
+    bounds : sequence of (float, float)
+        Of each parameter; equal ones hold it.
+    spreads : collection of int
+        Which parameters are standard deviations of random effects.
+    outer, inner : int
+        Nodes of each random effect; one node leaves the effect out.
+    more : callable, optional
+        Returns the log likelihood, and its gradient, of answers without random effects.
+    """
+
+    def __init__(
+        self,
+        counted: Counted,
+        predict: Predict,
+        bounds: Sequence[tuple[float, float]],
+        *,
+        spreads: Sequence[int],
+        outer: int,
+        inner: int = 1,
+        more: Callable[[Array], tuple[float, Array]] | None = None,
+    ) -> None:
+        self.counted, self.predict, self.bounds = counted, predict, tuple(bounds)
+        self._more = more
+        self.spreads = tuple(spreads)
+        self.outer, self.outer_weights = nodes(outer)
+        self.inner, self.inner_weights = nodes(inner)
+        self._cells = [np.flatnonzero(counted.cells == c) for c in np.unique(counted.cells)]
+
+    def posteriors(self, theta: Array) -> tuple[Array, Array]:
+        """Return each row's log likelihood, and its probabilities of the outer nodes."""
+        told = self.predict(theta, self.outer[:, None], self.inner)
+        logs, shares, _ = self._integrated(told)
+        return logs, shares
+
+    def _integrated(self, told: Prediction) -> tuple[Array, Array, list[Array]]:
+        """Return log likelihoods, probabilities of outer nodes and, by cell, of inner ones."""
+        total = np.broadcast_to(self.outer_weights, (len(self.counted.yes), len(self.outer)))
+        within = []
+        for kinds in self._cells:
+            yes, no = self.counted.yes[:, kinds], self.counted.no[:, kinds]
+            terms = np.tensordot(yes, told.log_yes[kinds], 1)
+            terms += np.tensordot(no, told.log_no[kinds], 1)
+            logs, share = _log_sum(terms + self.inner_weights)
+            within.append(share)
+            total = total + logs
+        logs, shares = _log_sum(total)
+        return logs, shares, within
+
+    def minus_log(self, theta: Array) -> tuple[float, Array]:
+        """Return minus the log likelihood and its gradient."""
+        told = self.predict(theta, self.outer[:, None], self.inner)
+        logs, shares, within = self._integrated(told)
+        weights = shares * self.counted.times[:, None]
+        pull_yes, pull_no = np.empty_like(told.log_yes), np.empty_like(told.log_no)
+        for kinds, share in zip(self._cells, within, strict=True):
+            here = weights[:, :, None] * share
+            pull_yes[kinds] = np.tensordot(self.counted.yes[:, kinds].T, here, 1)
+            pull_no[kinds] = np.tensordot(self.counted.no[:, kinds].T, here, 1)
+        value, gradient = float(self.counted.times @ logs), told.gradient(pull_yes, pull_no)
+        if self._more is not None:
+            own, slope = self._more(theta)
+            value, gradient = value + own, gradient + slope
+        return -value, -gradient
+
+    def fit(self, start: Array, held: Mapping[int, float] | None = None) -> Maximum:
+        """Return the maximum, some parameters held."""
+        from scipy import optimize  # noqa: PLC0415
+
+        bounds, start = list(self.bounds), np.array(start, float)
+        for place in self.spreads:
+            start[place] = max(start[place], min(AWAY_FROM_ZERO, bounds[place][1]))
+        for place, value in (held or {}).items():
+            bounds[place] = (value, value)
+        start = np.clip(start, *np.transpose(bounds))
+        found = optimize.minimize(self.minus_log, start, jac=True, method="L-BFGS-B", bounds=bounds)
+        return Maximum(np.asarray(found.x), -float(found.fun), -np.asarray(found.jac))
+
+    def profile(self, best: Maximum, place: int, fall: float) -> Interval:
+        """Return a parameter with the ends of its interval.
+
+        Parameters
+        ----------
+        best : Maximum
+            `fit`'s, with nothing held.
+        fall : float
+            Of the log likelihood, such as `students_fall`'s.
+        """
+        edges = [self.fit(best.theta, {place: edge}) for edge in self.bounds[place]]
+        # At the edge, held there, the search may find what the free one stopped short of.
+        best = max([best, *edges], key=lambda each: each.log_likelihood)
+        low, high = (self._end(best, edge, place, fall) for edge in edges)
+        flat = any(best.log_likelihood - edge.log_likelihood < FLAT for edge in edges)
+        return Interval(None if flat else float(best.theta[place]), low, high)
+
+    def _end(self, best: Maximum, edge: Maximum, place: int, fall: float) -> float:
+        """Return where the profile has fallen: Newton's steps on its root, which is near a line."""
+        outside = float(edge.theta[place])
+        if best.log_likelihood - edge.log_likelihood <= fall:
+            return float(np.copysign(inf, outside - best.theta[place]))
+        inside, value, root = float(best.theta[place]), 0.0, (2 * fall) ** 0.5
+        start, span = best, outside - inside
+        at = inside + span * min(0.5, (fall / (best.log_likelihood - edge.log_likelihood)) ** 0.5)
+        for _ in range(MOST_FITS):
+            found = self.fit(start.theta, {place: at})
+            value = (2 * max(best.log_likelihood - found.log_likelihood, 0.0)) ** 0.5
+            inside, outside = (at, outside) if value < root else (inside, at)
+            start = found
+            slope = -float(found.gradient[place]) / value if value > 0 else 0.0
+            newton = at + (root - value) / slope if slope else inf
+            within = min(inside, outside) < newton < max(inside, outside)
+            step = newton if within else (inside + outside) / 2
+            if abs(step - at) < PRECISION * abs(at - best.theta[place]) + 1e-9:
+                return float(step)
+            at = step
+        return float(at)
+
+
+def _log_sum(terms: Array) -> tuple[Array, Array]:
+    """Return the logarithm of the sum over the last axis, and each term's share of it."""
+    top = terms.max(axis=-1, keepdims=True)
+    share = np.exp(terms - top)
+    total = share.sum(axis=-1, keepdims=True)
+    return (top + np.log(total))[..., 0], share / total

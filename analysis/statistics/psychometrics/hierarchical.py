@@ -1,0 +1,177 @@
+"""A hierarchical psychometric model: thresholds of a population and of its people in one fit.
+
+    p(level u, participant i, condition c) = guess + (1 - guess - lapse) G(a + s (u - m_ic))
+    m_ic = x_ic β + τ b_i + ω e_ic,   b and e standard normal
+
+``u`` is the level's coordinate, ``G`` the curve and ``a`` its argument at the threshold. Slope and
+lapse rate are shared: they are then determined by everybody's answers, and a participant's few
+answers need neither a prior nor a bound near the truth. Catch trials, at a level that nobody
+misses, are wrong by lapses alone and count in the likelihood. The fit is by maximum marginal
+likelihood (`slipscale.analysis.statistics.integrated_over_people`); no package on PyPI fits a
+psychometric function with lapses and random thresholds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.statistics.integrated_over_people import (
+    Counted,
+    IntegratedModel,
+    Maximum,
+    Prediction,
+)
+from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Model
+
+#: Widest spread of people, and furthest threshold, in standard deviations of the levels.
+WIDEST, FARTHEST = 5.0, 6.0
+#: Slopes from a rise over 20 standard deviations of the levels to one within a fiftieth.
+SHALLOWEST, STEEPEST = 20.0, 0.02
+#: Nodes of people by the square root of a participant's answers; the fewest and the most.
+NODES, FEWEST_NODES, MOST_NODES = 6.0, 25, 161
+#: Nodes of a participant's deviations between conditions.
+INNER_NODES = 15
+#: Lapse rates where the search begins: the likelihood can have a peak for each.
+LAPSES = (0.005, 0.05)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trials:
+    """Answers of several people, counted; one row per person, condition and level.
+
+    Parameters
+    ----------
+    person, condition : int array, shape (rows,)
+        From 0.
+    design : array, shape (rows, coefficients)
+        What the coefficients of the thresholds are multiplied with; constant within a person's
+        condition.
+    u : array, shape (rows,)
+        Coordinates of the levels; `likelihood.FAR_BELOW` for 0 on a logarithmic axis.
+    yes, n : array, shape (rows,)
+        Correct (or "yes") answers, and all.
+    catch_right, catch_wrong : int
+        Catch trials of everybody.
+    """
+
+    person: NDArray[np.intp]
+    condition: NDArray[np.intp]
+    design: Array
+    u: Array
+    yes: Array
+    n: Array
+    catch_right: int = 0
+    catch_wrong: int = 0
+
+
+class HierarchicalFit:
+    """A fitted hierarchical model, whose profiles give intervals.
+
+    Parameters
+    ----------
+    model : Model
+        Curve, share, guess rate and largest lapse rate.
+    trials : Trials
+    """
+
+    def __init__(self, model: Model, trials: Trials) -> None:
+        self.model, self.trials = model, trials
+        seen = trials.u[trials.u > likelihood.FAR_BELOW]
+        self._centre = float(seen.mean())
+        self._scale = float(seen.std()) or 1.0
+        self.people = int(trials.person.max()) + 1
+        keys = np.column_stack([trials.condition, trials.design, trials.u])
+        kinds, kind = np.unique(keys, axis=0, return_inverse=True)
+        shape = (self.people, len(kinds))
+        yes, no = np.zeros(shape), np.zeros(shape)
+        np.add.at(yes, (trials.person, kind), trials.yes)
+        np.add.at(no, (trials.person, kind), trials.n - trials.yes)
+        self._cells = kinds[:, 0].astype(int)
+        self._design = kinds[:, 1:-1]
+        self._u = (kinds[:, -1] - self._centre) / self._scale
+        counted = Counted(yes=yes, no=no, cells=self._cells, times=np.ones(self.people))
+        self.coefficients = self._design.shape[1]
+        several = len(np.unique(self._cells)) > 1
+        slopes = np.log(model.spread / np.array([SHALLOWEST, STEEPEST]))
+        rate = model.guess_rate
+        self._guess = {"fixed": (rate, rate), "free": (0.0, likelihood.LARGEST_GUESS)}.get(
+            model.guess, (0.0, 0.0)
+        )
+        nodes = int(np.clip(NODES * counted.most_answers**0.5, FEWEST_NODES, MOST_NODES))
+        p = self.coefficients
+        self.slope, self.spread, self.within, self.lapse, self.guess = range(p, p + 5)
+        self._fitted = IntegratedModel(
+            counted,
+            self._predict,
+            [(-FARTHEST, FARTHEST)] * p
+            + [
+                (float(slopes[0]), float(slopes[1])),
+                (0.0, WIDEST),
+                (0.0, WIDEST if several else 0.0),
+                (0.0, model.largest_lapse),
+                self._guess,
+            ],
+            spreads=(self.spread, self.within),
+            outer=nodes,
+            inner=INNER_NODES if several else 1,
+            more=self._catches,
+        )
+        self.best = self._best()
+
+    def _best(self) -> Maximum:
+        """Return the maximum from each lapse rate where a search begins."""
+        middle = np.linalg.lstsq(self._design, np.zeros(len(self._design)), rcond=None)[0]
+        slope = np.log(self.model.spread / 2)
+        guess = sum(self._guess) / 2
+        starts = [
+            [*middle, slope, 0.5, 0.3, min(lapse, self.model.largest_lapse), guess]
+            for lapse in LAPSES
+        ]
+        return max(map(self._fitted.fit, map(np.array, starts)), key=lambda one: one.log_likelihood)
+
+    def _catches(self, theta: Array) -> tuple[float, Array]:
+        """Return the log likelihood of the catch trials, and its gradient."""
+        right, wrong = self.trials.catch_right, self.trials.catch_wrong
+        lapse = float(np.clip(theta[self.lapse], likelihood.EDGE, 1))
+        gradient = np.zeros(len(theta))
+        gradient[self.lapse] = wrong / lapse - right / (1 - lapse)
+        return right * np.log1p(-lapse) + wrong * np.log(lapse), gradient
+
+    def _predict(self, theta: Array, outer: Array, inner: Array) -> Prediction:
+        """Return log probabilities of correct and wrong answers, (kinds, outer, inner)."""
+        model, steep = self.model, float(np.exp(theta[self.slope]))
+        middle = self._design @ theta[: self.coefficients]
+        at = middle[:, None, None] + theta[self.spread] * outer + theta[self.within] * inner
+        z = model.offset + steep * (self._u[:, None, None] - at)
+        share, equal = model.curve.distribution(z), model.guess == "equal to lapse"
+        lapse = float(theta[self.lapse])
+        guess = lapse if equal else float(theta[self.guess])
+        height = 1 - guess - lapse
+        p = np.clip(guess + height * share, likelihood.EDGE, 1 - likelihood.EDGE)
+
+        def gradient(pull_yes: Array, pull_no: Array) -> Array:
+            pull = pull_yes / p - pull_no / (1 - p)
+            rise = pull * height * model.curve.density(z)
+            down = -steep * rise
+            found = np.empty(len(theta))
+            found[: self.coefficients] = self._design.T @ down.sum(axis=(1, 2))
+            found[self.slope] = ((z - model.offset) * rise).sum()
+            found[self.spread] = (down * outer).sum()
+            found[self.within] = (down * inner).sum()
+            found[self.lapse] = (pull * (1 - 2 * share if equal else -share)).sum()
+            found[self.guess] = 0.0 if equal else (pull * (1 - share)).sum()
+            return found
+
+        return Prediction(np.log(p), np.log1p(-p), gradient)
+
+    def fallen(self, held: dict[int, float]) -> float:
+        """Return how much less likely the best fit with parameters held is; own coordinates."""
+        return self.best.log_likelihood - self._fitted.fit(self.best.theta, held).log_likelihood
