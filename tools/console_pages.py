@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page, StorageState, ViewportSize
 
 AXE = "axe-core@4.14.1"
-WIDTHS = {"wide": 1400, "phone": 400}
+WIDTHS = {"wide": 1400, "phone": 400, "4k": 3840}
 THEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
 DOCUMENTED = {"today": 1000, "live": 1150, "data": 1150}  # scene -> height of the picture
 GRAVE = ("serious", "critical")
@@ -163,6 +163,8 @@ SCENES: dict[str, tuple[Callable[[Stage], None], str, str]] = {
     "live-nothing": (nothing, "live", ""),
     "keys": (nothing, "", "[data-open=keys]"),
     "study": (nothing, "study", ""),
+    "screens": (nothing, "screens", ""),
+    "screens-french": (nothing, "screens?screens=fr&size=1280x1024", ".screens a"),
     "settings": (nothing, "settings", ""),
     "data-blind": (nothing, "data", ""),
     "pilot": (nothing, "pilot", ""),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.languages.texts import languages
@@ -32,6 +32,26 @@ SHOWN = (Instruct, Explore, Ask, Rest, Feedback, Adjust)
 MOST_TOLD = 8
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Seen:
+    """A screen of a run.
+
+    Parameters
+    ----------
+    task : str
+        Label of the task whose trial shows it; empty between trials.
+    step : str
+        Type of the step that shows it.
+    faults : tuple of str
+        Why it cannot be read; none if it can.
+    """
+
+    task: str
+    step: str
+    scene: Scene
+    faults: tuple[str, ...]
+
+
 def check_screens(plan: RunPlan) -> None:
     """Raise `UserError` if a screen of a plan cannot be read in one of its languages.
 
@@ -41,32 +61,45 @@ def check_screens(plan: RunPlan) -> None:
         Of any participant. Questions without words in a language are passed over, except in the
         plan's own.
     """
-    told: dict[str, None] = {}
-    for language in dict.fromkeys((plan.language, *languages(), *plan.study.texts)):
-        spoken = replace(plan, language=language)
-        if language != plan.language:
-            with suppress(UserError):
-                spoken.context()
-                spoken.person_questions()
-                told |= dict.fromkeys(f"{language}: {each}" for each in _faults(spoken))
-            continue
-        told |= dict.fromkeys(f"{language}: {each}" for each in _faults(spoken))
+    told = [
+        f"{spoken.language}: {fault}"
+        for spoken in in_each_language(plan)
+        for fault in dict.fromkeys(each for seen in every_screen(spoken) for each in seen.faults)
+    ]
     if told:
-        lines = "".join(f"\n  {sentence}" for sentence in list(told)[:MOST_TOLD])
+        lines = "".join(f"\n  {sentence}" for sentence in told[:MOST_TOLD])
         more = f"\n  and {len(told) - MOST_TOLD} more" if len(told) > MOST_TOLD else ""
         raise UserError(
             f"{plan.study_name}: screens that cannot be read; shorten the texts:{lines}{more}"
         )
 
 
-def _faults(plan: RunPlan) -> Iterator[str]:
+def in_each_language(plan: RunPlan) -> Iterator[RunPlan]:
+    """Yield a plan in its own language, then in each other one that the study has words in."""
+    yield plan
+    for language in dict.fromkeys((*languages(), *plan.study.texts)):
+        if language != plan.language:
+            spoken = replace(plan, language=language)
+            with suppress(UserError):
+                spoken.context()
+                spoken.person_questions()
+                yield spoken
+
+
+def every_screen(plan: RunPlan) -> Iterator[Seen]:
+    """Yield each different screen of a run once, as it comes first."""
     seen: set[Scene] = set()
     for way in WAYS.values():
         for step in dry_run(plan, way):
             for scene in _scenes(step, plan):
                 if scene not in seen:
                     seen.add(scene)
-                    yield from faults(scene)
+                    yield Seen(
+                        task=step.trial.task if step.trial else "",
+                        step=type(step).__name__,
+                        scene=scene,
+                        faults=tuple(faults(scene)),
+                    )
 
 
 def _scenes(step: Step, plan: RunPlan) -> Iterator[Scene]:

@@ -23,7 +23,10 @@ from starlette.routing import Route
 from slipscale.experiments.lab.console.actions import Actions
 from slipscale.experiments.lab.console.jobs import KINDS
 from slipscale.experiments.lab.console.page_texts import LANGUAGES, Words, preferred
-from slipscale.experiments.lab.console.pages import PAGES, local_time, parts_done, strip
+from slipscale.experiments.lab.console.pages.data import parts_done
+from slipscale.experiments.lab.console.pages.strip import strip
+from slipscale.experiments.lab.console.pages.table import PAGES, WITHIN
+from slipscale.experiments.lab.console.pages.view import View, local_time
 from slipscale.experiments.lab.console.presence import Presence
 from slipscale.experiments.lab.console.security import REPORT_POLICY, Guard
 from slipscale.experiments.lab.console.state import RESULTS, State, pilots
@@ -87,7 +90,8 @@ class Console:
         values: dict[str, Any] = {
             "t": t,
             "page": name,
-            "pages": tuple(PAGES),
+            "pages": tuple(each for each in PAGES if each not in WITHIN),
+            "marked": WITHIN.get(name, name),
             "other": next(code for code in LANGUAGES if code != t.language),
             "found": found,
             "notices": self._notices(),
@@ -101,7 +105,8 @@ class Console:
             **more,
         }
         if template == f"{name}.html":
-            values |= PAGES[name](found, self.jobs, t)
+            view = View(found=found, jobs=self.jobs, t=t, query=request.query_params)
+            values |= PAGES[name](view)
         response = HTMLResponse(self._environment.get_template(template).render(values))
         if chosen in LANGUAGES:
             response.set_cookie("lang", chosen, samesite="strict", secure=self.access.tls)

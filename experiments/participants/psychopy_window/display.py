@@ -7,7 +7,6 @@ display and the home directory.
 from __future__ import annotations
 
 import os
-import re
 import sys
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,13 +14,16 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from slipscale.experiments.participants.psychopy_window.connection import Connection
 from slipscale.experiments.participants.psychopy_window.scene import (
+    COLOURS,
+    DESIGN_WIDTH,
+    FONT,
     Area,
     Arrow,
     Box,
-    Colour,
     Item,
     Scene,
     Text,
+    unbroken,
 )
 from slipscale.faults import UserError
 from slipscale.hardware.contact.source import Touch
@@ -33,27 +35,8 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.clock import Clock
 
-# Dark grey and one accent (Okabe and Ito's sky blue, safe for every colour vision).
-COLOURS: dict[Colour, tuple[int, int, int]] = {
-    "ground": (38, 40, 43),
-    "field": (56, 59, 63),
-    "text": (232, 232, 230),
-    "quiet": (168, 172, 177),
-    "accent": (86, 180, 233),
-}
-FONT = "Noto Sans"  # comes with PsychoPy, so it is there on every platform
-DESIGN_WIDTH = 1.34  # scenes are this wide at most, in heights; narrower screens scale them down
 SMALLEST = 0.6  # of a text's own size, where it must shrink
 FRAME_S = 0.010  # the shortest frame: without a display's own pace a loop would burn a core
-
-
-def unbroken(text: str) -> str:
-    """Return a text in which French punctuation stays on the line of its word.
-
-    >>> unbroken("Est-ce glissant ?") == "Est-ce glissant\N{NO-BREAK SPACE}?"
-    True
-    """
-    return re.sub(r" (?=[?!:;»])|(?<=«) ", "\N{NO-BREAK SPACE}", text)
 
 
 @contextmanager

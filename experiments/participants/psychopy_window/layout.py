@@ -14,7 +14,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.languages.screen_room import not_drawn
-from slipscale.experiments.participants.psychopy_window.scene import Text
+from slipscale.experiments.participants.psychopy_window.scene import (
+    COLOURS,
+    Box,
+    Colour,
+    Text,
+    unbroken,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,14 +36,18 @@ MEASURED_AT = 100.0  # points
 WIDER = 1.12  # letters of DejaVu Sans, in those of Noto Sans
 # How much a text may exceed its place, and what two texts may share: measures are to 1 %.
 SLACK, SHARED = 0.012, 0.003
+LEAST_CONTRAST = 4.5  # of letters to what lies behind them: WCAG 2.2, 1.4.3
 MOST_NAMED = 50  # letters of a text that a message repeats
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Laid:
-    """A text as it will stand: its edges, and whether it fits its own place."""
+    """A text as it will stand: its lines, its edges, and whether it fits its own place."""
 
     content: str
+    lines: tuple[str, ...]
+    widths: tuple[float, ...]
+    size: float
     left: float
     right: float
     bottom: float
@@ -62,22 +72,62 @@ def faults(scene: Scene) -> Iterator[str]:
         down = min(one.top, other.top) - max(one.bottom, other.bottom)
         if min(across, down) > SHARED:
             yield f"{_named(one.content)} and {_named(other.content)} overlap"
+    for text, behind in _backgrounds(scene):
+        if (found := contrast(text.colour, behind)) < LEAST_CONTRAST:
+            yield (
+                f"{_named(text.content)}: its contrast is {found:.1f} to 1, expected at least "
+                f"{LEAST_CONTRAST:g} to 1"
+            )
+
+
+def _backgrounds(scene: Scene) -> Iterator[tuple[Text, Colour]]:
+    """Yield each text with the colour behind its middle: of the last box that was drawn there."""
+    boxes: list[Box] = []
+    for item in scene:
+        if isinstance(item, Box):
+            boxes.append(item)
+        elif isinstance(item, Text) and item.content.strip():
+            under = [
+                box.colour
+                for box in boxes
+                if abs(item.x - box.x) < box.width / 2 and abs(item.y - box.y) < box.height / 2
+            ]
+            yield item, under[-1] if under else "ground"
+
+
+def contrast(one: Colour, other: Colour) -> float:
+    """Return the contrast of two colours, from 1 to 21, as WCAG 2.2 defines it.
+
+    >>> round(contrast("text", "ground"), 1)
+    12.0
+    """
+    bright, dark = sorted((_luminance(COLOURS[one]), _luminance(COLOURS[other])), reverse=True)
+    return (bright + 0.05) / (dark + 0.05)
+
+
+def _luminance(colour: tuple[int, int, int]) -> float:
+    shares = (value / 255 for value in colour)
+    linear = [s / 12.92 if s <= 0.04045 else ((s + 0.055) / 1.055) ** 2.4 for s in shares]  # noqa: PLR2004 - sRGB
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
 def lay(text: Text) -> Laid:
     """Lay a text out as the window does: broken between words, smaller where it is too high."""
     size = text.size
-    widths = _lines(text, size)
+    lines = _lines(text, size)
     limit = float("inf") if text.height is None else text.height
-    while len(widths) * LINE * size > limit and size > SMALLEST * text.size:
+    while len(lines) * LINE * size > limit and size > SMALLEST * text.size:
         size *= SHRINK
-        widths = _lines(text, size)
-    wide, high = max(widths), len(widths) * LINE * size
+        lines = _lines(text, size)
+    wide, high = max(width for _, width in lines), len(lines) * LINE * size
     left = text.x - (text.width if text.align == "left" else wide) / 2
     bottom = text.y - {"top": high, "center": high / 2, "bottom": 0.0}[text.anchor]
     blank = (LINE - 1) / 2 * size  # above the first line and below the last
     return Laid(
         content=text.content,
+        lines=tuple(line for line, _ in lines),
+        widths=tuple(width for _, width in lines),
+        size=size,
         left=left,
         right=left + wide,
         bottom=bottom + blank,
@@ -86,21 +136,21 @@ def lay(text: Text) -> Laid:
     )
 
 
-def _lines(text: Text, size: float) -> list[float]:
-    """Return the width of each line of a text."""
+def _lines(text: Text, size: float) -> list[tuple[str, float]]:
+    """Return each line of a text, and its width."""
     space = _em(" ") * size
-    widths = []
-    for paragraph in text.content.split("\n"):
-        width = 0.0
-        for number, word in enumerate(paragraph.split()):
+    lines: list[tuple[str, float]] = []
+    for paragraph in unbroken(text.content).split("\n"):
+        line, width = "", 0.0
+        for word in filter(None, paragraph.split(" ")):
             wide = _em(word) * size
-            if number and width + space + wide > text.width:
-                widths.append(width)
-                width = wide
+            if line and width + space + wide > text.width:
+                lines.append((line, width))
+                line, width = word, wide
             else:
-                width += wide + (space if number else 0.0)
-        widths.append(width)
-    return widths
+                line, width = f"{line} {word}".strip(" "), width + wide + (space if line else 0.0)
+        lines.append((line, width))
+    return lines
 
 
 @cache

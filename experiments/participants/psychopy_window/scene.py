@@ -8,10 +8,22 @@ sight needs to tell letters apart.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Literal
 
 Colour = Literal["ground", "field", "text", "quiet", "accent"]
+
+# Dark grey and one accent (Okabe and Ito's sky blue, safe for every colour vision).
+COLOURS: dict[Colour, tuple[int, int, int]] = {
+    "ground": (38, 40, 43),
+    "field": (56, 59, 63),
+    "text": (232, 232, 230),
+    "quiet": (168, 172, 177),
+    "accent": (86, 180, 233),
+}
+FONT = "Noto Sans"  # comes with PsychoPy, so it is there on every platform
+DESIGN_WIDTH = 1.34  # scenes are this wide at most, in heights; narrower screens scale them down
 
 UP, DOWN = "up", "down"  # labels of the keys with arrows
 TITLE, BODY, HINT, DIGITS = 0.062, 0.042, 0.036, 0.13
@@ -81,6 +93,15 @@ class Area:
 
 Item = Text | Box | Arrow | Area
 Scene = tuple[Item, ...]
+
+
+def unbroken(text: str) -> str:
+    """Return a text in which French punctuation stays on the line of its word.
+
+    >>> unbroken("Est-ce glissant ?") == "Est-ce glissant\N{NO-BREAK SPACE}?"
+    True
+    """
+    return re.sub(r" (?=[?!:;»])|(?<=«) ", "\N{NO-BREAK SPACE}", text)
 
 
 def bar(fraction: float, *, y: float, width: float = 0.8, height: float = 0.018) -> Scene:

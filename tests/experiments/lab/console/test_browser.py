@@ -94,6 +94,22 @@ def test_a_new_folder_is_set_up_without_a_file_being_written_by_hand(page, tmp_p
     assert page.complaints == []
 
 
+def test_the_screens_of_a_study_are_looked_at_with_the_keyboard_alone(page, tmp_path):
+    init(tmp_path, {"study": "matching"}, None)
+    with console(tmp_path) as (_, address):
+        page.goto(address)
+        page.get_by_role("link", name="Français").press("Enter")
+        page.get_by_role("link", name="Étude", exact=True).press("Enter")
+        page.get_by_role("link", name="Écrans de l'étude").press("Enter")
+        page.get_by_role("link", name="fr", exact=True).press("Enter")
+        page.get_by_text("écrans sont lisibles").wait_for()
+        small = page.get_by_role("img").nth(2).bounding_box()["width"]
+        page.locator(".screens a").nth(2).press("Enter")
+        page.wait_for_url("**#screen-3")
+        assert page.get_by_role("img").nth(2).bounding_box()["width"] > 1.5 * small
+    assert page.complaints == []
+
+
 @pytest.fixture
 def page(display):
     with sync_api.sync_playwright() as play:

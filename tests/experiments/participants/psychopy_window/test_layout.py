@@ -4,7 +4,7 @@ import pytest
 
 from slipscale.experiments.languages.texts import load_texts
 from slipscale.experiments.participants.psychopy_window.layout import faults, lay
-from slipscale.experiments.participants.psychopy_window.scene import Text
+from slipscale.experiments.participants.psychopy_window.scene import COLOURS, Box, Text
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.protocols.steps import Ask, ChoiceQuestion, VisualAnalogueQuestion
 from slipscale.experiments.running.study_commands import validate
@@ -36,6 +36,14 @@ def test_answers_that_run_into_each_other_are_named():
     question = ChoiceQuestion(prompt="?", options=options)
     told = list(faults(screen_for(Ask(name="x", question=question), load_texts("en")).scene(0.0)))
     assert any(each.endswith("overlap") for each in told)
+
+
+def test_letters_too_faint_on_what_lies_behind_them_are_named(monkeypatch):
+    monkeypatch.setitem(COLOURS, "quiet", (90, 92, 95))
+    on_key = Box(x=0, y=0, width=1, height=0.1, colour="accent")
+    faint = Text(content="Press", y=0.3, colour="quiet")
+    told = list(faults((on_key, Text(content="Clear", y=0.0, colour="ground"), faint)))
+    assert told == ["'Press': its contrast is 2.2 to 1, expected at least 4.5 to 1"]
 
 
 @pytest.mark.parametrize("language", ["en", "fr"])

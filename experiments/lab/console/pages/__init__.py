@@ -1,0 +1,1 @@
+"""What each page shows: from a snapshot to values of a template."""

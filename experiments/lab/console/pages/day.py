@@ -1,0 +1,164 @@
+"""The page of the day, and the page of the running session."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+from slipscale.experiments.journal.plan_and_progress import is_mock
+from slipscale.experiments.lab.blind_summary import summary
+from slipscale.experiments.lab.console.history import deviations, history
+from slipscale.experiments.lab.console.pages.view import MOST_PEOPLE, View, failure, plan_of
+from slipscale.experiments.lab.console.state import changed_ns, findings
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipscale.experiments.lab.console.jobs import Job
+    from slipscale.experiments.lab.console.page_texts import Words
+    from slipscale.experiments.lab.console.state import Live, Snapshot
+    from slipscale.experiments.lab.roster import Person, Visit
+
+MOST_EVENTS = 30
+MOST_NOTES = 20
+MOST_REHEARSALS = 5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Note:
+    """The operator's words in a run."""
+
+    label: str
+    visit: Visit
+    time_s: float
+    words: str
+
+
+def today(view: View) -> dict[str, Any]:
+    """Return what the page of the day shows."""
+    found, jobs, t = view.found, view.jobs, view.t
+    check, people = jobs.last("check"), found.roster.people if found.roster else ()
+    over = check is not None and not check.running
+    results = findings(check.said()) if check and over else None
+    return {
+        "mock": is_mock(found.defaults.plate),
+        "begun": sum(person.state != "withdrew" for person in people),
+        "session_failed": failure(jobs.last("session")),
+        "between": _between(found, jobs.last("session")),
+        "checking": bool(check and check.running),
+        "steps": check.steps() if check else [],
+        "found_checks": results,
+        "check_failed": check.complained() if check and over and results is None else "",
+        "ready": bool(results) and all(each["passed"] is not False for each in results or ()),
+        "notes": _notes(found),
+        "checked": _when_over(check),
+        "began": _began(found, jobs.last("session")),
+        "doing": _doing(found.live, t) if found.live else "",
+        "pressing": _pressing(people),
+        "most_rehearsals": MOST_REHEARSALS,
+        "titles": _titles(found),
+    }
+
+
+def _between(found: Snapshot, job: Job | None) -> str:
+    """Return whose session begins or ends: its process is there, its journal is not written."""
+    return job.about if job and job.running and not found.live else ""
+
+
+def _pressing(people: Sequence[Person]) -> list[Person]:
+    """Return whom a long table shows: who waits for something, then who began last."""
+    if len(people) <= MOST_PEOPLE:
+        return list(people)
+
+    def order(person: Person) -> tuple[bool, str]:
+        last = person.last_begun
+        return person.state not in ("done", "withdrew"), last.started_utc if last else ""
+
+    shown = sorted(people, key=order, reverse=True)[:MOST_PEOPLE]
+    return [person for person in people if person in shown]
+
+
+def _notes(found: Snapshot) -> list[Note]:
+    """Return the operators' newest notes, of rehearsals too."""
+    rosters = [roster for roster in (found.roster, found.rehearsals) if roster]
+    begun = [
+        (visit.started_utc, person.label, visit)
+        for roster in rosters
+        for person in roster.people
+        for visit in person.visits
+        if visit.state != "free"
+    ]
+    newest = sorted(begun, key=lambda each: each[0], reverse=True)[:MOST_NOTES]
+    notes = [
+        Note(label=label, visit=visit, time_s=event.time_s, words=event.words)
+        for _, label, visit in newest
+        for event in reversed(summary(visit.path).events)
+        if event.kind == "note"
+    ]
+    return notes[:MOST_NOTES]
+
+
+def live(view: View) -> dict[str, Any]:
+    """Return what the page of the running session shows."""
+    found, jobs, t = view.found, view.jobs, view.t
+    job = jobs.last("session")
+    shown: dict[str, Any] = {"session_failed": failure(job), "began": _began(found, job)}
+    if found.live is None:
+        return shown
+    groups = deviations(found.live.summary.readings)
+    status = found.live.status
+    # A pause takes the surface away, and it is presented again: nothing is wrong with the plate.
+    held = status is not None and status.state == "paused" and status.plate == "lost"
+    return shown | {
+        "plate": "silent" if held or status is None else status.plate,
+        "doing": _doing(found.live, t),
+        "since_s": _since_s(found.live.visit.started_utc),
+        "events": found.live.summary.events[::-1][:MOST_EVENTS],
+        "tolerance": round(100 * max(g.largest for g in groups)) if groups else None,
+        "history": history(found.live.summary),
+    }
+
+
+def _doing(live: Live, t: Words) -> str:
+    """Return what the participant does now, in words."""
+    if live.status is None:
+        return ""
+    if live.status.state in ("paused", "fault", "done", "presenting"):
+        return t(f"live.{live.status.state}")
+    kind, _, name = live.summary.doing.partition(":")
+    question = t.known(f"question.{name}", name.replace("_", " "))
+    return t.known(f"live.{kind}", t(f"live.{live.status.state}")).format(name=question)
+
+
+def _began(found: Snapshot, job: Job | None) -> bool:
+    """Return whether a session that was started here came to record anything."""
+    visits = (
+        visit
+        for roster in (found.roster, found.rehearsals)
+        for person in (roster.people if roster else ())
+        for visit in person.visits
+        if visit.state != "free"
+    )
+    return job is not None and any(changed_ns(v.path) > job.began_s * 1e9 for v in visits)
+
+
+def _when_over(job: Job | None) -> str:
+    """Return when a job ended, in ISO 8601; empty while there is no such time."""
+    if job is None or job.running:
+        return ""
+    return datetime.fromtimestamp(changed_ns(job.output) / 1e9, UTC).isoformat()
+
+
+def _since_s(started_utc: str) -> float | None:
+    """Return how long ago a run began, as the times of its events count."""
+    if not started_utc:
+        return None
+    return (datetime.now(UTC) - datetime.fromisoformat(started_utc)).total_seconds()
+
+
+def _titles(found: Snapshot) -> dict[str, str]:
+    """Return the titles of the study's tasks, by their labels."""
+    if found.study is None:
+        return {}
+    return {protocol.task: protocol.title for protocol, _ in plan_of(found, "01").tasks()}

@@ -1,0 +1,28 @@
+"""The one table of pages, in the order of the navigation."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from slipscale.experiments.lab.console.pages.data import data, pilot
+from slipscale.experiments.lab.console.pages.day import live, today
+from slipscale.experiments.lab.console.pages.screens import screens
+from slipscale.experiments.lab.console.pages.settings import settings
+from slipscale.experiments.lab.console.pages.study import study
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.experiments.lab.console.pages.view import View
+
+PAGES: dict[str, Callable[[View], dict[str, Any]]] = {
+    "today": today,
+    "live": live,
+    "study": study,
+    "screens": screens,
+    "data": data,
+    "pilot": pilot,
+    "settings": settings,
+}
+# Pages that are reached from another one -> that page, which the navigation marks.
+WITHIN = {"screens": "study"}

@@ -1,0 +1,72 @@
+"""What every page is made from, and what several pages need."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.study.run_plan import RunPlan
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from slipscale.experiments.lab.console.jobs import Job, Jobs
+    from slipscale.experiments.lab.console.page_texts import Words
+    from slipscale.experiments.lab.console.state import Snapshot
+
+MOST_PEOPLE = 60  # in a table, unless all are asked for
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class View:
+    """A page that somebody asked for.
+
+    Parameters
+    ----------
+    query : Mapping
+        What the address says after the question mark.
+    """
+
+    found: Snapshot
+    jobs: Jobs
+    t: Words
+    query: Mapping[str, str]
+
+
+def local_time(utc: str) -> str:
+    """Return a time in ISO 8601 as this computer's clocks show it, to the minute.
+
+    >>> local_time("")
+    ''
+    """
+    return f"{datetime.fromisoformat(utc).astimezone():%Y-%m-%d %H:%M}" if utc else ""
+
+
+def date_of(when_ns: int | None) -> str:
+    """Return when a file changed, in ISO 8601; empty if there is none."""
+    return "" if when_ns is None else datetime.fromtimestamp(when_ns / 1e9, UTC).isoformat()
+
+
+def failure(job: Job | None) -> str:
+    """Return what a job that has ended complained of; nothing where it did what it should.
+
+    A session that was stopped says so itself: that is no failure.
+    """
+    stopped = 130
+    return job.complained() if job and job.status not in (None, 0, stopped) else ""
+
+
+def plan_of(found: Snapshot, participant: str) -> RunPlan:
+    """Return the plan of a participant's first run; LookupError without a study."""
+    if found.study is None:
+        raise LookupError("there is no study to plan with")
+    return RunPlan(
+        study_name=found.defaults.study,
+        study_text=found.study_text,
+        participant=participant,
+        session=(*found.study.sessions, "")[0],
+        seed=found.study.seed,
+        language=found.defaults.language or found.study.language,
+        mode="participant",
+    )

@@ -1,0 +1,97 @@
+"""A scene as a drawing (SVG): what a participant's screen shows, without a window.
+
+Letters stand where `slipscale.experiments.participants.psychopy_window.layout` lays them, each line
+as wide as in the window's font, also where the reader's browser has another font.
+"""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING, assert_never
+
+from slipscale.experiments.participants.psychopy_window.layout import LINE, lay
+from slipscale.experiments.participants.psychopy_window.scene import (
+    COLOURS,
+    DESIGN_WIDTH,
+    FONT,
+    Area,
+    Arrow,
+    Box,
+    Text,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from slipscale.experiments.participants.psychopy_window.scene import Colour, Item, Scene
+
+BASELINE = 1.069  # of the size, below the top of its line: Noto Sans
+
+
+def drawn(scene: Scene, *, width_px: int, height_px: int, name: str) -> str:
+    """Return a scene as SVG, in the proportions of a screen of ``width_px`` by ``height_px``.
+
+    Parameters
+    ----------
+    name : str
+        What a screen reader says of the drawing.
+    """
+    unit = min(height_px, width_px / DESIGN_WIDTH)
+    parts = "".join(part for item in scene for part in _parts(item))
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width_px} {height_px}" role="img" '
+        f'aria-label="{escape(name)}" font-family="{FONT}, sans-serif">'
+        f'<rect width="{width_px}" height="{height_px}" fill="{_rgb("ground")}"/>'
+        f'<g transform="translate({width_px / 2:g} {height_px / 2:g}) scale({unit:g})">'
+        f"{parts}</g></svg>"
+    )
+
+
+def _parts(item: Item) -> Iterator[str]:
+    """Yield what is drawn for an item; y points down here."""
+    match item:
+        case Text():
+            yield from _letters(item)
+        case Box():
+            yield _box(item.x, item.y, item.width, item.height, item.colour)
+        case Arrow():
+            half = item.size / 2 if item.up else -item.size / 2
+            stem, head = 0.24 * abs(half), 0.8 * abs(half)
+            right = [(stem, half), (stem, 0.0), (head, 0.0), (0.0, -half)]
+            outline = [*right, *((-x, y) for x, y in reversed(right[:-1]))]
+            points = " ".join(f"{item.x + x:.5f},{y - item.y:.5f}" for x, y in outline)
+            yield f'<polygon points="{points}" fill="{_rgb(item.colour)}"/>'
+        case Area():
+            pass
+        case _:
+            assert_never(item)
+
+
+def _letters(text: Text) -> Iterator[str]:
+    if not text.content.strip():
+        return
+    laid = lay(text)
+    weight = ' font-weight="700"' if text.bold else ""
+    blank = (LINE - 1) / 2 * laid.size
+    for number, (line, width) in enumerate(zip(laid.lines, laid.widths, strict=True)):
+        left = laid.left if text.align == "left" else text.x - width / 2
+        y = -laid.top - blank + (number * LINE + BASELINE) * laid.size
+        if line:
+            yield (
+                f'<text x="{left:.5f}" y="{y:.5f}" font-size="{laid.size:.5f}"{weight} '
+                f'textLength="{width:.5f}" lengthAdjust="spacingAndGlyphs" '
+                f'fill="{_rgb(text.colour)}">{escape(line)}</text>'
+            )
+    if text.caret:
+        yield _box(laid.right + 0.012, text.y, 0.006, text.size, "accent")
+
+
+def _box(x: float, y: float, width: float, height: float, colour: Colour) -> str:
+    return (
+        f'<rect x="{x - width / 2:.5f}" y="{-y - height / 2:.5f}" width="{width:.5f}" '
+        f'height="{height:.5f}" fill="{_rgb(colour)}"/>'
+    )
+
+
+def _rgb(colour: Colour) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*COLOURS[colour])

@@ -1,0 +1,69 @@
+"""The page of the screens: each screen of the study, in each language, and what cannot be read."""
+
+import re
+
+import pytest
+
+from slipscale.experiments.study.file import study_text
+
+LONG = "Please say how often you touch smooth things with your bare finger. " * 8
+
+
+def labels(page):
+    return re.findall(r'role="img" aria-label="([^"]*)"', page)
+
+
+@pytest.fixture
+def own_study(lab):
+    (lab / "mine.toml").write_text(study_text("biet2007"))
+    (lab / "slipscale.toml").write_text('study = "mine.toml"\nplate = "serial:COM9"\n')
+    return lab / "mine.toml"
+
+
+def test_every_screen_of_a_run_is_drawn_once_with_its_task(visitor, own_study, words_of):
+    page = visitor.see("/screens")
+    assert len(labels(page)) == 16
+    assert labels(page)[0] == "Screen 1: instructions"
+    assert "Screen 8: Descending difference: question" in labels(page)
+    assert "All 16 screens can be read" in words_of(page)
+    assert 'viewBox="0 0 1920 1080"' in page
+
+
+def test_a_language_and_a_size_are_chosen_by_links(visitor, own_study):
+    page = visitor.see("/screens?screens=fr&size=1280x1024")
+    assert page.count('viewBox="0 0 1280 1024"') == 16
+    assert "Merci de participer." in page
+    for nonsense in ("size=0x0", "size=99999x1", "screens=xx"):
+        assert 'viewBox="0 0 1920 1080"' in visitor.see(f"/screens?{nonsense}")
+
+
+def test_a_screen_that_cannot_be_read_is_named_in_its_language(visitor, own_study, words_of):
+    own_study.write_text(
+        'name = "s"\ntitle = "S"\namplitudes_um_pp = [0, 1]\n[[about_you]]\nname = "touching"\n'
+        f'prompt = {{ en = "{LONG}", fr = "Souvent ?" }}\noptions = ["often", "never"]\n'
+        '[[tasks]]\nprotocol = "magnitude_estimation"\n'
+    )
+    page = words_of(visitor.see("/screens"))
+    assert re.search(r"Language en 1 unreadable fr Screen", page)
+    assert re.search(r"1 of [0-9]+ screens cannot be read", page)
+    assert "is too long for its place on the screen" in page
+    assert "écrans" not in page
+    assert "is too long for" not in visitor.see("/screens?screens=fr")
+
+
+def test_the_size_of_the_screen_that_the_checklist_found_comes_first(visitor, own_study):
+    class Check:
+        running = False
+
+        def said(self):
+            return '[{"name": "display", "passed": true, "detail": "screen 0, 1600 x 900, focus"}]'
+
+    visitor.jobs.jobs["check"] = Check()
+    page = visitor.see("/screens")
+    assert 'viewBox="0 0 1600 900"' in page
+    assert "1600 × 900 (found by the last check)" in page
+
+
+def test_a_study_that_cannot_be_rehearsed_is_told_in_words(visitor, own_study, monkeypatch):
+    own_study.write_text("name = 1")
+    assert "mine.toml" in visitor.see("/screens")
