@@ -9,7 +9,7 @@
 # make benchmarks  each quick benchmark's ratio beside the recorded one
 # make windows  signals and lost displays in real windows: make windows ARGS="--signals 5000"
 # make soak     an eight-hour day in one process, in short: make soak ARGS="--hours 8"
-# make reliability  every line of docs/validation/reliability.md
+# make reliability  every line of docs/validation/index.md
 # make setup   the environment of a laboratory's computer, in .venv: sessions and their analysis
 PYTHON ?= python3
 BIN = .venv/bin
@@ -62,15 +62,15 @@ docs: set-test
 pictures: set-test
 	$(BIN)/python tools/tutorial_pictures.py $(ARGS)
 
-# Kills and disk faults; docs/validation/reliability.md. 10,000 cases: make torture ARGS="--places 45 --write"
+# Kills and disk faults; docs/validation/index.md. 10,000 cases: make torture ARGS="--places 45 --write"
 torture: set-test
 	$(BIN)/python -m tools.torture $(ARGS)
 
-# Sessions in windows that are ended by signals, and by their X server; docs/validation/reliability.md.
+# Sessions in windows that are ended by signals, and by their X server; docs/validation/index.md.
 windows: set-test
 	$(BIN)/python -m tools.torture.windows $(ARGS)
 
-# So many texts of each kind of file, each used or refused in a sentence; docs/validation/reliability.md.
+# So many texts of each kind of file, each used or refused in a sentence; docs/validation/index.md.
 TEXTS = 10000
 fuzz: set-test
 	$(BIN)/python -m tools.fuzzing --texts $(TEXTS) $(ARGS)
@@ -83,7 +83,7 @@ soak: set-test
 benchmarks: set-test
 	$(BIN)/python -m benchmarks.quick $(ARGS)
 
-# Every line of docs/validation/reliability.md, by the command that stands there.
+# Every line of docs/validation/index.md, by the command that stands there.
 reliability: set-test
 	$(BIN)/python -m tools.reliability $(ARGS)
 

@@ -1,4 +1,4 @@
-"""Measure coverage of intervals and error rates of tests for docs/validation/trust-in-numbers.md.
+"""Measure coverage of intervals and error rates of tests for docs/validation/measured/coverage.md.
 
 Simulated studies of n = 3, 6, 12 and 30 participants, with a known truth, go through the analysis's
 own functions. Run: .venv/bin/python benchmarks/coverage.py [--studies 200] [--write]
@@ -64,7 +64,7 @@ SLOW = {
 }
 AMPLITUDES = np.array([0.3, 0.5, 1.2, 2.3])
 EXPONENT, SD_EXPONENT, SD_PERSON, SD_TRIAL = 0.6, 0.15, 0.5, 0.3
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "validation" / "trust-in-numbers.md"
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "validation" / "measured" / "coverage.md"
 START, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 
 

@@ -1,4 +1,4 @@
-"""Measure how well the analysis recovers known parameters, for docs/validation/recovery.md.
+"""Measure how well the analysis recovers known values (docs/validation/measured/recovery.md).
 
 Every protocol and rule: real generators, simulated people by the bare path, the data set's tables,
 the analysis's own reading and functions. A case that is measured is kept in build/recovery and not
@@ -33,8 +33,9 @@ from slipscale.experiments.participants.simulated_people.population import Popul
 from slipscale.experiments.running.bare_dataset import write_simulated
 from slipscale.experiments.study.run_plan import RunPlan
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "validation" / "recovery.md"
-KEPT = PAGE.parents[1] / "build" / "recovery"
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs" / "validation" / "measured" / "recovery.md"
+KEPT = ROOT / "build" / "recovery"
 START, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 #: 2 % lapses, as in the shipped realistic people; noise so that thresholds are well above the
 #: 0.01 µm to which simulated fingers feel.

@@ -1,10 +1,10 @@
-"""Figures of campaigns, put into docs/validation/reliability.md between two marks."""
+"""Figures of campaigns, put into docs/validation/measured/campaigns.md between two marks."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-PAGE = Path(__file__).parents[1] / "docs" / "validation" / "reliability.md"
+PAGE = Path(__file__).parents[1] / "docs" / "validation" / "measured" / "campaigns.md"
 END = "<!-- end of figures -->\n"
 
 

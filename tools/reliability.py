@@ -1,4 +1,4 @@
-"""Run every line of docs/validation/reliability.md: each promise with its command.
+"""Run every line of docs/validation/index.md: each promise with its command.
 
 Use: ``make reliability`` (an hour on a quiet machine), ``make reliability ARGS=--list``,
 ``make reliability ARGS="--line 5 --line 7"``, ``ARGS=--write`` for the figures on the page.
@@ -19,12 +19,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tools.page_figures import PAGE, put
+from tools.page_figures import put
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "validation" / "index.md"
 ROW = re.compile(r"\| (?P<promise>[^|]+) \| (?P<how>[^|]+) \| `(?P<command>[^`|]+)` \|")
 # What pytest says at its end; nothing that ran is no proof.
 PASSED = re.compile(r"(?P<count>\d+) passed")

@@ -158,7 +158,7 @@ def student_intervals(
     """Return Student's intervals of the columns' means; NaN of fewer than `FEWEST` values.
 
     They cover closer to their level than the bootstrap's percentile or BCa intervals for the few
-    and skewed values of such studies (docs/validation/trust-in-numbers.md).
+    and skewed values of such studies (docs/validation/measured/coverage.md).
     """
     from scipy import stats  # noqa: PLC0415 - a second's import
 

@@ -1,4 +1,4 @@
-"""The campaign of texts, in short: docs/validation/reliability.md has its figures."""
+"""The campaign of texts, in short: docs/validation/measured/campaigns.md has its figures."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""docs/validation/reliability.md: each command exists and finds its tests."""
+"""docs/validation/index.md: each command exists and finds its tests."""
 
 import shlex
 

@@ -1,4 +1,4 @@
-"""The campaign of kills and disk faults, in short (docs/validation/reliability.md)."""
+"""The campaign of kills and disk faults, in short (docs/validation/measured/campaigns.md)."""
 
 import shutil
 import sys

@@ -15,6 +15,7 @@ from mkdocs.structure.files import File
 
 from tools.site import (
     command_reference,
+    data_set_reference,
     decisions,
     gallery,
     notebooks,
@@ -36,6 +37,7 @@ ROOT = Path(__file__).parents[2]
 # Each returns pages (or other files) by their path in the site's sources.
 SOURCES: tuple[Callable[[], dict[str, str]], ...] = (
     command_reference.pages,
+    data_set_reference.pages,
     decisions.pages,
     gallery.pages,
     notebooks.pages,
@@ -56,7 +58,7 @@ MENU: dict[str, tuple[str, ...]] = {
     "how-to": ("how-to/magnitude-estimation.md",),
     "studies": ("studies/index.md",),
     "explanation": (),
-    "validation": (),
+    "validation": ("validation/index.md",),
     "reference": ("reference/study-file.md", "reference/commands.md", "reference/plates.md"),
     "extending": (),
 }

@@ -10,7 +10,7 @@ The parameters of `psychometric_fit`, on a grid. What is thought of them before 
   1293-1313), and a free guess rate up to its own.
 
 Levels that depended on the answers before change nothing: a posterior depends on the answers alone.
-How often its intervals hold the truth stands in ``docs/validation/recovery.md``.
+How often its intervals hold the truth stands in ``docs/validation/measured/recovery.md``.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ MEANT = {
         "mean of {people}, where the comparison is called more slippery half of the time",
     ),
 }
-#: Shown with every interval of a population: measured, see docs/validation/recovery.md.
+#: Shown with every interval of a population: measured, see docs/validation/index.md.
 CAUTION = (
     "With 60 trials each, such intervals held the true population's threshold in 92 to 100 % of "
     "simulated studies of 8 people, by rule; a bias of some percent, which all people have in "

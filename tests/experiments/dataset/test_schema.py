@@ -1,7 +1,5 @@
-import importlib.util
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -24,16 +22,8 @@ from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.faults import UserError
 
-ROOT = Path(__file__).parents[3]
 # The shipped study that has a protocol, where its name is another.
 STUDIES = {"descending_difference": "biet2007", "magnitude_estimation": "biet2007"}
-
-
-def test_the_page_on_the_data_set_is_the_schema():
-    spec = importlib.util.spec_from_file_location("page", ROOT / "tools" / "data_set_page.py")
-    tool = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tool)
-    assert tool.page() == (ROOT / "docs" / "reference" / "data-set.md").read_text(encoding="utf-8")
 
 
 def task_of(made, name):

@@ -1,0 +1,138 @@
+"""The reference of the data set, from the schema and the protocols' columns."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.dataset.measured import MEASURED
+from slipscale.experiments.dataset.schema import (
+    FLAG_SEPARATOR,
+    FLAGS,
+    MISSING,
+    NOTES,
+    PARTICIPANT,
+    RUN,
+    SESSION,
+    SIDECAR,
+    columns,
+    person_columns,
+    questionnaire_columns,
+    session_columns,
+    table_stem,
+)
+from slipscale.experiments.protocols.registry import load_protocol, protocol_names
+from tools.site.tables import code, table
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from slipscale.experiments.protocols.base import Column, Protocol
+
+INTRODUCTION = f"""# The data set
+
+A session writes its journal; the data set is built from the journals. It is a behavioural data set
+in BIDS form, with one table (TSV) and one sidecar (JSON) per task, participant and run. A missing
+value is `{MISSING}`. Decimals use a point, times are in seconds, and amplitudes are peak to peak.
+
+This page is generated from `experiments/dataset/schema.py` and the protocols.
+"""
+PEOPLE = f"""
+## participants.tsv
+
+One row per participant: `{PARTICIPANT}`, one column per question of the study's `about_you` tables,
+and
+
+"""
+SESSIONS = f"""
+## sub-01_sessions.tsv
+
+If runs have a session, each participant has a table with one row per session: `{SESSION}`, and
+
+"""
+QUESTIONNAIRES = f"""
+## phenotype/
+
+Each questionnaire has a table `phenotype/<name>.tsv` and a sidecar with the texts of items and
+answers. One row each time it was asked: `{PARTICIPANT}`, the visit if there are several, and one
+column per item with the code of the answer.
+
+"""
+MEASURED_TEXT = """
+## Measurements
+
+Columns after `exploration_time` in the tables of runs that measured them: of the finger, if a
+sensor of its [position or forces](../how-to/finger.md) was used, and of the plate, if it reports
+them.
+
+"""
+FLAG_TEXT = f"""
+## Flags
+
+What happened in a trial, in the column `flag`, separated by `{FLAG_SEPARATOR}`.
+
+"""
+SIDECAR_TEXT = f"""
+## Sidecars
+
+Next to each table, under the key `{SIDECAR}`:
+
+"""
+
+
+def pages() -> dict[str, str]:
+    """Return the page."""
+    return {"reference/data-set.md": page()}
+
+
+def page() -> str:
+    """Return the text: columns that most protocols share are listed once."""
+    shipped = {
+        name: protocol for name in protocol_names() if _is_shipped(protocol := load_protocol(name))
+    }
+    rows = {
+        name: _rows(columns(replace(each, interval_columns=2) if each.intervals else each))
+        for name, each in shipped.items()
+    }
+    times = Counter(row for own in rows.values() for row in own)
+    shared = [row for row, count in times.items() if 2 * count > len(shipped)]
+    parts = [INTRODUCTION, "\n## Columns of most tables\n\n", _table(shared)]
+    for name, protocol in shipped.items():
+        stem = table_stem(participant="01", session="", task=protocol.task, run="01")
+        more = " A third interval has the same columns." if protocol.intervals else ""
+        lacking = ", ".join(row[0] for row in shared if row not in rows[name])
+        more += f" Without {lacking}." if lacking else ""
+        parts += [
+            f"\n## {protocol.title}\n\n`sub-01/beh/{stem}.tsv`, protocol `{name}`.{more}\n\n",
+            _table([row for row in rows[name] if row not in shared]),
+        ]
+    parts += [MEASURED_TEXT, _table(_rows(MEASURED))]
+    parts += [PEOPLE, _table(_rows(person_columns()))]
+    parts += [SESSIONS, _table(_rows(session_columns()))]
+    parts += [QUESTIONNAIRES, _table(_rows(questionnaire_columns({}, (SESSION, RUN))))]
+    parts += [FLAG_TEXT, _meanings("flag", FLAGS), SIDECAR_TEXT, _meanings("key", NOTES)]
+    return "".join(parts)
+
+
+def _is_shipped(protocol: Protocol) -> bool:
+    return protocol.steps.__module__.startswith("slipscale.experiments.protocols.")
+
+
+def _rows(described: Mapping[str, Column]) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = []
+    for name, column in described.items():
+        levels = "; ".join(f"`{level}`: {means}" for level, means in column.levels.items())
+        # The flags have a table of their own.
+        meaning = column.description.partition(":")[0] if name == "flag" else column.description
+        meaning = f"{meaning} ({levels})" if levels else meaning
+        rows.append((code(name), column.kind, column.units, meaning))
+    return rows
+
+
+def _table(rows: list[tuple[str, ...]]) -> str:
+    return table(("column", "kind", "unit", "meaning"), rows) + "\n"
+
+
+def _meanings(title: str, entries: Mapping[str, str]) -> str:
+    return table((title, "meaning"), [(code(name), text) for name, text in entries.items()]) + "\n"
