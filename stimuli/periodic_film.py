@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.linalg import solve_banded
 
 from slipscale.faults import UserError
 
@@ -231,33 +232,24 @@ def _stages(sigma: float) -> int:
 def _block_tridiagonal_step(
     conductance: Array, storage_slope: Array, mobility: Array, rate: Array, residual: Array
 ) -> Array:
-    """Return Newton's step, by block elimination from the middle of the contact to its edge.
+    """Return Newton's step, from a band matrix whose unknowns are the instants of cell after cell.
 
-    Neighbouring cells are coupled at equal instants only (diagonal blocks, kept as vectors); the
+    Neighbouring cells are coupled at equal instants only, the band's outermost diagonals; the
     instants of one cell are coupled by the time derivative (a dense block).
     """
-    cells, instants = residual.shape
-    inner = np.vstack([np.zeros(instants), conductance[:-1]])
-    diagonal = (inner + conductance) * mobility
-    inverse = np.empty((cells, instants, instants))
-    reduced = np.empty_like(residual)
+    instants = residual.shape[1]
     at = np.arange(instants)
-    for i in range(cells):
-        block = -rate * storage_slope[i]
-        block[at, at] -= diagonal[i]
-        reduced[i] = -residual[i]
-        if i:
-            below = inner[i] * mobility[i - 1]
-            above = inner[i] * mobility[i]
-            block -= below[:, None] * inverse[i - 1] * above
-            reduced[i] -= below * (inverse[i - 1] @ reduced[i - 1])
-        inverse[i] = np.linalg.inv(block)
-    change = np.empty_like(residual)
-    change[-1] = inverse[-1] @ reduced[-1]
-    for i in range(cells - 2, -1, -1):
-        above = conductance[i] * mobility[i + 1]
-        change[i] = inverse[i] @ (reduced[i] - above * change[i + 1])
-    return change
+    flow = conductance[:-1]
+    blocks = -rate * storage_slope[:, None, :]
+    blocks[:, at, at] -= np.vstack([conductance[:1], conductance[1:] + flow]) * mobility
+    band = np.zeros((2 * instants + 1, *residual.shape))
+    band[instants + at[:, None] - at, :, at] = blocks.transpose(1, 2, 0)
+    band[0, 1:] = flow * mobility[1:]
+    band[-1, :-1] = flow * mobility[:-1]
+    change = solve_banded(
+        (instants, instants), band.reshape(len(band), -1), -residual.ravel(), check_finite=False
+    )
+    return np.asarray(change).reshape(residual.shape)
 
 
 def _grid(wave_number: float, delta: float, resolution: Resolution) -> tuple[Array, Array]:

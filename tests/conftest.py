@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import pickle
 import shutil
@@ -24,6 +25,18 @@ settings.load_profile("slipscale")
 # Read at the first import of NumPy or SciPy, also in the processes that tests start. On matrices
 # as small as ours a second thread only waits, at full load: L-BFGS-B takes eight times the CPU.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Windows are drawn in software: its threads wait for each other at full load, too.
+os.environ.setdefault("LP_NUM_THREADS", "0")
+# jsonschema compiles 38 grammars for a format that no test checks: seconds per process.
+sys.modules.setdefault("rfc3987_syntax", None)
+# Nothing that collection loads is ever garbage: it is neither searched now nor in each test.
+gc.disable()
+
+
+def pytest_collection_finish():
+    """Collect garbage from here on, of what tests allocate."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(scope="session")

@@ -48,29 +48,35 @@ def run(arguments: Namespace) -> int:
         raise UserError("--fine makes --fe's mesh finer: name a plate with --fe, e.g. --fe 11x7")
     brief = briefs.read(arguments.brief) if arguments.brief else briefs.Brief()
     found = design(brief)
+    chosen = _candidate(found, arguments.fe) if arguments.fe else None
     plates = [judge(brief, each, found.frequency_min_hz) for each in found.candidates]
     result = _as_json(brief, found, plates)
     modes = None
-    if arguments.fe:
-        modes, result["finite_elements"] = _solve(brief, found, arguments.fe, fine=arguments.fine)
+    if chosen:
+        modes, result["finite_elements"] = _solve(brief, found, chosen, fine=arguments.fine)
     if arguments.out:
         _write(arguments.out, brief, result, modes)
     print(json.dumps(result, indent=2) if arguments.json else _as_text(result, arguments.out))
     return DONE if any(each.admissible for each in plates) else ANSWER_IS_NO
 
 
-def _solve(brief: Brief, found: Design, plate: str, *, fine: bool) -> tuple[Any, dict[str, Any]]:
+def _solve(
+    brief: Brief, found: Design, chosen: Candidate, *, fine: bool
+) -> tuple[Any, dict[str, Any]]:
     from slipscale.hardware.plate.design.verdict import judged, solve  # noqa: PLC0415
     from slipscale.hardware.plate.geometry import DEFAULT, FINE  # noqa: PLC0415
 
-    chosen = _candidate(found, plate)
     modes, solution = solve(brief, chosen, FINE if fine else DEFAULT)
     verdict = judged(brief, chosen, solution, found.frequency_min_hz)
-    return modes, {"plate": plate, **_verdict(verdict)}
+    return modes, {"plate": _name(chosen), **_verdict(verdict)}
+
+
+def _name(plate: Candidate) -> str:
+    return f"{plate.ceramic_length_mm:g}x{plate.columns}"
 
 
 def _candidate(found: Design, plate: str) -> Candidate:
-    known = {f"{c.ceramic_length_mm:g}x{c.columns}": c for c in found.candidates}
+    known = {_name(each): each for each in found.candidates}
     if plate not in known:
         raise UserError(f"--fe {plate}: expected one of the plates listed: {', '.join(known)}")
     return known[plate]

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from slipscale.hardware.plate.dynamics import FingerLoad
 
 TICK_S = 0.001
+IDLE_TICK_S = 0.01  # of a board that is silent: nothing moves until a command comes
 DEFAULT_LIMITS = wire.BoardLimits()
 FOREIGN_IDENTITY = "Hewlett-Packard,34401A,0,10-5-2"
 NMEA = b"$GPGGA,101530.00,5036.10,N,00308.40,E,1,08,0.9,40.0,M,47.0,M,,*65\r\n"
@@ -208,10 +209,14 @@ class Emulator:
             self._nmea_at_s = now_s + NMEA_S
             self._send(NMEA)
         watched = [each for each in (self._master, control) if each is not None]
-        ready, _, _ = select.select(watched, [], [], TICK_S)
+        ready, _, _ = select.select(watched, [], [], self._tick_s())
         if self._master in ready:
             self._read()
         return control in ready
+
+    def _tick_s(self) -> float:
+        """Return how long nothing but a command can change anything."""
+        return TICK_S if self.board.vibrates or self._outbox else IDLE_TICK_S
 
     def _boot(self) -> None:
         if self._boots:
@@ -253,7 +258,7 @@ class Emulator:
             if self._host_is_there and self._dtr:
                 self._boot()
             self._host_is_there = False
-            self._clock.sleep(TICK_S)
+            self._clock.sleep(self._tick_s())
             return
         self._host_is_there = True
         for byte in data:

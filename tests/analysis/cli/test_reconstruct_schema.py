@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from jsonschema import Draft202012Validator
 
 from slipscale import commands
 
@@ -24,8 +25,6 @@ TABLES = {
 
 @pytest.fixture(scope="module")
 def schema():
-    from jsonschema import Draft202012Validator  # noqa: PLC0415 - seconds, in one process only
-
     return Draft202012Validator(
         json.loads((REFERENCE / "reconstruct.schema.json").read_text("utf-8"))
     )

@@ -5,6 +5,7 @@ import json
 import tomllib
 
 import pytest
+from jsonschema import Draft202012Validator
 
 from slipscale import commands
 from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
@@ -23,8 +24,6 @@ MINIMAL = 'name = "a"\ntitle = "A"\namplitudes_um_pp = [1.0]\n[[tasks]]\n'
 
 
 def faults(text):
-    from jsonschema import Draft202012Validator  # noqa: PLC0415 - seconds, in one process only
-
     Draft202012Validator.check_schema(SCHEMA)
     found = Draft202012Validator(SCHEMA).iter_errors(tomllib.loads(text))
     return [fault.message for fault in found]
