@@ -45,7 +45,7 @@ def read_study(study: str | Path) -> Study:
 
     Examples
     --------
-    >>> read_study("biet2007").amplitudes_um_pp
+    >>> read_study("biet2007").levels
     (0.0, 0.5, 1.2, 2.3)
     """
     return study_file.read_study(str(study))[0]
@@ -335,8 +335,8 @@ def open_plate(spec: str = "mock", *, clock: Clock | None = None, seed: int = 0)
     --------
     >>> from slipscale.stimuli.surface import VirtualSurface
     >>> with open_plate("mock") as plate:
-    ...     shown = plate.present(VirtualSurface(amplitude_um_pp=1.2))
-    >>> shown.commanded_um_pp
+    ...     shown = plate.present(VirtualSurface(level=1.2))
+    >>> shown.commanded_level
     1.2
     """
     from slipscale.hardware import registry  # noqa: PLC0415

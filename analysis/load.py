@@ -30,7 +30,6 @@ from slipscale.analysis.reading.labelled_tasks import (
     with_people,
 )
 from slipscale.analysis.reading.mapping import beside
-from slipscale.analysis.reading.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE
 from slipscale.analysis.reading.suspicions import notes_on_answers
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY
@@ -41,13 +40,14 @@ from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.dataset.schema import PARTICIPANT, TABLE_NAME
 from slipscale.experiments.dataset.verification import verify
 from slipscale.faults import UserError
+from slipscale.stimuli.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from slipscale.analysis.reading.labelled_tasks import Entries, Entry, TaskTrials
     from slipscale.analysis.reading.mapping import TableMapping
-    from slipscale.analysis.reading.quantity import Quantity
+    from slipscale.stimuli.quantity import Quantity
 
 
 def load(

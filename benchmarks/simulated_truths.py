@@ -76,7 +76,7 @@ def forced_choice(
     mean = curves(people).mean
     half, rise = _half_way(intervals)
     start = mean(standard_um_pp)
-    top = people.amplitude_um_pp[-1] - standard_um_pp
+    top = people.levels[-1] - standard_um_pp
     level = optimize.brentq(
         lambda more: (mean(standard_um_pp + more) - start) / noise - half, 1e-6, top
     )

@@ -47,7 +47,7 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         # PsychoPy does not close devices when a script ends, or ends badly.
         atexit.register(self.close)
 
-    def present(self, amplitude_um_pp: float) -> Presentation:
+    def present(self, level: float) -> Presentation:
         """Ramp to an amplitude in µm peak to peak; return once it has settled.
 
         Raises
@@ -55,11 +55,11 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         UserError, PlateFault
             As `slipscale.hardware.driver.PlateDriver.present`; the plate is silent or as it was.
         """
-        return self._plate.present(VirtualSurface(amplitude_um_pp=float(amplitude_um_pp)))
+        return self._plate.present(VirtualSurface(level=float(level)))
 
     def read_back(self) -> float | None:
         """Return the amplitude in µm peak to peak that the plate tells, or None."""
-        return self._plate.read_back().amplitude_um_pp
+        return self._plate.read_back().level
 
     def check(self) -> None:
         """Raise the `PlateFault` that has come up, if any; cheap enough for every frame."""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from slipscale.faults.toml_lines import Place
-    from slipscale.faults.validation import Fault
+    from slipscale.faults.validation import Fault, Names
 
     Model = TypeVar("Model", bound=BaseModel)
 
@@ -42,7 +42,11 @@ TOO_LARGE = 10**MOST_DIGITS
 
 
 def read_toml(
-    path: Path, model: type[Model], *, parse_float: Callable[[str], object] = float
+    path: Path,
+    model: type[Model],
+    *,
+    parse_float: Callable[[str], object] = float,
+    names: Callable[[dict[str, object]], Names] | None = None,
 ) -> Model:
     """Return what a TOML file says, as a pydantic model.
 
@@ -54,6 +58,8 @@ def read_toml(
         A pydantic model of the whole file.
     parse_float : callable
         What becomes of a bare decimal number; ``str`` keeps it as it is written.
+    names : callable, optional
+        Returns the file's names, from its content; left out: each field is its own key.
 
     Raises
     ------
@@ -68,20 +74,26 @@ def read_toml(
         if "\0" in str(path):
             reason = "no file's name has a null character"
         raise UserError(f"{path}: cannot be read ({reason}); expected a TOML file") from None
-    return parse_toml(text, str(path), model, parse_float=parse_float)
+    return parse_toml(text, str(path), model, parse_float=parse_float, names=names)
 
 
 def parse_toml(
-    text: str, source: str, model: type[Model], *, parse_float: Callable[[str], object] = float
+    text: str,
+    source: str,
+    model: type[Model],
+    *,
+    parse_float: Callable[[str], object] = float,
+    names: Callable[[dict[str, object]], Names] | None = None,
 ) -> Model:
     """Return what a TOML text says, as `read_toml` does; ``source`` is its name for messages."""
     from pydantic import ValidationError  # noqa: PLC0415 - whoever has a model has loaded it
 
     table = toml_table(text, source, parse_float=parse_float)
+    known = names(table) if names else None
     try:
-        return model.model_validate(table)
+        return model.model_validate(known.to_code(table) if known else table, context=known)
     except ValidationError as error:
-        told = sentences(faults_in(error, model), Lines(text).of)
+        told = sentences(faults_in(error, model, known), Lines(text).of)
         raise complaint(source, _decimal_commas(told, text)) from None
 
 

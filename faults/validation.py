@@ -6,7 +6,7 @@ Takes what pydantic found, but does not load it: whoever has an error of it has 
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, Protocol, get_args
 
 from slipscale.faults import UserError
 from slipscale.faults.suggestions import did_you_mean, nearest
@@ -59,6 +59,16 @@ NUMBER = re.compile(r"\s*[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?\s*")
 LONGEST_VALUE = 200
 
 
+class Names(Protocol):
+    """The keys of a file where they differ from the fields of its model."""
+
+    def in_file(self, place: Place) -> Place:
+        """Return a place in the file, from one in the model."""
+
+    def to_code(self, table: dict[str, object]) -> dict[str, object]:
+        """Return the content with fields as its keys."""
+
+
 class Faults(ValueError):
     """Several faults, each with its place: pydantic would take them for one."""
 
@@ -81,7 +91,7 @@ def refuse(faults: Iterable[Fault]) -> None:
         raise Faults(found)
 
 
-def faults_in(error: ValidationError, model: Any = None) -> list[Fault]:
+def faults_in(error: ValidationError, model: Any = None, names: Names | None = None) -> list[Fault]:
     """Return the faults that pydantic found, those with places of their own one by one.
 
     Parameters
@@ -90,16 +100,21 @@ def faults_in(error: ValidationError, model: Any = None) -> list[Fault]:
     model : type, optional
         The pydantic model that was not fulfilled; its keys are suggested for misspelt ones. A key
         that is missing because it was misspelt is not a second fault.
+    names : Names, optional
+        The keys of the file where they differ from the model's fields.
     """
+    in_file: Callable[[Place], Place] = names.in_file if names else tuple
     found: list[Fault] = []
     for each in error.errors():
         inner = each.get("ctx", {}).get("error")
         found += inner.faults if isinstance(inner, Faults) else [(each["loc"], dict(each))]
+    found = [(in_file(place), fault) for place, fault in found]
     meant: set[Place] = set()
     for place, fault in found:
         if fault.get("type") != "extra_forbidden" or "meant" in fault:
             continue
-        if key := nearest(place[-1], _keys(model, place[:-1])):
+        keys = [in_file((*place[:-1], key))[-1] for key in _keys(model, place[:-1])]
+        if key := nearest(place[-1], list(map(str, keys))):
             fault["meant"] = key
             meant.add((*place[:-1], key))
     return [each for each in found if not _follows(each, found, meant)]

@@ -141,13 +141,13 @@ class PlateDriver(GuardedOutput):
         UserError
             A texture, and this backend cannot modulate, or not as fast as that.
         """
-        self.limits.check_amplitude(surface.amplitude_um_pp)
+        self.limits.check_level(surface.level)
         loop = surface.loop(self.modulator or DEFAULT_MODULATOR)
         if loop is None:
-            self._check_possible(surface.amplitude_um_pp)
+            self._check_possible(surface.level)
             return None
-        for each in loop.amplitudes_um_pp:
-            self.limits.check_amplitude(each)
+        for each in loop.levels:
+            self.limits.check_level(each)
         if self.modulator is not None:
             self.modulator.check(loop)
             return loop
@@ -182,16 +182,16 @@ class PlateDriver(GuardedOutput):
             Any other fault of the rig; the plate was silenced.
         """
         loop = self.check_supported(surface)
-        amplitude_um_pp = loop.mean_um_pp if loop else surface.amplitude_um_pp
-        if amplitude_um_pp > 0:
+        level = loop.mean_level if loop else surface.level
+        if level > 0:
             self._check_duty()
-        with self._commanding(vibrates=amplitude_um_pp > 0):
+        with self._commanding(vibrates=level > 0):
             self._played = None
-            presentation = self._drive(amplitude_um_pp)
+            presentation = self._drive(level)
             try:
-                self.confirm(amplitude_um_pp, presentation.readback)
+                self.confirm(level, presentation.readback)
             except NotReached:
-                if amplitude_um_pp > 0:
+                if level > 0:
                     raise
                 presentation = self._after_ring_down(presentation)
                 self.confirm(0.0, presentation.readback)
@@ -199,30 +199,30 @@ class PlateDriver(GuardedOutput):
                 self._play(loop)
                 self._played = loop
         if self.calibration is not None:
-            predicted_v = self.calibration.voltage_v_peak(amplitude_um_pp)
+            predicted_v = self.calibration.voltage_v_peak(level)
             presentation = replace(presentation, predicted_v_peak=predicted_v)
         return presentation
 
-    def confirm(self, commanded_um_pp: float, readback: Readback) -> None:
+    def confirm(self, commanded_level: float, readback: Readback) -> None:
         """Raise `NotReached` or `OffCalibration` unless a readback shows the commanded amplitude.
 
         A readback of the kind "commanded" or "none" proves nothing, and passes. The voltage of a
         simulated plate is not compared: its calibration may be another plate's.
         """
-        reported_um_pp, reported_v = readback.amplitude_um_pp, readback.voltage_v_peak
-        if readback.kind in PROVING and reported_um_pp is not None:
+        reported_level, reported_v = readback.level, readback.voltage_v_peak
+        if readback.kind in PROVING and reported_level is not None:
             self.limits.check_reached(
-                commanded_um_pp, reported_um_pp, applied=readback.kind == "applied"
+                commanded_level, reported_level, applied=readback.kind == "applied"
             )
-        if self.calibration and reported_v is not None and commanded_um_pp and not self.simulated:
-            largest_um_pp = max(self._played.amplitudes_um_pp) if self._played else commanded_um_pp
+        if self.calibration and reported_v is not None and commanded_level and not self.simulated:
+            largest_level = max(self._played.levels) if self._played else commanded_level
             self.limits.check_predicted(
-                commanded_um_pp,
+                commanded_level,
                 reported_v=reported_v,
-                predicted_v=self.calibration.voltage_v_peak(largest_um_pp),
+                predicted_v=self.calibration.voltage_v_peak(largest_level),
             )
 
-    def follow(self, amplitude_um_pp: float) -> None:
+    def follow(self, level: float) -> None:
         """Go on to another amplitude, without waiting: a texture under a finger that is followed.
 
         For a plate that vibrates and has a `follow_lag_s`. What is read back meanwhile is
@@ -238,11 +238,11 @@ class PlateDriver(GuardedOutput):
         PlateFault
             Any other fault of the rig; the plate was silenced.
         """
-        self.limits.check_amplitude(amplitude_um_pp)
+        self.limits.check_level(level)
         if self.output is not Output.MAY_BE_ON:
             raise PlateRefused(f"plate '{self.name}': it is {self.output}, so it follows nothing")
         with self._silent_on_fault():
-            self._follow(amplitude_um_pp)
+            self._follow(level)
 
     def excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
         """Drive at one frequency and one voltage, settle, read back: for calibration.
@@ -276,9 +276,9 @@ class PlateDriver(GuardedOutput):
         with self._silent_on_fault():
             return self._read_back()
 
-    def vibration_um_pp(self) -> float:
+    def vibration_level(self) -> float:
         """Return what a finger on the plate feels now, in µm p-p: by default the readback."""
-        return self.read_back().amplitude_um_pp or 0.0
+        return self.read_back().level or 0.0
 
     @property
     def unfelt(self) -> bool:
@@ -292,7 +292,9 @@ class PlateDriver(GuardedOutput):
             **file,
             "backend": self.name,
             "identity": asdict(self.identity) if self.identity else None,
-            "limits": asdict(self.limits),
+            "limits": {
+                name: each for name, each in asdict(self.limits).items() if name != "quantity"
+            },
             "calibration": self.calibration.summary() if self.calibration else None,
             "notes": list(self.notes),
         }
@@ -323,21 +325,21 @@ class PlateDriver(GuardedOutput):
         """Open the line, check who answers, leave the plate silent. `_close` follows a failure."""
 
     @abstractmethod
-    def _drive(self, amplitude_um_pp: float) -> Presentation:
+    def _drive(self, level: float) -> Presentation:
         """Ramp to a checked amplitude; return when it has settled, at 0 when the drive is off."""
 
     @abstractmethod
     def _read_back(self) -> Readback:
         """Return what the plate does now."""
 
-    def _check_possible(self, amplitude_um_pp: float) -> None:
+    def _check_possible(self, level: float) -> None:
         """Raise `OverLimit` if the device cannot make an amplitude within the limits."""
 
     def _play(self, loop: Loop) -> None:
         """Modulate the settled plate until the next command; a backend with a `modulator` only."""
         raise NotImplementedError
 
-    def _follow(self, amplitude_um_pp: float) -> None:
+    def _follow(self, level: float) -> None:
         """Go on to a checked amplitude; a backend with a `follow_lag_s` only."""
         raise NotImplementedError
 

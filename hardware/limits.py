@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 
 from slipscale.faults import UserError
 from slipscale.hardware.errors import NotReached, OffCalibration, OverLimit
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 # An applied amplitude is computed from a drive that was read back: it has no sensor's noise.
 APPLIED_TOLERANCE = 0.01
-ROUNDING_UM = 1e-6
+ROUNDING = 4e-7  # of the largest level
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -23,9 +24,11 @@ class PlateLimits:
 
     Parameters
     ----------
-    amplitude_um_pp : float
-        Largest vibration amplitude, µm peak to peak. The default leaves the paper's 2.3 µm at
-        15 V (Section IV-A) in and little above.
+    quantity : Quantity
+        What the plate makes; `level` and `deviation_level` are in it.
+    level : float
+        Largest level. The default, 2.5 µm peak to peak, leaves the paper's 2.3 µm at 15 V
+        (Section IV-A) in and little above.
     voltage_v : float
         Largest drive voltage, V peak at the plate, after any amplifier (15 V in the paper,
         chosen "in order to avoid dangerous voltages", Section III-B).
@@ -38,15 +41,16 @@ class PlateLimits:
     on_time_s : float
         Longest vibration after one command: a plate that a hung session forgot falls silent.
     tolerance : float
-        How far a *measured* amplitude may lie from the one commanded, as a fraction of it.
-    tolerance_um : float
-        The same, in µm peak to peak; the larger of the two counts.
+        How far a *measured* level may lie from the one commanded, as a fraction of it.
+    deviation_level : float
+        The same, in the quantity; the larger of the two counts.
     voltage_band : float
         By which factor the reported drive voltage may exceed, or fall below, the voltage that the
         calibration predicts. A finger that lowers Q from 60 to 50 needs 1.2.
     """
 
-    amplitude_um_pp: float = 2.5
+    quantity: Quantity = PLATE_AMPLITUDE
+    level: float = 2.5
     voltage_v: float = 16.5
     frequency_min_hz: float = 25_000.0
     frequency_max_hz: float = 40_000.0
@@ -54,11 +58,11 @@ class PlateLimits:
     duty_window_s: float = 600.0
     on_time_s: float = 600.0
     tolerance: float = 0.05
-    tolerance_um: float = 0.05
+    deviation_level: float = 0.05
     voltage_band: float = 1.5
 
     def __post_init__(self) -> None:
-        for name in self.__slots__:
+        for name in self.__slots__[1:]:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
                 raise UserError(f"plate limits: {name} is {value}, expected a positive number")
@@ -71,9 +75,9 @@ class PlateLimits:
                 f"plate limits: voltage_band is {self.voltage_band}, expected a factor above 1"
             )
 
-    def check_amplitude(self, amplitude_um_pp: float) -> None:
-        """Raise `OverLimit` unless the amplitude is finite, not negative and within bounds."""
-        _check("amplitude", amplitude_um_pp, 0, self.amplitude_um_pp, "µm p-p")
+    def check_level(self, level: float) -> None:
+        """Raise `OverLimit` unless the level is finite, not negative and within bounds."""
+        _check(self.quantity.name, level, 0, self.level, self.quantity.unit_in_short)
 
     def check_voltage(self, voltage_v: float) -> None:
         """Raise `OverLimit` unless the drive voltage is finite, not negative and within bounds."""
@@ -83,49 +87,51 @@ class PlateLimits:
         """Raise `OverLimit` unless the drive frequency is finite and within the band."""
         _check("drive frequency", frequency_hz, self.frequency_min_hz, self.frequency_max_hz, "Hz")
 
-    def allowed_um_pp(self, commanded_um_pp: float) -> float:
-        """Return how far a measured amplitude may lie from the one commanded, µm peak to peak."""
-        return max(self.tolerance * commanded_um_pp, self.tolerance_um)
+    def allowed_level(self, commanded_level: float) -> float:
+        """Return how far a measured level may lie from the one commanded."""
+        return max(self.tolerance * commanded_level, self.deviation_level)
 
-    def held_to(self, *, tolerance: float | None, tolerance_um: float | None) -> PlateLimits:
+    def held_to(self, *, tolerance: float | None, deviation_level: float | None) -> PlateLimits:
         """Return the limits with a narrower tolerance, where one is asked for."""
         return replace(
             self,
             tolerance=min(self.tolerance, tolerance or self.tolerance),
-            tolerance_um=min(self.tolerance_um, tolerance_um or self.tolerance_um),
+            deviation_level=min(self.deviation_level, deviation_level or self.deviation_level),
         )
 
     def check_reached(
-        self, commanded_um_pp: float, reported_um_pp: float, *, applied: bool = False
+        self, commanded_level: float, reported_level: float, *, applied: bool = False
     ) -> None:
-        """Raise `NotReached` when the reported amplitude differs from the commanded one.
+        """Raise `NotReached` when the reported level differs from the commanded one.
 
         Parameters
         ----------
-        commanded_um_pp, reported_um_pp : float
-            In µm peak to peak.
+        commanded_level, reported_level : float
+            In the plate's quantity.
         applied : bool
             The amplitude was computed from the drive that is on, not measured: it is held to
             `APPLIED_TOLERANCE`.
         """
-        allowed, how = self.allowed_um_pp(commanded_um_pp), "measured"
+        q = self.quantity
+        allowed, how = self.allowed_level(commanded_level), "measured"
         if applied:
-            allowed, how = APPLIED_TOLERANCE * commanded_um_pp + ROUNDING_UM, "applied"
-        if not abs(reported_um_pp - commanded_um_pp) <= allowed:
+            allowed, how = APPLIED_TOLERANCE * commanded_level + ROUNDING * self.level, "applied"
+        if not abs(reported_level - commanded_level) <= allowed:
             raise NotReached(
-                f"{commanded_um_pp:g} µm p-p was commanded, {reported_um_pp:.3f} µm p-p is "
-                f"{how} (tolerance {allowed:.3f})"
+                f"{q.short(commanded_level)} was commanded, {reported_level:.3f} "
+                f"{q.unit_in_short} is {how} (tolerance {allowed:.3f})"
             )
 
     def check_predicted(
-        self, commanded_um_pp: float, *, reported_v: float, predicted_v: float
+        self, commanded_level: float, *, reported_v: float, predicted_v: float
     ) -> None:
         """Raise `OffCalibration` when the drive voltage is not what the calibration predicts."""
         band = self.voltage_band
         if not predicted_v / band <= reported_v <= predicted_v * band:
             raise OffCalibration(
-                f"{reported_v:.2f} V peak drive the plate at {commanded_um_pp:g} µm p-p, the "
-                f"calibration predicts {predicted_v:.2f} V (allowed factor {band:g})"
+                f"{reported_v:.2f} V peak drive the plate at "
+                f"{self.quantity.short(commanded_level)}, the calibration predicts "
+                f"{predicted_v:.2f} V (allowed factor {band:g})"
             )
 
 

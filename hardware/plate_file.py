@@ -9,17 +9,18 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import fields
 from datetime import date
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import read_toml
 from slipscale.hardware.calibration.soundness import BOUNDS, implausible
 from slipscale.hardware.calibration.stored import read_calibration
 from slipscale.hardware.limits import PlateLimits
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, FileNames
+from slipscale.stimuli.quantity_table import QuantityTable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -65,7 +66,7 @@ class Geometry(PlateTable):
 class LimitsTable(PlateTable):
     """What the plate may be asked to do, see `PlateLimits`; volts are V peak at the plate."""
 
-    amplitude_um_pp: Positive = SHIPPED.amplitude_um_pp
+    level: Positive = SHIPPED.level
     voltage_v_peak: Positive = SHIPPED.voltage_v
     frequency_min_hz: Positive = SHIPPED.frequency_min_hz
     frequency_max_hz: Positive = SHIPPED.frequency_max_hz
@@ -73,7 +74,7 @@ class LimitsTable(PlateTable):
     duty_window_s: Positive = SHIPPED.duty_window_s
     on_time_s: Positive = SHIPPED.on_time_s
     tolerance: Positive = SHIPPED.tolerance
-    tolerance_um: Positive = SHIPPED.tolerance_um
+    deviation_level: Positive = SHIPPED.deviation_level
     voltage_band: Annotated[float, Field(gt=1, allow_inf_nan=False)] = SHIPPED.voltage_band
 
     @model_validator(mode="after")
@@ -96,6 +97,10 @@ class LimitsTable(PlateTable):
         return wider
 
 
+# The fields that hold levels, whose keys follow the quantity.
+LEVELS = frozenset({"level", "deviation_level"})
+# What a new file does not begin with.
+NOT_WRITTEN = ("geometry", CHECKSUM)
 LOWER_BOUNDS = ("frequency_min_hz",)
 # Table, entry and default of what older files do not have.
 ADDED_LATER = (("limits", "voltage_band", SHIPPED.voltage_band), ("acknowledgement", CHECKSUM, ""))
@@ -149,6 +154,7 @@ class PlateFile(PlateTable):
     identity: Identity
     wiring: Wiring
     geometry: Geometry = Geometry()
+    quantity: QuantityTable = QuantityTable()
     limits: LimitsTable = LimitsTable()
     expected: Expected = Expected()
     calibration: CalibrationPlace | None = None
@@ -159,15 +165,43 @@ class PlateFile(PlateTable):
         """Return the limits as a driver enforces them."""
         table = self.limits.model_dump()
         table["voltage_v"] = table.pop("voltage_v_peak")
-        return PlateLimits(**{each.name: table[each.name] for each in fields(PlateLimits)})
+        return PlateLimits(quantity=self.quantity.quantity, **table)
+
+    @model_validator(mode="after")
+    def _stated(self) -> Self:
+        quantity, limits = self.quantity.quantity, self.limits
+        left_out = {"level", "deviation_level"} - limits.model_fields_set
+        if left_out and not quantity.of_plate:
+            names = " and ".join(sorted(quantity.named(each) for each in left_out))
+            raise ValueError(f"[limits]: expected {names}, since the plate makes {quantity.name}")
+        return self
+
+    def beyond_shipped(self) -> dict[str, float]:
+        """Return the limits that are wider than the shipped ones, by their keys.
+
+        In another quantity no largest level is shipped: each is beyond.
+        """
+        quantity, wider = self.quantity.quantity, self.limits.beyond_shipped()
+        if not quantity.of_plate:
+            wider |= {"level": self.limits.level}
+            wider.pop("deviation_level", None)
+        return {quantity.named(name): value for name, value in wider.items()}
+
+    def in_file(self) -> dict[str, Any]:
+        """Return the content under the keys of its file, ready for JSON."""
+        table = self.model_dump(mode="json")
+        quantity = self.quantity.quantity
+        if quantity.of_plate:
+            del table["quantity"]  # files are older than it
+        elif quantity.named("level") in table["limits"]:
+            del table["limits"][quantity.named("level")]  # the level is the drive voltage
+        return FileNames(quantity, LEVELS, frozenset({"limits"})).to_file(table)
 
     def unacknowledged(self) -> dict[str, float]:
         """Return the limits that are wider than the shipped ones and that nobody acknowledged."""
         known = self.acknowledgement.limits if self.acknowledgement else {}
         return {
-            name: value
-            for name, value in self.limits.beyond_shipped().items()
-            if known.get(name) != value
+            name: each for name, each in self.beyond_shipped().items() if known.get(name) != each
         }
 
     def acknowledged_by_command(self) -> bool:
@@ -192,7 +226,7 @@ class PlateFile(PlateTable):
 
     def summary(self) -> dict[str, Any]:
         """Return the file's content and its checksum, ready for JSON."""
-        return {**self.model_dump(mode="json", exclude_none=True), CHECKSUM: checksum(self)}
+        return {**_stated(self.in_file()), CHECKSUM: checksum(self)}
 
 
 class _Signed(PlateFile):
@@ -205,12 +239,37 @@ def checksum(plate: PlateFile) -> str:
     An entry that did not exist in the first release counts only if it differs from its default, so
     that files signed before it existed stay valid.
     """
-    table = plate.model_dump(mode="json", exclude={CHECKSUM})
+    table = plate.in_file()
     for part, name, default in ADDED_LATER:
         if table[part] is not None and table[part].get(name) == default:
             del table[part][name]
     content = json.dumps(table, sort_keys=True)
     return hashlib.sha256(content.encode("utf-8")).hexdigest()
+
+
+def _names(table: dict[str, Any]) -> FileNames:
+    try:
+        quantity = QuantityTable.model_validate(table.get("quantity", {})).quantity
+    except ValidationError:
+        quantity = PLATE_AMPLITUDE  # the file's own validation reports it
+    return FileNames(quantity, LEVELS, frozenset({"limits"}))
+
+
+def _read_signed(path: Path) -> _Signed:
+    return read_toml(path, _Signed, names=_names)
+
+
+def _without_checksum(signed: _Signed) -> PlateFile:
+    return PlateFile(**{name: getattr(signed, name) for name in PlateFile.model_fields})
+
+
+def _stated(table: dict[str, Any]) -> dict[str, Any]:
+    """Return a table without what is None."""
+    return {
+        key: _stated(value) if isinstance(value, dict) else value
+        for key, value in table.items()
+        if value is not None
+    }
 
 
 def path_of(text: str, folder: Path) -> Path:
@@ -226,8 +285,7 @@ def read_plate(path: Path) -> PlateFile:
     UserError
         It cannot be read, or an entry is missing or impossible.
     """
-    signed = read_toml(path, _Signed)
-    return PlateFile.model_validate(signed.model_dump(exclude={CHECKSUM}))
+    return _without_checksum(_read_signed(path))
 
 
 def open_plate_file(path: Path) -> tuple[PlateFile, Calibration | None]:
@@ -239,8 +297,8 @@ def open_plate_file(path: Path) -> tuple[PlateFile, Calibration | None]:
         The file cannot be read, was changed since it was signed, has limits beyond the shipped
         ones that nobody acknowledged, or its calibration is not one of this plate.
     """
-    signed = read_toml(path, _Signed)
-    plate = read_plate(path)
+    signed = _read_signed(path)
+    plate = _without_checksum(signed)
     if beyond := plate.unacknowledged():
         raise UserError(
             f"{path}: {_listed(beyond)} is beyond the shipped limits; whoever answers for it "
@@ -273,7 +331,7 @@ def new_plate(identity: Identity, wiring: Wiring, path: Path) -> None:
     document.add(tomlkit.comment(f"slipscale plate sign {path.name}"))
     document.add(CHECKSUM, checksum(plate))
     document.add(tomlkit.nl())
-    document.update(plate.model_dump(exclude_none=True, exclude={"geometry"}))
+    document.update({key: each for key, each in plate.summary().items() if key not in NOT_WRITTEN})
     document["limits"].add(tomlkit.nl())
     for line in NARROW_EXPECTED:
         document["expected"].add(tomlkit.comment(line))
@@ -320,7 +378,7 @@ def sign(path: Path, *, beyond_by: str = "", today: date) -> dict[str, float]:
     import tomlkit  # noqa: PLC0415
 
     plate = read_plate(path)
-    beyond = plate.limits.beyond_shipped()
+    beyond = plate.beyond_shipped()
     document = tomlkit.parse(path.read_text(encoding="utf-8-sig"))
     if not beyond:
         document.pop("acknowledgement", None)
@@ -336,9 +394,8 @@ def sign(path: Path, *, beyond_by: str = "", today: date) -> dict[str, float]:
             "expected --beyond-shipped-limits and --by NAME, who answers for it; an "
             "acknowledgement that was written by hand does not count"
         )
-    signed = PlateFile.model_validate(
-        {key: value for key, value in document.unwrap().items() if key != CHECKSUM}
-    )
+    content = {key: value for key, value in document.unwrap().items() if key != CHECKSUM}
+    signed = PlateFile.model_validate(_names(content).to_code(content))
     if CHECKSUM in document:
         document[CHECKSUM] = checksum(signed)
         text = tomlkit.dumps(document)

@@ -40,11 +40,11 @@ class Readback:
     """What the plate says of itself; ``kind`` tells how far it can be trusted.
 
     "measured" by a sensor; "applied": worked out from the drive that is on; "commanded": only an
-    echo; "none": ``amplitude_um_pp`` is None. ``time_s`` is the host's clock. The drive voltage at
+    echo; "none": ``level`` is None. ``time_s`` is the host's clock. The drive voltage at
     the plate (of a texture the largest) and the temperature are None where they are not known.
     """
 
-    amplitude_um_pp: float | None
+    level: float | None
     kind: ReadbackKind
     time_s: float
     voltage_v_peak: float | None = None
@@ -59,7 +59,7 @@ class Presentation:
     amplitude, None without a calibration; ``readback.voltage_v_peak`` is the reported one.
     """
 
-    commanded_um_pp: float
+    commanded_level: float
     readback: Readback
     settled_by: Literal["readback", "wait"]
     settle_time_s: float

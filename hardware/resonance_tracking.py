@@ -111,7 +111,7 @@ def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
     resonance = plate.calibration.resonance
     before_hz = plate.tracked_hz or resonance.frequency_hz
     half_hz = half_width_hz(resonance)
-    swept_um_pp = min(SWEEP_UM_PP, plate.limits.amplitude_um_pp)
+    swept_um_pp = min(SWEEP_UM_PP, plate.limits.level)
     voltage_v = plate.calibration.voltage_v_peak(swept_um_pp)
     points: list[tuple[float, float]] = []
     try:

@@ -31,10 +31,10 @@ def along_edge(start: float, end: float, part: float) -> float:
 
 
 class AmplitudeStep(NamedTuple):
-    """From ``time_s`` on (0 is the start), hold ``amplitude_um_pp`` (µm peak to peak)."""
+    """From ``time_s`` on (0 is the start), hold ``level`` (µm peak to peak)."""
 
     time_s: float
-    amplitude_um_pp: float
+    level: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,14 +43,14 @@ class Loop:
 
     Parameters
     ----------
-    amplitudes_um_pp : tuple of float
+    levels : tuple of float
         Amplitudes commanded, µm peak to peak, each for the same time; two at least.
     step_s : float
         That time.
     edge_s : float
         The part of it, at its beginning, in which the drive goes from the amplitude before along
         half a period of a cosine.
-    mean_um_pp : float
+    mean_level : float
         Where the plate settles before it plays.
 
     Raises
@@ -59,15 +59,15 @@ class Loop:
         An amplitude or a time is out of range.
     """
 
-    amplitudes_um_pp: tuple[float, ...]
+    levels: tuple[float, ...]
     step_s: float
     edge_s: float
-    mean_um_pp: float
+    mean_level: float
 
     def __post_init__(self) -> None:
-        if len(self.amplitudes_um_pp) < 2:  # noqa: PLR2004 - one amplitude is no modulation
-            raise UserError(f"loop: {len(self.amplitudes_um_pp)} amplitude, expected two or more")
-        for each in (*self.amplitudes_um_pp, self.mean_um_pp):
+        if len(self.levels) < 2:  # noqa: PLR2004 - one amplitude is no modulation
+            raise UserError(f"loop: {len(self.levels)} amplitude, expected two or more")
+        for each in (*self.levels, self.mean_level):
             if not (math.isfinite(each) and each >= 0):
                 raise UserError(f"loop: an amplitude is {each}, expected 0 or more µm peak to peak")
         if not (math.isfinite(self.step_s) and 0 < self.edge_s <= self.step_s):
@@ -79,26 +79,26 @@ class Loop:
     @property
     def period_s(self) -> float:
         """Time of one period."""
-        return len(self.amplitudes_um_pp) * self.step_s
+        return len(self.levels) * self.step_s
 
     def step_at(self, time_s: float) -> int:
         """Return the number of the step at a time, counted from time 0 through all periods."""
         return math.floor(time_s / self.step_s)
 
-    def amplitude_um_pp(self, step: int) -> float:
+    def level(self, step: int) -> float:
         """Return the amplitude commanded in a step."""
-        return self.amplitudes_um_pp[step % len(self.amplitudes_um_pp)]
+        return self.levels[step % len(self.levels)]
 
-    def before_um_pp(self, step: int) -> float:
+    def before_level(self, step: int) -> float:
         """Return the amplitude from which a step comes: for step 0 the mean, where it settled."""
-        return self.amplitude_um_pp(step - 1) if step else self.mean_um_pp
+        return self.level(step - 1) if step else self.mean_level
 
-    def at_um_pp(self, time_s: float) -> float:
+    def at_level(self, time_s: float) -> float:
         """Return the amplitude that is due at a time, edges included."""
         step = self.step_at(time_s)
-        before = self.before_um_pp(step)
+        before = self.before_level(step)
         part = min((time_s - step * self.step_s) / self.edge_s, 1.0)
-        return along_edge(before, self.amplitude_um_pp(step), part)
+        return along_edge(before, self.level(step), part)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -176,10 +176,8 @@ class Modulator:
         ):
             if value_s < shortest_s * (1 - ROUNDING):
                 raise UserError(f"loop: {what} is {value_s:.6g}, expected {shortest_s:.6g} or more")
-        if len(loop.amplitudes_um_pp) > STEPS_MAX:
-            raise UserError(
-                f"loop: {len(loop.amplitudes_um_pp)} amplitudes, expected {STEPS_MAX} at most"
-            )
+        if len(loop.levels) > STEPS_MAX:
+            raise UserError(f"loop: {len(loop.levels)} amplitudes, expected {STEPS_MAX} at most")
 
 
 DEFAULT_MODULATOR = Modulator()

@@ -22,13 +22,13 @@ Amplitude = TypeVar("Amplitude", float, "Array")
 FilmModel = Literal["reynolds", "closed form"]
 
 
-def peak_from_pp(amplitude_um_pp: Amplitude) -> Amplitude:
+def peak_from_pp(level: Amplitude) -> Amplitude:
     """Return the peak amplitude in µm of a peak-to-peak amplitude in µm.
 
     >>> peak_from_pp(2.3)
     1.15
     """
-    return amplitude_um_pp / 2
+    return level / 2
 
 
 def pp_from_peak(amplitude_um_peak: Amplitude) -> Amplitude:
@@ -44,7 +44,7 @@ class Surface(Protocol):
         """A code that does not tell the amplitude."""
 
     @property
-    def amplitude_um_pp(self) -> float:
+    def level(self) -> float:
         """Largest amplitude in µm, peak to peak: what the plate's limits are checked against."""
 
     def envelope(
@@ -62,7 +62,7 @@ class VirtualSurface:
 
     Parameters
     ----------
-    amplitude_um_pp : float
+    level : float
         Vibration amplitude in µm, peak to peak; finite, not negative.
     label : str
         A code for the operator and the data that does not tell the amplitude ("A", "B", ...).
@@ -73,20 +73,20 @@ class VirtualSurface:
         The amplitude is negative, infinite or not a number.
     """
 
-    amplitude_um_pp: float
+    level: float
     label: str = ""
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.amplitude_um_pp) and self.amplitude_um_pp >= 0):
+        if not (math.isfinite(self.level) and self.level >= 0):
             raise UserError(
-                f"surface '{self.label}': amplitude_um_pp is {self.amplitude_um_pp}, "
+                f"surface '{self.label}': amplitude_um_pp is {self.level}, "
                 "expected a finite number of µm peak to peak, 0 or more"
             )
 
     @property
     def amplitude_um_peak(self) -> float:
         """The amplitude in µm, peak: what the squeeze-film model calls h_vib."""
-        return peak_from_pp(self.amplitude_um_pp)
+        return peak_from_pp(self.level)
 
     def envelope(
         self,
@@ -95,7 +95,7 @@ class VirtualSurface:
         modulator: Modulator = DEFAULT_MODULATOR,  # noqa: ARG002 - and on any plate
     ) -> tuple[AmplitudeStep, ...]:
         """Return the one command that makes this surface."""
-        return (AmplitudeStep(0.0, self.amplitude_um_pp),)
+        return (AmplitudeStep(0.0, self.level),)
 
     def loop(
         self,
@@ -133,7 +133,7 @@ class VirtualSurface:
 
         Examples
         --------
-        >>> round(VirtualSurface(amplitude_um_pp=2.3).predicted_relative_friction(), 2)
+        >>> round(VirtualSurface(level=2.3).predicted_relative_friction(), 2)
         0.74
         """
         # NumPy is heavy: only a surface that is asked for its physics pays for it.

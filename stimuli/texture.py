@@ -49,9 +49,9 @@ class Grating:
     ----------
     spatial_period_mm : float
         Length of one period, mm.
-    mean_um_pp : float
+    mean_level : float
         Vibration amplitude in the middle of the wave, µm peak to peak.
-    depth_um_pp : float
+    depth_level : float
         Swing of the amplitude to either side of the mean, µm peak to peak: from mean - depth to
         mean + depth. At most the mean, for no amplitude is negative.
     waveform : {"sine", "square", "triangle", "sawtooth"}
@@ -70,8 +70,8 @@ class Grating:
     """
 
     spatial_period_mm: float
-    mean_um_pp: float
-    depth_um_pp: float
+    mean_level: float
+    depth_level: float
     waveform: Waveform = "sine"
     label: str = ""
     name: str = ""
@@ -83,14 +83,14 @@ class Grating:
             raise UserError(
                 f"{where}: spatial_period_mm is {self.spatial_period_mm}, expected above 0 mm"
             )
-        if not (math.isfinite(self.mean_um_pp) and self.mean_um_pp >= 0):
+        if not (math.isfinite(self.mean_level) and self.mean_level >= 0):
             raise UserError(
-                f"{where}: mean_um_pp is {self.mean_um_pp}, expected 0 or more µm peak to peak"
+                f"{where}: mean_um_pp is {self.mean_level}, expected 0 or more µm peak to peak"
             )
-        if not 0 <= self.depth_um_pp <= self.mean_um_pp:
+        if not 0 <= self.depth_level <= self.mean_level:
             raise UserError(
-                f"{where}: depth_um_pp is {self.depth_um_pp}, expected from 0 to the mean, "
-                f"{self.mean_um_pp} µm peak to peak"
+                f"{where}: depth_um_pp is {self.depth_level}, expected from 0 to the mean, "
+                f"{self.mean_level} µm peak to peak"
             )
         if self.waveform not in _WAVES:
             known = ", ".join(get_args(Waveform))
@@ -105,19 +105,19 @@ class Grating:
         return f"texture '{self.name or self.label}'"
 
     @property
-    def amplitude_um_pp(self) -> float:
+    def level(self) -> float:
         """The largest amplitude, µm peak to peak."""
-        return self.mean_um_pp + self.depth_um_pp
+        return self.mean_level + self.depth_level
 
     @property
-    def lowest_um_pp(self) -> float:
+    def lowest_level(self) -> float:
         """The smallest amplitude, µm peak to peak."""
-        return self.mean_um_pp - self.depth_um_pp
+        return self.mean_level - self.depth_level
 
-    def amplitude_at_um_pp(self, position_mm: float) -> float:
+    def level_at(self, position_mm: float) -> float:
         """Return the amplitude at a place of the stroke, µm peak to peak."""
         phase = (position_mm / self.spatial_period_mm) % 1.0
-        return self.mean_um_pp + self.depth_um_pp * _WAVES[self.waveform].value(phase)
+        return self.mean_level + self.depth_level * _WAVES[self.waveform].value(phase)
 
     def modulation_hz(self, finger_speed_mm_s: float) -> float:
         """Return how often a second a finger of this speed crosses a period."""
@@ -155,8 +155,8 @@ class Grating:
         if not (math.isfinite(duration_s) and duration_s > 0):
             raise UserError(f"{self._where}: duration_s is {duration_s}, expected above 0 s")
         rate = self.modulation_hz(finger_speed_mm_s)
-        if rate == 0 or self.depth_um_pp == 0:
-            return (AmplitudeStep(0.0, self.amplitude_at_um_pp(0.0)),)
+        if rate == 0 or self.depth_level == 0:
+            return (AmplitudeStep(0.0, self.level_at(0.0)),)
         fewest = _WAVES[self.waveform].steps_min
         fastest = modulator.fastest_hz(fewest)
         if rate > fastest:
@@ -171,9 +171,7 @@ class Grating:
         step_s = 1 / (rate * steps)
         count = math.ceil(duration_s / step_s - 1e-9)
         return tuple(
-            AmplitudeStep(
-                i * step_s, self.amplitude_at_um_pp((i + 0.5) * step_s * finger_speed_mm_s)
-            )
+            AmplitudeStep(i * step_s, self.level_at((i + 0.5) * step_s * finger_speed_mm_s))
             for i in range(count)
         )
 
@@ -185,14 +183,14 @@ class Grating:
         UserError
             The finger crosses the grating faster than plate or line can follow.
         """
-        if self.depth_um_pp == 0:
+        if self.depth_level == 0:
             return None
         period_s = 1 / self.modulation_hz(self.finger_speed_mm_s)
         steps = self.envelope(self.finger_speed_mm_s, period_s, modulator)
         step_s = period_s / len(steps)
         return Loop(
-            amplitudes_um_pp=tuple(step.amplitude_um_pp for step in steps),
+            levels=tuple(step.level for step in steps),
             step_s=step_s,
             edge_s=min(modulator.edge_s, step_s),  # the same but for rounding, at the fastest
-            mean_um_pp=self.mean_um_pp,
+            mean_level=self.mean_level,
         )

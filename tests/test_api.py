@@ -77,10 +77,10 @@ def test_samples_of_a_published_column_have_its_printed_mean():
 def test_a_plate_is_switched_off_at_the_end():
     clock = VirtualClock()
     with slipscale.open_plate("mock", clock=clock) as plate:
-        plate.present(VirtualSurface(amplitude_um_pp=1.2))
-        assert plate.vibration_um_pp() > 1
+        plate.present(VirtualSurface(level=1.2))
+        assert plate.vibration_level() > 1
     clock.sleep(1)  # the plate rings down
-    assert plate.vibration_um_pp() < 0.01
+    assert plate.vibration_level() < 0.01
 
 
 def test_an_analysis_is_displayed_in_a_few_lines(analysis):

@@ -113,7 +113,7 @@ class MockRig(Rig):
 
     def true_um_pp(self) -> float:
         """Return what the simulated plate does."""
-        return self.plate.vibration_um_pp() if self.twin.drive.target_um_pp else 0.0
+        return self.plate.vibration_level() if self.twin.drive.target_um_pp else 0.0
 
 
 class GeneratorRig(Rig):
@@ -389,7 +389,7 @@ def lived(backend: str, seed: int, events: int = EVENTS) -> History:
                 history.command(name, partial(_other, plate, name), wanted_um_pp=None)
             else:
                 wanted = draw.choice(AMPLITUDES_UM_PP) if kind == "present" else float(kind)
-                surface = VirtualSurface(amplitude_um_pp=wanted)
+                surface = VirtualSurface(level=wanted)
                 act = partial(plate.present, surface)
                 history.command(f"present {wanted:g}", act, wanted_um_pp=wanted)
         history.end()

@@ -324,8 +324,8 @@ class ChangedList(Variant):
     def _list_play(self, arguments: list[str], now_s: float) -> str:
         value = super()._list_play(arguments, now_s)
         if self.played:
-            points = self.change(self.played.amplitudes_um_pp)
-            self.played = replace(self.played, amplitudes_um_pp=points)
+            points = self.change(self.played.levels)
+            self.played = replace(self.played, levels=points)
             self._apply(now_s)
         return value
 

@@ -48,7 +48,7 @@ def perception_figure(
         ("reynolds", "Reynolds equation (3)", ORANGE, "s"),
         ("closed form", "closed form (13)", BLUE, "o"),
     )
-    surfaces = [VirtualSurface(amplitude_um_pp=a) for a in amplitudes_um_pp]
+    surfaces = [VirtualSurface(level=a) for a in amplitudes_um_pp]
     for model, name, colour, marker in models:
         friction = [
             surface.predicted_relative_friction(

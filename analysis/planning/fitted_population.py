@@ -137,7 +137,7 @@ def _variance(_: Analysis, trials: pd.DataFrame, found: Mapping[str, Any]) -> Fi
 def _angles(found: Mapping[str, Any], shared: float, trial: float) -> np.ndarray:
     known = {name: found[name] for name in ("amplitude_um_pp", "mean_sensation", "sd_sensation")}
     people = Population(**known, shared=shared, trial_to_trial=trial)
-    turned = np.array([people.angle(amplitude) for amplitude in people.amplitude_um_pp])
+    turned = np.array([people.angle(amplitude) for amplitude in people.levels])
     return np.asarray(turned[:, None] - turned)
 
 

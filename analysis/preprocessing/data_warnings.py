@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
-    from slipscale.analysis.reading.quantity import Quantity
+    from slipscale.stimuli.quantity import Quantity
 
 #: Rules that multiply everybody by the same number; and how far apart scales may be under them.
 ONE_FACTOR, SCALES_APART = ("none", "grand_maximum"), 5.0

@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.tasks.kind import Analysis
     from slipscale.experiments.study.analysis_choices import (
         AnalysisChoices,
         QualityFlag,
         Thresholds,
     )
+    from slipscale.stimuli.quantity import Quantity
 
 
 def results_of(analysis: Analysis) -> dict[str, object]:

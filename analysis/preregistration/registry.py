@@ -56,7 +56,7 @@ def answers(plan: Manifest, analysis: Analysis, study: Study) -> list[tuple[str,
 
 
 def _manipulated(study: Study) -> str:
-    levels = ", ".join(f"{level:g}" for level in study.amplitudes_um_pp)
+    levels = ", ".join(f"{level:g}" for level in study.levels)
     textures = ", ".join(each.label for each in study.gratings)
     return f"Vibration amplitude of the plate: {levels} µm peak to peak" + (
         f"; textures: {textures}." if textures else "."

@@ -14,7 +14,6 @@ import pandas as pd
 from slipscale.analysis.reading.answer_codes import TRUE, as_answers
 from slipscale.analysis.reading.cells import FEW, FEW_SHARE, cell, places
 from slipscale.analysis.reading.delimited import LISTED_PROBLEMS, NOT_AVAILABLE, Problems, Source
-from slipscale.analysis.reading.quantity import DIGITS, PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.reading.trial_tables import (
     BLOCK,
     DIFFERENCE,
@@ -25,6 +24,7 @@ from slipscale.analysis.reading.trial_tables import (
 )
 from slipscale.experiments.dataset.schema import MAIN, PARTICIPANT, PRACTICE, VOIDED
 from slipscale.faults import UserError
+from slipscale.stimuli.quantity import DIGITS, PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from slipscale.analysis.reading.delimited import Source, digest
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

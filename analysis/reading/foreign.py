@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from slipscale.analysis.reading.mapping import TableMapping
-    from slipscale.analysis.reading.quantity import Quantity
+    from slipscale.stimuli.quantity import Quantity
 
 STIMULUS, RESPONSE = ESTIMATION.required
 REFERENCE, ANSWER = "amplitude_before_um_pp", "difference_felt"

@@ -16,12 +16,12 @@ from pydantic import (
     model_validator,
 )
 
-from slipscale.analysis.reading.quantity import Quantity
 from slipscale.analysis.reading.units import factor
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import read_toml
 from slipscale.faults.validation import complaint, faults_in, sentences
+from slipscale.stimuli.quantity import Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

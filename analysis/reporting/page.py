@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import pandas as pd
 from markupsafe import Markup
 
-from slipscale.analysis.reading.quantity import capitalised
 from slipscale.analysis.reporting.sections.assumptions import assumptions
 from slipscale.analysis.reporting.sections.methods import methods, normalisations
 from slipscale.analysis.reporting.sections.multiplicity import tests_made
@@ -19,6 +18,7 @@ from slipscale.analysis.reporting.sections.summary import summary
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import grouped
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -12,7 +12,7 @@ from slipscale.analysis.preprocessing.normalisation import RULES, cell_means, no
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.analysis.reading.quantity import Quantity
+    from slipscale.stimuli.quantity import Quantity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

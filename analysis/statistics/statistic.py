@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
-    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.experiments.study.analysis_choices import Primary
+    from slipscale.stimuli.quantity import Quantity
 
 T = TypeVar("T")
 #: Covariant, so that statistics of several types make one list. Only results of a statistic are

@@ -10,7 +10,7 @@ from xml.sax.saxutils import escape
 import matplotlib as mpl
 import numpy as np
 
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -131,7 +131,7 @@ def _run_files(
 ) -> Iterator[tuple[PurePosixPath, Content]]:
     """Yield one task's table of one run, and its sidecar."""
     plan, records, gathered = run.plan, run.records, run.gathered
-    described = columns(protocol, gathered.measured(protocol.task))
+    described = columns(protocol, gathered.measured(protocol.task), plan.study.quantity)
     rows = [
         [cell(column.value(trial)) for column in described.values()]
         for trial in gathered.trials[protocol.task]
@@ -236,7 +236,7 @@ def _top(
             "TaskName": task,
             "TaskDescription": protocol.description,
             "Instructions": instructions,
-            **sidecar(columns(protocol, measured[task])),
+            **sidecar(columns(protocol, measured[task], first.study.quantity)),
         }
         yield PurePosixPath(f"task-{task}_beh.json"), content
     for plan in plans:
@@ -284,13 +284,14 @@ def _readme(plan: RunPlan, *, simulated: bool) -> str:
         if simulated
         else kinds[plan.mode]
     )
-    amplitudes = ", ".join(f"{amplitude:g}" for amplitude in study.amplitudes_um_pp)
+    q = study.quantity
+    amplitudes = ", ".join(f"{level:g}" for level in study.levels)
     names = ", ".join(texture.name for texture in study.textures)
     textures = f"; textures {names}" if names else ""
     return (
         f"# {study.title}\n\n{kind}\n\n"
-        f"Study `{study.name}`, recorded with Slipscale; plate amplitudes {amplitudes} µm peak to "
-        f"peak{textures}.\n\n"
+        f"Study `{study.name}`, recorded with Slipscale; plate {q.levels} {amplitudes} "
+        f"{q.unit_in_full}{textures}.\n\n"
         "`sourcedata/` holds the journals, from which all tables here were made and can be made "
         "again; `code/` holds the study file. The JSON file beside a table says what its columns "
         "mean. Rows flagged `voided` and rows of the phase `practice` are not to be analysed.\n"

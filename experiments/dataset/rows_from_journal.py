@@ -20,6 +20,7 @@ from slipscale.experiments.journal import reading
 from slipscale.experiments.journal.serialisation import (
     answer_from,
     answer_record,
+    in_own_names,
     surface_from,
     trial_from,
 )
@@ -82,7 +83,7 @@ def gather(records: list[Record]) -> Gathered:
     for record in records:
         explorations.see(record)
         if record.kind == "begin":
-            step = record.data["what"]
+            step = in_own_names(record.data["what"])
             before, current = current, _trial(step, current, record.time_s)
             _flag_damaged(gathered, before, current, damage=damage, time_s=record.time_s)
             damage = damage and current is None
@@ -186,13 +187,13 @@ def _take_presented(row: TrialRecord, step: dict[str, Any], answer: dict[str, An
     row.measured = {**row.measured, **of_interval(plate_measures(answer), step.get("interval"))}
     if number := step.get("interval"):
         row.intervals[number] = IntervalRecord(
-            surface=surface, readback_um_pp=answer["readback_um_pp"], onset_s=answer["onset_s"]
+            surface=surface, readback_level=answer["readback_level"], onset_s=answer["onset_s"]
         )
         if len(row.intervals) > 1:
             return  # the trial began with its first
     row.surface = surface
     row.before = surface_from(step["lead_in"][0]["surface"]) if step["lead_in"] else None
-    row.readback_um_pp = answer["readback_um_pp"]
+    row.readback_level = answer["readback_level"]
     row.onset_s = answer["onset_s"]
 
 

@@ -9,6 +9,7 @@ puts both together.
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.dataset.measured import MEASURED, measured_columns
@@ -17,11 +18,13 @@ from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.experiments.study.questionnaires import ROW
 from slipscale.experiments.study.run_plan import stem
 from slipscale.faults import UserError
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, in_um
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping
 
     from slipscale.experiments.protocols.base import IntervalRecord, Protocol, TrialRecord
+    from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.surface import Surface
 
 MISSING = "n/a"
@@ -95,21 +98,25 @@ def table_stem(*, participant: str, session: str, task: str, run: str) -> str:
     return f"{stem(participant, session)}_task-{task}_run-{run}_beh"
 
 
-def columns(protocol: Protocol, measured: Iterable[str] = ()) -> dict[str, Column]:
-    """Return all columns of a protocol's table, in order.
+def columns(
+    protocol: Protocol, measured: Iterable[str] = (), quantity: Quantity = PLATE_AMPLITUDE
+) -> dict[str, Column]:
+    """Return all columns of a protocol's table, in order, with their names in the file.
 
     Parameters
     ----------
     protocol : Protocol
     measured : iterable of str
         What the run measured of `MEASURED`: these have columns too.
+    quantity : Quantity
+        What the levels are in: names, units and descriptions follow it.
 
     Raises
     ------
     UserError
         The protocol declares a column that every task has.
     """
-    common = _common(protocol)
+    common = _common(protocol, quantity)
     own = {**protocol.design, **protocol.stimulus, **protocol.response}
     if doubled := sorted(set(own) & {*common, *MEASURED}):
         raise UserError(
@@ -125,13 +132,27 @@ def columns(protocol: Protocol, measured: Iterable[str] = ()) -> dict[str, Colum
     else:
         order = [
             *("trial", *protocol.design, "phase", "surface", *protocol.stimulus),
-            *("amplitude_um_pp", "amplitude_readback_um_pp", *protocol.response),
+            *("level", "level_readback", *protocol.response),
             *("response_time", "onset", "duration", "exploration_time"),
         ]
     extra = measured_columns(measured)
     order += [*extra, "response_time_source", "rejected_entries", "repeats", "flag"]
     everything = {**common, **own, **extra}
-    return {name: everything[name] for name in order}
+    return {quantity.key(in_um(name)): _in(everything[name], quantity) for name in order}
+
+
+def _in(column: Column, quantity: Quantity) -> Column:
+    """Return a column with the places in its unit and description filled in."""
+
+    def filled(text: str) -> str:
+        return text.format(q=quantity) if "{q." in text else text
+
+    return replace(
+        column,
+        description=filled(column.description),
+        units=filled(column.units),
+        levels={label: filled(meaning) for label, meaning in column.levels.items()},
+    )
 
 
 def _interval_columns(number: int) -> dict[str, Column]:
@@ -154,17 +175,17 @@ def _interval_columns(number: int) -> dict[str, Column]:
             kind="label",
             description=f"Code of the surface {which}",
         ),
-        f"{INTERVAL}{number}_amplitude_um_pp": Column(
-            value=lambda record: getattr(surface(record), "amplitude_um_pp", None),
+        f"{INTERVAL}{number}_level": Column(
+            value=lambda record: getattr(surface(record), "level", None),
             kind="number",
-            description=f"Vibration amplitude commanded {which}, peak to peak",
-            units="um",
+            description=f"{{q.in_full_title}} commanded {which}{{q.behind}}",
+            units="{q.bids}",
         ),
-        f"{INTERVAL}{number}_readback_um_pp": Column(
-            value=field("readback_um_pp"),
+        f"{INTERVAL}{number}_readback_level": Column(
+            value=field("readback_level"),
             kind="number",
-            description=f"Vibration amplitude read back {which} once settled, peak to peak",
-            units="um",
+            description=f"{{q.in_full_title}} read back {which} once settled{{q.behind}}",
+            units="{q.bids}",
         ),
         f"{INTERVAL}{number}_onset": Column(
             value=field("onset_s"),
@@ -181,7 +202,7 @@ def _interval_columns(number: int) -> dict[str, Column]:
     }
 
 
-def _common(protocol: Protocol) -> dict[str, Column]:
+def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
     """Return the columns that every task has."""
     modulated = ("; of a texture the largest", "; of a texture its mean")
     largest, mean = modulated if protocol.textures else ("", "")
@@ -212,23 +233,23 @@ def _common(protocol: Protocol) -> dict[str, Column]:
             description="Code of the virtual surface, S1, S2, ... in the order of the study file"
             + ("; T1, T2, ... for textures" if protocol.textures else ""),
         ),
-        "amplitude_um_pp": Column(
-            value=lambda record: record.surface.amplitude_um_pp if record.surface else None,
+        "level": Column(
+            value=lambda record: record.surface.level if record.surface else None,
             kind="number",
-            description=f"Vibration amplitude commanded, peak to peak{largest}",
-            units="um",
+            description="{q.in_full_title} commanded{q.behind}" + largest,
+            units="{q.bids}",
         ),
-        "amplitude_readback_um_pp": Column(
-            value=lambda record: record.readback_um_pp,
+        "level_readback": Column(
+            value=lambda record: record.readback_level,
             kind="number",
-            description="Vibration amplitude read back from the plate once settled, peak to peak"
-            + mean,
-            units="um",
+            description="{q.in_full_title} read back from the plate once settled{q.behind}" + mean,
+            units="{q.bids}",
         ),
         "response_time": Column(
             value=lambda record: answered(record, "response_time_s"),
             kind="number",
-            description=f"From the question to the key that completed '{protocol.answer}'",
+            description=f"From the question to the key that completed "
+            f"'{quantity.named(protocol.answer)}'",
             units="s",
         ),
         "onset": Column(

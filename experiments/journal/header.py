@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.journal.plan_and_progress import software
 from slipscale.experiments.journal.record import FORMAT
+from slipscale.experiments.journal.serialisation import QUANTITY
 from slipscale.experiments.languages.texts import texts_hash
 from slipscale.experiments.study.file import study_hash
 
@@ -23,8 +24,10 @@ def header(
     told = asdict(plan)
     if not plan.population:
         del told["population"]  # a person's run has none
+    quantity = plan.study.quantity
     return {
         "format": FORMAT,
+        **({} if quantity.of_plate else {QUANTITY: quantity.unit_in_full}),
         **told,
         "answered_by": answered_by,
         "masking_noise": masking,

@@ -35,6 +35,7 @@ from slipscale.experiments.journal import locks
 from slipscale.experiments.journal.keeper import Keeper, Mark
 from slipscale.experiments.journal.reading import read_records
 from slipscale.experiments.journal.record import Record, chained, encode
+from slipscale.experiments.journal.serialisation import QUANTITY, in_um_names
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -172,6 +173,9 @@ class Journal:
             self._move()
         self._unfinished = True
         number = len(self.records)
+        header = self.records[0].data if self.records else data
+        if QUANTITY not in header:
+            data = in_um_names(data)
         record = Record(number=number, time_s=self.clock.now(), kind=kind, data=data)
         record = chained(record, self.records[-1].hash if self.records else "")
         before = self._mark()

@@ -23,6 +23,7 @@ from pydantic import (
 
 from slipscale.experiments.journal.reading import DAMAGED, Damage
 from slipscale.experiments.journal.record import Record
+from slipscale.experiments.journal.serialisation import in_own_names
 from slipscale.experiments.protocols.steps import Adjusted, Presented, Reply, Trial, Voided
 from slipscale.faults import UserError
 from slipscale.faults.validation import in_words
@@ -331,6 +332,8 @@ def _fit(shape: Any, data: dict[str, Any]) -> None:
 
     An answer, a trial or a surface with another field would not read back.
     """
+    if not issubclass(shape, _Shape):
+        data = in_own_names(data)
     if not issubclass(shape, _Shape) and (other := set(data) - {f.name for f in fields(shape)}):
         raise UserError(f"{shape.__name__} has no {min(other)[:40]!r}")
     # By way of JSON: strict, and yet its lists are tuples of ours.

@@ -1,4 +1,8 @@
-"""Steps and answers as the journal's plain data, and back."""
+"""Steps and answers as the journal's plain data, and back.
+
+What is read may have the names of a journal in µm (`slipscale.stimuli.quantity.in_um`) or the
+code's; what is made has the code's.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.protocols.steps import Adjusted, Answer, Presented, Reply, Trial, Voided
+from slipscale.stimuli.quantity import in_code, in_um, renamed
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.texture import Grating
 
@@ -26,6 +31,8 @@ ANSWERS: dict[str, Callable[..., Answer]] = {
 _WHOLE = frozenset({str, int, float, bool, type(None)})
 # Texts may be corrected between versions; a run can still be resumed.
 WORDS = ("text", "title", "question")
+# What the header of a journal states whose levels are not in µm: its records have our own names.
+QUANTITY = "quantity"
 
 
 def step_record(step: Step) -> dict[str, Any]:
@@ -69,7 +76,15 @@ def _names(kind: type) -> tuple[str, ...]:
 
 def same_step(one: dict[str, Any], other: dict[str, Any]) -> bool:
     """Return whether two step records are one step, but for its words."""
-    return bool(_without_words(one) == _without_words(other))
+    return bool(_without_words(in_own_names(one)) == _without_words(in_own_names(other)))
+
+
+def in_own_names(record: dict[str, Any]) -> dict[str, Any]:
+    """Return a step's or answer's record with the names that the code has."""
+    found: dict[str, Any] = renamed(record, in_code)
+    if found.get("type") == "Adjust":
+        found["name"] = in_code(found["name"])  # it is a column of the data set
+    return found
 
 
 def _without_words(record: Any) -> Any:
@@ -85,11 +100,20 @@ def answer_record(answer: Answer) -> dict[str, Any] | None:
     return None if answer is None else {"type": type(answer).__name__, **_plain(answer)}
 
 
+def in_um_names(data: dict[str, Any]) -> dict[str, Any]:
+    """Return a record's data with the names of a journal in µm; the inverse of `in_own_names`."""
+    found: dict[str, Any] = renamed(data, in_um)
+    for step in (found, *(each for each in found.values() if isinstance(each, dict))):
+        if step.get("type") == "Adjust":
+            step["name"] = in_um(step["name"])
+    return found
+
+
 def answer_from(record: dict[str, Any] | None) -> Answer:
     """Return the answer that a record holds."""
     if record is None:
         return None
-    fields = {key: _tuples(value) for key, value in record.items()}
+    fields = {key: _tuples(value) for key, value in in_own_names(record).items()}
     return ANSWERS[str(fields.pop("type"))](**fields)
 
 
@@ -99,9 +123,10 @@ def _tuples(value: Any) -> Any:
 
 def surface_from(record: dict[str, Any]) -> Surface:
     """Return the surface that a record holds: a texture is known by its period."""
-    return Grating(**record) if "spatial_period_mm" in record else VirtualSurface(**record)
+    fields = in_own_names(record)
+    return Grating(**fields) if "spatial_period_mm" in fields else VirtualSurface(**fields)
 
 
 def trial_from(record: dict[str, Any]) -> Trial:
     """Return the trial that a record holds."""
-    return Trial(**record)
+    return Trial(**in_own_names(record))

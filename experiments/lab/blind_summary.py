@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.journal.plan_and_progress import elapsed_s, read_usable
+from slipscale.experiments.journal.serialisation import in_own_names
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -117,8 +118,10 @@ def _response_times(trial: TrialRecord) -> list[float]:
 
 def _readings(records: list[Record]) -> list[PlateReading]:
     plates = [r.data["plate"] for r in records if r.kind in ("header", "resume")]
-    limits = plates[-1].get("limits") or {} if plates else {}
-    answers = [(r.time_s, r.data["answer"] or {}) for r in records if r.kind == "done"]
+    limits = in_own_names(plates[-1].get("limits") or {} if plates else {})
+    answers = [
+        (r.time_s, in_own_names(r.data["answer"] or {})) for r in records if r.kind == "done"
+    ]
     return [
         PlateReading(
             time_s=time_s,
@@ -131,12 +134,12 @@ def _readings(records: list[Record]) -> list[PlateReading]:
 
 
 def _used_tolerance(answer: Mapping[str, Any], limits: Mapping[str, Any]) -> float | None:
-    share, least_um = limits.get("tolerance"), limits.get("tolerance_um")
-    measured = answer["readback_um_pp"] if answer["readback_kind"] == "measured" else None
-    if measured is None or not isinstance(share, float) or not isinstance(least_um, float):
+    share, least = limits.get("tolerance"), limits.get("deviation_level")
+    measured = answer["readback_level"] if answer["readback_kind"] == "measured" else None
+    if measured is None or not isinstance(share, float) or not isinstance(least, float):
         return None
-    commanded: float = answer["commanded_um_pp"]
-    return float(abs(measured - commanded) / max(share * commanded, least_um))
+    commanded: float = answer["commanded_level"]
+    return float(abs(measured - commanded) / max(share * commanded, least))
 
 
 def _words(record: Record) -> str:

@@ -17,6 +17,7 @@ from slipscale.experiments.languages.texts import ENGLISH, languages
 from slipscale.experiments.protocols.ordering.randomisation import Stream
 from slipscale.experiments.protocols.ordering.williams import Place
 from slipscale.faults import UserError
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, in_code, in_um
 from slipscale.stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.languages.texts import Texts
     from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer
     from slipscale.experiments.protocols.steps import Steps, Trial, Value
+    from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.surface import Surface
     from slipscale.stimuli.texture import Grating
 
@@ -80,8 +82,10 @@ class Context:
         Whether each visit takes the next place in the counterbalancing.
     session, run : str
         The run's labels: each has orders of its own.
-    amplitudes_um_pp : tuple of float
-        The study's surfaces, µm peak to peak.
+    levels : tuple of float
+        The study's surfaces, in its quantity.
+    quantity : Quantity
+        What every level is in: messages name keys and units by it.
     texts : Mapping
         What the participant reads, by key.
     textures : tuple of Grating
@@ -93,8 +97,9 @@ class Context:
     seed: int
     participant: str
     row: int
-    amplitudes_um_pp: tuple[float, ...]
+    levels: tuple[float, ...]
     texts: Texts
+    quantity: Quantity = PLATE_AMPLITUDE
     task: str = ""
     textures: tuple[Grating, ...] = ()
     visit: int = 0
@@ -105,7 +110,7 @@ class Context:
     @property
     def surfaces(self) -> tuple[Surface, ...]:
         """All there is to present: the plain surfaces, then the textures."""
-        return (*(self.surface(amplitude) for amplitude in self.amplitudes_um_pp), *self.textures)
+        return (*(self.surface(amplitude) for amplitude in self.levels), *self.textures)
 
     def stream(self, *purpose: str | int) -> Stream:
         """Return random numbers of this run's own for one purpose."""
@@ -120,11 +125,11 @@ class Context:
         """Where the run stands in the counterbalancing."""
         return Place(row=self.row, visit=self.visit, advance=self.advance)
 
-    def surface(self, amplitude_um_pp: float) -> VirtualSurface:
+    def surface(self, level: float) -> VirtualSurface:
         """Return the surface of an amplitude, with a label that does not tell it."""
-        known = self.amplitudes_um_pp
-        label = f"S{known.index(amplitude_um_pp) + 1}" if amplitude_um_pp in known else "S0"
-        return VirtualSurface(amplitude_um_pp=amplitude_um_pp, label=label)
+        known = self.levels
+        label = f"S{known.index(level) + 1}" if level in known else "S0"
+        return VirtualSurface(level=level, label=label)
 
 
 @dataclass(slots=True, kw_only=True)
@@ -132,7 +137,7 @@ class IntervalRecord:
     """An interval of a trial as the journal tells it."""
 
     surface: Surface
-    readback_um_pp: float | None = None
+    readback_level: float | None = None
     onset_s: float = 0.0
     exploration_time_s: float | None = None
 
@@ -148,7 +153,7 @@ class TrialRecord:
     trial: Trial
     surface: Surface | None = None
     before: Surface | None = None
-    readback_um_pp: float | None = None
+    readback_level: float | None = None
     onset_s: float = 0.0
     end_s: float = 0.0
     exploration_time_s: float | None = None
@@ -234,12 +239,12 @@ class Protocol:
         of the one surface's. Left out: a trial presents one surface.
     amplitudes : tuple of str
         The options that hold an amplitude of the protocol's own: the plate must be able to make
-        it. Every option whose name ends in ``_um_pp`` is one.
-    possible_um_pp : callable, optional
+        it. Every option whose name ends in ``_level`` or ``_levels`` is one.
+    possible_levels : callable, optional
         Every amplitude (or the least and the largest) that could be presented, whatever is
         answered, µm peak to peak, from the options and the context. Left out: those that a
         rehearsal comes across.
-    finest_um_pp : callable, optional
+    finest_level : callable, optional
         The smallest difference of amplitudes that matters to the task, and the amplitude at which
         it occurs, µm peak to peak, from the options and the context: the plate must hold an
         amplitude better than that.
@@ -276,8 +281,8 @@ class Protocol:
     response: Mapping[str, Column]
     intervals: Callable[[Any], int] | None = None
     amplitudes: tuple[str, ...] = ()
-    possible_um_pp: Callable[[Any, Context], Iterable[float]] | None = None
-    finest_um_pp: Callable[[Any, Context], tuple[float, float]] | None = None
+    possible_levels: Callable[[Any, Context], Iterable[float]] | None = None
+    finest_level: Callable[[Any, Context], tuple[float, float]] | None = None
     check: Callable[[Any, Context], None] | None = None
     textures: bool = False
     interval_columns: int = 0
@@ -285,12 +290,14 @@ class Protocol:
 
     def __post_init__(self) -> None:
         own = [*self.design, *self.stimulus, *self.response]
-        named = {key for key in self.options.model_fields if key.endswith("_um_pp")}
+        named = {key for key in self.options.model_fields if in_um(key) != key}
+        names = (*own, *self.options.model_fields)
         wrong = (
             (not re.fullmatch("[A-Za-z0-9]+", self.task), "the task has letters and digits only"),
             (self.answer not in self.response, f"'{self.answer}' is a column of the response"),
             (len(set(own)) < len(own), "each column is declared once"),
-            (set(self.amplitudes) != named, "amplitudes names every option that ends in _um_pp"),
+            (any(in_code(name) != name for name in names), "a level's name ends in _level"),
+            (set(self.amplitudes) != named, "amplitudes names every option that ends in _level"),
             (
                 self.textures and not self.intervals and "texture" not in own,
                 "a column 'texture' says which was presented",

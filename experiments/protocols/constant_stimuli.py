@@ -35,8 +35,8 @@ FIRST, SECOND = 1, 2
 class ConstantStimuli(ComparingOptions):
     """What a study may set for constant stimuli."""
 
-    standard_um_pp: Amplitude = Field(default=1.2, description="Amplitude of the standard.")
-    comparisons_um_pp: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = Field(
+    standard_level: Amplitude = Field(default=1.2, description="Amplitude of the standard.")
+    comparison_levels: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = Field(
         default=None,
         description="Amplitudes that are compared with the standard, each equally often; left "
         "out: the study's.",
@@ -54,30 +54,30 @@ class ConstantStimuli(ComparingOptions):
 
     def comparisons(self, context: Context) -> tuple[float, ...]:
         """Return the amplitudes that are compared with the standard, µm peak to peak."""
-        return self.comparisons_um_pp or context.amplitudes_um_pp
+        return self.comparison_levels or context.levels
 
-    def furthest_um_pp(self, context: Context) -> float:
+    def furthest_level(self, context: Context) -> float:
         """Return the comparison that is easiest to tell from the standard, µm peak to peak."""
-        return max(self.comparisons(context), key=lambda each: abs(each - self.standard_um_pp))
+        return max(self.comparisons(context), key=lambda each: abs(each - self.standard_level))
 
 
 def check(options: ConstantStimuli, context: Context) -> None:
     """Raise `UserError` where the comparisons are not all different."""
-    comparisons = options.comparisons(context)
+    comparisons, key = options.comparisons(context), context.quantity.named("comparison_levels")
     if len(set(comparisons)) < len(comparisons):
-        raise UserError("comparisons_um_pp: expected them to be all different")
-    if set(comparisons) == {options.standard_um_pp}:
-        raise UserError("comparisons_um_pp: expected one that is not the standard itself")
+        raise UserError(f"{key}: expected them to be all different")
+    if set(comparisons) == {options.standard_level}:
+        raise UserError(f"{key}: expected one that is not the standard itself")
 
 
-def possible_um_pp(options: ConstantStimuli, context: Context) -> tuple[float, ...]:
+def possible_levels(options: ConstantStimuli, context: Context) -> tuple[float, ...]:
     """Return the standard and all that is compared with it."""
-    return options.standard_um_pp, *options.comparisons(context)
+    return options.standard_level, *options.comparisons(context)
 
 
-def finest_um_pp(options: ConstantStimuli, context: Context) -> tuple[float, float]:
+def finest_level(options: ConstantStimuli, context: Context) -> tuple[float, float]:
     """Return the smallest difference from the standard, and the larger of the two amplitudes."""
-    standard = options.standard_um_pp
+    standard = options.standard_level
     others = [each for each in options.comparisons(context) if each != standard]
     nearest = min(others, key=lambda each: abs(each - standard))
     return abs(nearest - standard), max(nearest, standard)
@@ -99,14 +99,14 @@ def steps(options: ConstantStimuli, context: Context) -> Steps:
         if options.question == "yes_no"
         else ComparisonQuestion(prompt=prompt, options=words)
     )
-    furthest = options.furthest_um_pp(context)
+    furthest = options.furthest_level(context)
     places = context.stream(context.task, "easy")
 
     def easy(phase: Phase, comparison: float) -> Shown:
         return _shown(options, context, phase, comparison, 1 + places.below(2), catch=True)
 
     # In yes-no the standard with itself: whoever finds it more slippery says so out of habit.
-    caught = options.standard_um_pp if options.question == "yes_no" else furthest
+    caught = options.standard_level if options.question == "yes_no" else furthest
     run = Comparing(
         options,
         context,
@@ -138,20 +138,20 @@ def _shown(
     options: ConstantStimuli,
     context: Context,
     phase: Phase,
-    comparison_um_pp: float,
+    comparison_level: float,
     place: int,
     *,
     catch: bool = False,
 ) -> Shown:
     """Return a trial; with yes and no the comparison always comes second."""
     place = SECOND if options.question == "yes_no" else place
-    pair = [context.surface(options.standard_um_pp), context.surface(comparison_um_pp)]
+    pair = [context.surface(options.standard_level), context.surface(comparison_level)]
     return Shown(
         phase,
         tuple(pair if place == SECOND else pair[::-1]),
         {
-            "standard_um_pp": options.standard_um_pp,
-            "comparison_um_pp": comparison_um_pp,
+            "standard_level": options.standard_level,
+            "comparison_level": comparison_level,
             "comparison_interval": place,
             "catch": catch,
         },
@@ -205,11 +205,11 @@ PROTOCOL = Protocol(
     simulated={"response": _answer},
     design=DESIGN,
     stimulus={
-        "standard_um_pp": _column(
-            "standard_um_pp", "Amplitude of the standard, peak to peak", units="um"
+        "standard_level": _column(
+            "standard_level", "{q.title} of the standard{q.behind}", units="{q.bids}"
         ),
-        "comparison_um_pp": _column(
-            "comparison_um_pp", "Amplitude of the comparison, peak to peak", units="um"
+        "comparison_level": _column(
+            "comparison_level", "{q.title} of the comparison{q.behind}", units="{q.bids}"
         ),
         "comparison_interval": _column("comparison_interval", "Interval that held the comparison"),
     },
@@ -233,8 +233,8 @@ PROTOCOL = Protocol(
         ),
     },
     intervals=lambda _: SECOND,
-    amplitudes=("standard_um_pp", "comparisons_um_pp"),
-    possible_um_pp=possible_um_pp,
-    finest_um_pp=finest_um_pp,
+    amplitudes=("standard_level", "comparison_levels"),
+    possible_levels=possible_levels,
+    finest_level=finest_level,
     check=check,
 )

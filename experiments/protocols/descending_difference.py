@@ -67,7 +67,7 @@ class DescendingDifference(PacedOptions):
         description="Steps in each series at which nothing changes.",
         json_schema_extra={"unit": "steps a series"},
     )
-    start_um_pp: Amplitude | None = Field(
+    start_level: Amplitude | None = Field(
         default=None,
         description="Amplitude from which a series starts; left out: the study's largest.",
     )
@@ -78,8 +78,8 @@ class DescendingDifference(PacedOptions):
 
 def descent(options: DescendingDifference, context: Context) -> list[float]:
     """Return the amplitudes of a series without its catch steps, µm peak to peak."""
-    falling = sorted(context.amplitudes_um_pp, reverse=True)
-    start = falling[0] if options.start_um_pp is None else options.start_um_pp
+    falling = sorted(context.levels, reverse=True)
+    start = falling[0] if options.start_level is None else options.start_level
     return [start, *(amplitude for amplitude in falling if amplitude < start)]
 
 
@@ -192,7 +192,7 @@ class _Run(Repeating[_Step]):
 
 
 def _amplitude(surface: Surface | None) -> float | None:
-    return None if surface is None else surface.amplitude_um_pp
+    return None if surface is None else surface.level
 
 
 def _catch(record: TrialRecord) -> str:
@@ -216,7 +216,7 @@ PROTOCOL = Protocol(
     steps=steps,
     answer="difference_felt",
     instructions="descending_difference.instructions",
-    amplitudes=("start_um_pp",),
+    amplitudes=("start_level",),
     simulated={
         "difference_felt": lambda _, person: person.notices(),
         "verbal_report": lambda _, person: person.verbal_report(),
@@ -235,11 +235,11 @@ PROTOCOL = Protocol(
         ),
     },
     stimulus={
-        "amplitude_before_um_pp": Column(
+        "level_before": Column(
             value=lambda record: _amplitude(record.before),
             kind="number",
-            description="Vibration amplitude before the step, peak to peak",
-            units="um",
+            description="{q.in_full_title} before the step{q.behind}",
+            units="{q.bids}",
         ),
     },
     response={
@@ -247,7 +247,7 @@ PROTOCOL = Protocol(
             value=_catch,
             kind="label",
             description="Whether nothing changed at this step",
-            levels={"true": "catch step: nothing changed", "false": "the amplitude stepped down"},
+            levels={"true": "catch step: nothing changed", "false": "the {q.name} stepped down"},
         ),
         "difference_felt": Column(
             value=_felt,

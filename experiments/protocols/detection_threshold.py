@@ -36,19 +36,19 @@ def check(options: DetectionThreshold, context: Context) -> None:
     options.begin(options.guess, context.stream)
 
 
-def possible_um_pp(options: DetectionThreshold, _context: Context) -> tuple[float, ...]:
+def possible_levels(options: DetectionThreshold, _context: Context) -> tuple[float, ...]:
     """Return the plate at rest, and the lowest and the highest amplitude."""
-    return REST_UM_PP, options.lowest_um_pp, options.highest_um_pp
+    return REST_UM_PP, options.lowest_level, options.highest_level
 
 
-def finest_um_pp(options: DetectionThreshold, _context: Context) -> tuple[float, float]:
+def finest_level(options: DetectionThreshold, _context: Context) -> tuple[float, float]:
     """Return the lowest amplitude, which is also the one at which it has to be held."""
-    return options.lowest_um_pp, options.lowest_um_pp
+    return options.lowest_level, options.lowest_level
 
 
 def steps(options: DetectionThreshold, context: Context) -> Steps:
     """Yield the steps of a run."""
-    run = ForcedChoice(options, context, texts="detection_threshold", standard_um_pp=REST_UM_PP)
+    run = ForcedChoice(options, context, texts="detection_threshold", standard_level=REST_UM_PP)
     yield from run.steps()
 
 
@@ -70,8 +70,8 @@ PROTOCOL = Protocol(
     stimulus=STIMULUS,
     response=RESPONSE,
     intervals=lambda options: options.intervals,
-    amplitudes=("start_um_pp", "lowest_um_pp", "highest_um_pp"),
-    possible_um_pp=possible_um_pp,
-    finest_um_pp=finest_um_pp,
+    amplitudes=("start_level", "lowest_level", "highest_level"),
+    possible_levels=possible_levels,
+    finest_level=finest_level,
     check=check,
 )

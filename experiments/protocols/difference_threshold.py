@@ -34,7 +34,7 @@ SIGNS = {"more": 1, "less": -1}
 class DifferenceThreshold(ForcedChoiceOptions):
     """What a study may set for a difference threshold."""
 
-    standard_um_pp: Amplitude = Field(
+    standard_level: Amplitude = Field(
         default=1.2, description="Amplitude of the standard, with which the others are compared."
     )
     comparison: Literal["more", "less"] = Field(
@@ -43,38 +43,39 @@ class DifferenceThreshold(ForcedChoiceOptions):
         "less; the question follows.",
     )
 
-    def compared_um_pp(self, level_um_pp: float) -> float:
+    def compared_level(self, level: float) -> float:
         """Return the amplitude of the surface to be found, µm peak to peak."""
-        return rounded(self.standard_um_pp + SIGNS[self.comparison] * level_um_pp)
+        return rounded(self.standard_level + SIGNS[self.comparison] * level)
 
 
 def check(options: DifferenceThreshold, context: Context) -> None:
     """Raise `UserError` where the options contradict each other."""
     options.begin(options.guess, context.stream)
-    if options.compared_um_pp(options.highest_um_pp) < 0:
+    q = context.quantity
+    if options.compared_level(options.highest_level) < 0:
         raise UserError(
-            f"highest_um_pp is {options.highest_um_pp:g}, more than the standard "
-            f"({options.standard_um_pp:g} µm p-p) can lose"
+            f"{q.named('highest_level')} is {options.highest_level:g}, more than the standard "
+            f"({q.short(options.standard_level)}) can lose"
         )
 
 
-def possible_um_pp(options: DifferenceThreshold, _context: Context) -> tuple[float, ...]:
+def possible_levels(options: DifferenceThreshold, _context: Context) -> tuple[float, ...]:
     """Return the standard, and the nearest and the furthest surface to be found."""
-    levels = (0.0, options.lowest_um_pp, options.highest_um_pp)
-    return tuple(options.compared_um_pp(level) for level in levels)
+    levels = (0.0, options.lowest_level, options.highest_level)
+    return tuple(options.compared_level(level) for level in levels)
 
 
-def finest_um_pp(options: DifferenceThreshold, _context: Context) -> tuple[float, float]:
+def finest_level(options: DifferenceThreshold, _context: Context) -> tuple[float, float]:
     """Return the lowest level, and the larger of the two amplitudes that it is between."""
-    nearest = options.compared_um_pp(options.lowest_um_pp)
-    return options.lowest_um_pp, max(nearest, options.standard_um_pp)
+    nearest = options.compared_level(options.lowest_level)
+    return options.lowest_level, max(nearest, options.standard_level)
 
 
 def _standard(record: TrialRecord) -> float | None:
     """Return the amplitude of the first interval that did not hold what was to be found."""
     target = record.trial.factors["target_interval"]
     others = (each for number, each in sorted(record.intervals.items()) if number != target)
-    return next((each.surface.amplitude_um_pp for each in others), None)
+    return next((each.surface.level for each in others), None)
 
 
 def steps(options: DifferenceThreshold, context: Context) -> Steps:
@@ -83,7 +84,7 @@ def steps(options: DifferenceThreshold, context: Context) -> Steps:
         options,
         context,
         texts=f"difference_threshold.{options.comparison}",
-        standard_um_pp=options.standard_um_pp,
+        standard_level=options.standard_level,
         sign=SIGNS[options.comparison],
     )
     yield from run.steps()
@@ -106,18 +107,18 @@ PROTOCOL = Protocol(
     simulated=SIMULATED,
     design=DESIGN,
     stimulus={
-        "standard_um_pp": Column(
+        "standard_level": Column(
             value=_standard,
             kind="number",
-            description="Amplitude of the standard, peak to peak",
-            units="um",
+            description="{q.title} of the standard{q.behind}",
+            units="{q.bids}",
         ),
         **STIMULUS,
     },
     response=RESPONSE,
     intervals=lambda options: options.intervals,
-    amplitudes=("standard_um_pp", "start_um_pp", "lowest_um_pp", "highest_um_pp"),
-    possible_um_pp=possible_um_pp,
-    finest_um_pp=finest_um_pp,
+    amplitudes=("standard_level", "start_level", "lowest_level", "highest_level"),
+    possible_levels=possible_levels,
+    finest_level=finest_level,
     check=check,
 )

@@ -49,7 +49,7 @@ class MagnitudeEstimation(RatedOptions):
         description="declared: the participant says beforehand which number the most slippery "
         "surface would get.",
     )
-    standard_um_pp: Amplitude | None = Field(
+    standard_level: Amplitude | None = Field(
         default=None,
         description="Amplitude of a standard that is presented before each block; left out: no "
         "standard, and the modulus is free. Goes together with modulus.",
@@ -57,17 +57,18 @@ class MagnitudeEstimation(RatedOptions):
     modulus: Positive | None = Field(
         default=None,
         validate_default=True,
-        description="Number that the standard is given. Goes together with standard_um_pp.",
+        description="Number that the standard is given. Goes together with the standard.",
         json_schema_extra={"unit": "the participant's scale"},
     )
 
     @field_validator("modulus")
     @classmethod
     def _with_its_standard(cls, value: float | None, info: ValidationInfo) -> float | None:
-        if "standard_um_pp" in info.data and (value is None) != (
-            info.data["standard_um_pp"] is None
+        if "standard_level" in info.data and (value is None) != (
+            info.data["standard_level"] is None
         ):
-            raise ValueError("standard_um_pp and modulus go together: give both, or neither")
+            key = info.context.in_file(("standard_level",))[0] if info.context else "the standard"
+            raise ValueError(f"{key} and modulus go together: give both, or neither")
         return value
 
 
@@ -104,13 +105,13 @@ class _Run(RatedSurfaces):
 
     def start(self) -> Steps:
         """Yield the standard before some trials, if there is one."""
-        if self.options.standard_um_pp is not None:
-            yield from self.standard(self.options.standard_um_pp)
+        if self.options.standard_level is not None:
+            yield from self.standard(self.options.standard_level)
 
-    def standard(self, amplitude_um_pp: float) -> Steps:
+    def standard(self, level: float) -> Steps:
         """Yield the standard, to be felt with the number that it is given."""
         text = self.context.texts["magnitude_estimation.standard"]
-        yield Present(surface=self.context.surface(amplitude_um_pp))
+        yield Present(surface=self.context.surface(level))
         yield Explore(text=text.format(modulus=f"{self.options.modulus:g}"))
         yield Silence()
 
@@ -144,7 +145,7 @@ PROTOCOL = Protocol(
     steps=steps,
     answer="estimate",
     instructions="magnitude_estimation.instructions",
-    amplitudes=("standard_um_pp",),
+    amplitudes=("standard_level",),
     textures=True,
     simulated={
         "estimate": lambda _, person: person.estimate(),

@@ -76,11 +76,11 @@ class MagnitudeProduction(StandardOptions):
         "high one.",
         json_schema_extra={"unit": "trials a number and beginning"},
     )
-    step_um_pp: Positive = Field(
+    step_level: Positive = Field(
         default=0.05, description="What one notch of the wheel, or one press of a key, changes."
     )
-    lowest_um_pp: Positive = Field(default=0.1, description="It cannot be turned below this.")
-    highest_um_pp: Positive = Field(default=2.3, description="It cannot be turned above this.")
+    lowest_level: Positive = Field(default=0.1, description="It cannot be turned below this.")
+    highest_level: Positive = Field(default=2.3, description="It cannot be turned above this.")
 
     @field_validator("numbers")
     @classmethod
@@ -90,25 +90,25 @@ class MagnitudeProduction(StandardOptions):
         return value
 
 
-def check(options: MagnitudeProduction, _context: Context) -> None:
+def check(options: MagnitudeProduction, context: Context) -> None:
     """Raise `UserError` where the standard is none of what the plate can be turned to."""
-    low, high = options.lowest_um_pp, options.highest_um_pp
-    if not low < options.standard_um_pp < high:
+    low, high, q = options.lowest_level, options.highest_level, context.quantity
+    if not low < options.standard_level < high:
         raise UserError(
-            f"the standard is {options.standard_um_pp:g} µm p-p; expected it between lowest_um_pp "
-            f"and highest_um_pp ({low:g} to {high:g}), so that smaller and larger numbers can be "
-            "produced"
+            f"the standard is {q.short(options.standard_level)}; expected it between "
+            f"{q.named('lowest_level')} and {q.named('highest_level')} ({low:g} to {high:g}), so "
+            "that smaller and larger numbers can be produced"
         )
-    if options.step_um_pp > (high - low) / 2:
+    if options.step_level > (high - low) / 2:
         raise UserError(
-            f"step_um_pp is {options.step_um_pp:g}; expected at most half of what the plate is "
-            f"turned through ({(high - low) / 2:g} µm p-p)"
+            f"{q.named('step_level')} is {options.step_level:g}; expected at most half of what "
+            f"the plate is turned through ({q.short((high - low) / 2)})"
         )
 
 
-def possible_um_pp(options: MagnitudeProduction, _context: Context) -> tuple[float, ...]:
+def possible_levels(options: MagnitudeProduction, _context: Context) -> tuple[float, ...]:
     """Return the standard, and how far the plate can be turned."""
-    return options.lowest_um_pp, options.highest_um_pp, options.standard_um_pp
+    return options.lowest_level, options.highest_level, options.standard_level
 
 
 def trials(options: MagnitudeProduction, _context: Context) -> int:
@@ -169,7 +169,7 @@ class _Run(AgainstStandard):
         self, context: Context, number: float, began: Began
     ) -> tuple[VirtualSurface, dict[str, Value]]:
         """Return the surface that a trial begins with, and the trial's columns."""
-        low, high = self.options.lowest_um_pp, self.options.highest_um_pp
+        low, high = self.options.lowest_level, self.options.highest_level
         away = START_SHARE * (high - low) * self._starts.uniform()
         start = rounded(low + away if began == "low" else high - away)
         return context.surface(start), {"number": number, "began": began}
@@ -185,10 +185,10 @@ class _Run(AgainstStandard):
             repeats,
             factors={
                 "modulus": options.modulus,
-                "standard_um_pp": options.standard_um_pp,
-                "lowest_um_pp": options.lowest_um_pp,
-                "highest_um_pp": options.highest_um_pp,
-                "step_um_pp": options.step_um_pp,
+                "standard_level": options.standard_level,
+                "lowest_level": options.lowest_level,
+                "highest_level": options.highest_level,
+                "step_level": options.step_level,
             },
         )
         yield from self.standard(trial)
@@ -196,13 +196,13 @@ class _Run(AgainstStandard):
         yield Present(surface=condition.surface, trial=trial, interval=interval)
         shown = f"{condition.factors['number']:g}"
         reply = yield Adjust(
-            name="produced_um_pp",
+            name="produced_level",
             text=self.context.texts["magnitude_production.turn"].format(number=shown),
             trial=trial,
             interval=interval,
-            step_um_pp=options.step_um_pp,
-            lowest_um_pp=options.lowest_um_pp,
-            highest_um_pp=options.highest_um_pp,
+            step_level=options.step_level,
+            lowest_level=options.lowest_level,
+            highest_level=options.highest_level,
             time_limit_s=options.response_time_limit_s,
         )
         yield Silence(trial=trial, interval=interval)
@@ -210,10 +210,10 @@ class _Run(AgainstStandard):
 
 
 def _bound(record: TrialRecord) -> str | None:
-    answer, factors = record.answer("produced_um_pp"), record.trial.factors
+    answer, factors = record.answer("produced_level"), record.trial.factors
     if answer is None:
         return None
-    known = (answer, *(factors[f"{name}_um_pp"] for name in ("lowest", "highest", "step")))
+    known = (answer, *(factors[f"{name}_level"] for name in ("lowest", "highest", "step")))
     reached, low, high, step = (float(str(value)) for value in known)
     return "lowest" if reached < low + step else "highest" if reached > high - step else "none"
 
@@ -228,12 +228,12 @@ PROTOCOL = Protocol(
     options=MagnitudeProduction,
     trials=trials,
     steps=steps,
-    answer="produced_um_pp",
+    answer="produced_level",
     instructions="magnitude_production.instructions",
-    amplitudes=("standard_um_pp", "step_um_pp", "lowest_um_pp", "highest_um_pp"),
-    possible_um_pp=possible_um_pp,
+    amplitudes=("standard_level", "step_level", "lowest_level", "highest_level"),
+    possible_levels=possible_levels,
     check=check,
-    simulated={"produced_um_pp": until_number},
+    simulated={"produced_level": until_number},
     design={
         **DESIGN_COLUMNS,
         "number": Column(
@@ -258,7 +258,7 @@ PROTOCOL = Protocol(
     },
     stimulus=STANDARD_COLUMN,
     response={
-        **adjusted_columns("produced_um_pp", "Amplitude that the participant turned to"),
+        **adjusted_columns("produced_level", "{q.title} that the participant turned to"),
         "bound": Column(
             value=_bound,
             kind="label",

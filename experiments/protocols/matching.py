@@ -58,7 +58,7 @@ EQUAL: Direction = "equal"  # where a catch trial begins
 class Matching(RestedOptions):
     """What a study may set for matching."""
 
-    references_um_pp: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = Field(
+    reference_levels: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = Field(
         default=None, description="Amplitudes to be matched; left out: the study's."
     )
     repetitions: AtLeastOne = Field(
@@ -71,17 +71,17 @@ class Matching(RestedOptions):
         description="Trials before, for practice; recorded, not analysed.",
         json_schema_extra={"unit": "trials"},
     )
-    step_um_pp: Positive = Field(
+    step_level: Positive = Field(
         default=0.02, description="What one notch of the wheel, or one press of a key, changes."
     )
-    nearest_start_um_pp: Positive = Field(
+    nearest_start_level: Positive = Field(
         default=0.3, description="The plate begins at least so far from the reference."
     )
-    furthest_start_um_pp: Positive = Field(
+    furthest_start_level: Positive = Field(
         default=0.6, description="The plate begins at most so far from the reference."
     )
-    lowest_um_pp: Amplitude = Field(default=0.0, description="It cannot be turned below this.")
-    highest_um_pp: Positive = Field(default=2.3, description="It cannot be turned above this.")
+    lowest_level: Amplitude = Field(default=0.0, description="It cannot be turned below this.")
+    highest_level: Positive = Field(default=2.3, description="It cannot be turned above this.")
     catch_trials: Count = Field(
         default=0,
         description="Trials among the others that begin at the reference itself: where somebody "
@@ -99,32 +99,33 @@ class Matching(RestedOptions):
 
     def references(self, context: Context) -> tuple[float, ...]:
         """Return the amplitudes to be matched, µm peak to peak."""
-        return self.references_um_pp or context.amplitudes_um_pp
+        return self.reference_levels or context.levels
 
 
 def check(options: Matching, context: Context) -> None:
     """Raise `UserError` where a reference cannot be matched from both sides."""
-    if options.furthest_start_um_pp < options.nearest_start_um_pp:
+    q = context.quantity
+    if options.furthest_start_level < options.nearest_start_level:
         raise UserError(
-            f"furthest_start_um_pp is {options.furthest_start_um_pp:g}, expected no less than "
-            f"nearest_start_um_pp ({options.nearest_start_um_pp:g})"
+            f"{q.named('furthest_start_level')} is {options.furthest_start_level:g}, expected no "
+            f"less than {q.named('nearest_start_level')} ({options.nearest_start_level:g})"
         )
     for reference in options.references(context):
         low, high = (
-            reference - options.furthest_start_um_pp,
-            reference + options.furthest_start_um_pp,
+            reference - options.furthest_start_level,
+            reference + options.furthest_start_level,
         )
-        if low < options.lowest_um_pp or high > options.highest_um_pp:
+        if low < options.lowest_level or high > options.highest_level:
             raise UserError(
-                f"the reference {reference:g} µm p-p begins at {low:g} to {high:g} µm p-p, beyond "
-                f"what the plate is turned to ({options.lowest_um_pp:g} to "
-                f"{options.highest_um_pp:g}); expected a reference further inside"
+                f"the reference {q.short(reference)} begins at {low:g} to {q.short(high)}, beyond "
+                f"what the plate is turned to ({options.lowest_level:g} to "
+                f"{options.highest_level:g}); expected a reference further inside"
             )
 
 
-def possible_um_pp(options: Matching, context: Context) -> tuple[float, ...]:
+def possible_levels(options: Matching, context: Context) -> tuple[float, ...]:
     """Return the references, and how far the plate can be turned."""
-    return options.lowest_um_pp, options.highest_um_pp, *options.references(context)
+    return options.lowest_level, options.highest_level, *options.references(context)
 
 
 def trials(options: Matching, context: Context) -> int:
@@ -173,10 +174,10 @@ class _Run(IntervalTask[_Match]):
     def match(self, phase: Phase, reference: float, direction: Direction) -> _Match:
         """Return a trial, with a start of its own."""
         options = self.options
-        span = options.furthest_start_um_pp - options.nearest_start_um_pp
+        span = options.furthest_start_level - options.nearest_start_level
         if direction == EQUAL:
             return _Match(phase, reference, direction, reference)
-        away = options.nearest_start_um_pp + span * self._starts.uniform()
+        away = options.nearest_start_level + span * self._starts.uniform()
         start = rounded(reference - away if direction == "ascending" else reference + away)
         return _Match(phase, reference, direction, start)
 
@@ -209,13 +210,13 @@ class _Run(IntervalTask[_Match]):
         start = context.surface(condition.start)
         yield Present(surface=start, trial=trial, interval=TURNED)
         reply = yield Adjust(
-            name="matched_um_pp",
+            name="matched_level",
             text=context.texts["matching.turn"],
             trial=trial,
             interval=TURNED,
-            step_um_pp=options.step_um_pp,
-            lowest_um_pp=options.lowest_um_pp,
-            highest_um_pp=options.highest_um_pp,
+            step_level=options.step_level,
+            lowest_level=options.lowest_level,
+            highest_level=options.highest_level,
             time_limit_s=options.response_time_limit_s,
             again=(
                 Present(surface=reference, trial=trial, interval=REFERENCE),
@@ -243,9 +244,9 @@ PROTOCOL = Protocol(
     options=Matching,
     trials=trials,
     steps=steps,
-    answer="matched_um_pp",
+    answer="matched_level",
     instructions="matching.instructions",
-    simulated={"matched_um_pp": until_equal},
+    simulated={"matched_level": until_equal},
     design={
         "direction": Column(
             value=lambda record: record.trial.factors["direction"],
@@ -265,11 +266,11 @@ PROTOCOL = Protocol(
         ),
     },
     response={
-        **adjusted_columns("matched_um_pp", "Amplitude that the participant turned to"),
+        **adjusted_columns("matched_level", "{q.title} that the participant turned to"),
         "felt_again": Column(
             value=lambda record: (
-                float(len(record.answers["matched_um_pp"]["again_s"]))
-                if "matched_um_pp" in record.answers
+                float(len(record.answers["matched_level"]["again_s"]))
+                if "matched_level" in record.answers
                 else None
             ),
             kind="number",
@@ -278,12 +279,12 @@ PROTOCOL = Protocol(
     },
     intervals=lambda _: TURNED,
     amplitudes=(
-        *("references_um_pp", "step_um_pp", "nearest_start_um_pp", "furthest_start_um_pp"),
-        *("lowest_um_pp", "highest_um_pp"),
+        *("reference_levels", "step_level", "nearest_start_level", "furthest_start_level"),
+        *("lowest_level", "highest_level"),
     ),
-    possible_um_pp=possible_um_pp,
-    finest_um_pp=lambda options, context: (
-        options.nearest_start_um_pp,
+    possible_levels=possible_levels,
+    finest_level=lambda options, context: (
+        options.nearest_start_level,
         max(options.references(context)),
     ),
     check=check,

@@ -51,12 +51,14 @@ def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
 
     optional: dict[str, Any] = {
         name: watched(getattr(protocol, name), name)
-        for name in ("finest_um_pp", "check")
+        for name in ("finest_level", "check")
         if getattr(protocol, name) is not None
     }
-    if (possible := protocol.possible_um_pp) is not None:
+    if (possible := protocol.possible_levels) is not None:
         # As a tuple: what a generator raises is raised here.
-        optional["possible_um_pp"] = watched(lambda *told: tuple(possible(*told)), "possible_um_pp")
+        optional["possible_levels"] = watched(
+            lambda *told: tuple(possible(*told)), "possible_levels"
+        )
     if protocol.most_trials is not None:
         optional["most_trials"] = counted(protocol.most_trials, "most_trials")
     if protocol.intervals is not None:

@@ -53,7 +53,7 @@ class PairedComparison(ComparingOptions):
 
 def compared_surfaces(options: PairedComparison, context: Context) -> tuple[Surface, ...]:
     """Return what is compared: plain surfaces in rising order, then, of pairs, the textures."""
-    plain = tuple(context.surface(each) for each in sorted(context.amplitudes_um_pp))
+    plain = tuple(context.surface(each) for each in sorted(context.levels))
     return plain if options.form == "triads" else (*plain, *context.textures)
 
 
@@ -130,7 +130,7 @@ def _answer(step: Ask, person: SimulatedPerson) -> float:
 
 
 def _name(surface: Surface) -> str:
-    return surface.name if isinstance(surface, Grating) else f"{surface.amplitude_um_pp:g}"
+    return surface.name if isinstance(surface, Grating) else f"{surface.level:g}"
 
 
 def _surface(interval: int) -> Column:
@@ -141,7 +141,7 @@ def _surface(interval: int) -> Column:
     return Column(
         value=name,
         kind="label",
-        description=f"What interval {interval} presented: the amplitude in µm peak to peak, or "
+        description=f"What interval {interval} presented: the {{q.name}} in {{q.unit_in_full}}, or "
         "the texture's name",
     )
 

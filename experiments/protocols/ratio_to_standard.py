@@ -36,7 +36,7 @@ class RatioToStandard(StandardOptions):
 
 def trials(options: RatioToStandard, context: Context) -> int:
     """Return how many trials a run has, practice included."""
-    judged = len(context.amplitudes_um_pp) * (options.practice + options.repetitions)
+    judged = len(context.levels) * (options.practice + options.repetitions)
     return judged + options.catch_trials
 
 
@@ -56,8 +56,8 @@ class _Run(AgainstStandard):
 
     def __init__(self, options: RatioToStandard, context: Context) -> None:
         # A texture has no one amplitude that its ratio would belong to.
-        surfaces = [context.surface(each) for each in context.amplitudes_um_pp]
-        catch = Presentation(0, "main", context.surface(options.standard_um_pp))
+        surfaces = [context.surface(each) for each in context.levels]
+        catch = Presentation(0, "main", context.surface(options.standard_level))
         planned = with_catch_trials(
             surface_blocks(surfaces, options, context), [catch] * options.catch_trials, context
         )
@@ -73,8 +73,8 @@ class _Run(AgainstStandard):
             number,
             repeats,
             factors={
-                "standard_um_pp": self.against.standard_um_pp,
-                "comparison_um_pp": condition.surface.amplitude_um_pp,
+                "standard_level": self.against.standard_level,
+                "comparison_level": condition.surface.level,
             },
         )
         question = NumberQuestion(prompt=texts["ratio_to_standard.ratio"], positive=True)
@@ -113,16 +113,16 @@ PROTOCOL = Protocol(
     steps=steps,
     answer="ratio",
     instructions="ratio_to_standard.instructions",
-    amplitudes=("standard_um_pp",),
+    amplitudes=("standard_level",),
     simulated={"ratio": lambda _, person: person.ratio()},
     design=DESIGN_COLUMNS,
     stimulus={
         **STANDARD_COLUMN,
-        "comparison_um_pp": Column(
-            value=lambda record: record.trial.factors["comparison_um_pp"],
+        "comparison_level": Column(
+            value=lambda record: record.trial.factors["comparison_level"],
             kind="number",
-            description="Amplitude of the surface judged, peak to peak",
-            units="um",
+            description="{q.title} of the surface judged{q.behind}",
+            units="{q.bids}",
         ),
     },
     response={

@@ -55,7 +55,7 @@ class SimulatedPerson(Protocol):
         """How often the reference was felt again, in an `Adjust`."""
 
     @property
-    def felt_um_pp(self) -> tuple[float, ...]:
+    def felt_level(self) -> tuple[float, ...]:
         """What was felt in this trial, µm peak to peak, in the order of its intervals."""
 
     @property
@@ -148,9 +148,9 @@ def until_number(step: Adjust, person: SimulatedPerson) -> int:
     reached = person.reaches(number / modulus)
     if person.turned == 0:
         return 0 if person.lapses() else -1 if reached else 1
-    up, now = person.turned > 0, person.felt_um_pp[-1]
-    end = step.highest_um_pp if up else step.lowest_um_pp
-    if reached is up or abs(now - end) < step.step_um_pp / 2:
+    up, now = person.turned > 0, person.felt_level[-1]
+    end = step.highest_level if up else step.lowest_level
+    if reached is up or abs(now - end) < step.step_level / 2:
         return 0
     return 1 if up else -1
 

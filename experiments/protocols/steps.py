@@ -260,9 +260,9 @@ class Adjust:
     trial : Trial
     interval : int
         The interval in which the surface to be turned was presented.
-    step_um_pp : float
+    step_level : float
         What one notch of the wheel, or one press of a key, changes.
-    lowest_um_pp, highest_um_pp : float
+    lowest_level, highest_level : float
         It cannot be turned beyond these.
     time_limit_s : float or None
         Then it is over as it stands, and counts as timed out. Feeling again does not count.
@@ -275,16 +275,16 @@ class Adjust:
     text: str
     trial: Trial
     interval: int
-    step_um_pp: float
-    lowest_um_pp: float
-    highest_um_pp: float
+    step_level: float
+    lowest_level: float
+    highest_level: float
     time_limit_s: float | None = None
     again: tuple[Present, Explore] | None = None
 
-    def turned_um_pp(self, from_um_pp: float, notches: int) -> float:
+    def turned_level(self, from_level: float, notches: int) -> float:
         """Return where so many notches lead, held within the bounds, µm peak to peak."""
-        aim_um_pp = rounded(from_um_pp + notches * self.step_um_pp)
-        return min(max(aim_um_pp, self.lowest_um_pp), self.highest_um_pp)
+        aim_level = rounded(from_level + notches * self.step_level)
+        return min(max(aim_level, self.lowest_level), self.highest_level)
 
     def with_less_time(self, spent_s: float) -> Adjust:
         """Return the step with so much of its time limit gone, where it has one."""
@@ -372,7 +372,7 @@ class Adjusted(Reply):
 
     Parameters
     ----------
-    readback_um_pp : float or None
+    readback_level : float or None
         What the plate says it makes, at the end.
     trace : tuple of pairs
         Each amplitude on the way, and when it had settled: (seconds from the beginning, µm peak
@@ -381,7 +381,7 @@ class Adjusted(Reply):
         When the reference was asked for again, likewise.
     """
 
-    readback_um_pp: float | None = None
+    readback_level: float | None = None
     trace: tuple[tuple[float, float], ...] = ()
     again_s: tuple[float, ...] = ()
 
@@ -396,8 +396,8 @@ class Presented:
     are not known.
     """
 
-    commanded_um_pp: float
-    readback_um_pp: float | None
+    commanded_level: float
+    readback_level: float | None
     readback_kind: str
     settled_by: str
     onset_s: float

@@ -92,10 +92,10 @@ def trials(options: VisualAnalogueScale, context: Context) -> int:
     return rated + options.catch_trials
 
 
-def possible_um_pp(options: VisualAnalogueScale, context: Context) -> tuple[float, ...]:
+def possible_levels(options: VisualAnalogueScale, context: Context) -> tuple[float, ...]:
     """Return all that could be presented, the bare plate of catch trials among it."""
     bare = (0.0,) if options.catch_trials else ()
-    return *(surface.amplitude_um_pp for surface in context.surfaces), *bare
+    return *(surface.level for surface in context.surfaces), *bare
 
 
 def steps(options: VisualAnalogueScale, context: Context) -> Steps:
@@ -191,7 +191,7 @@ PROTOCOL = Protocol(
     answer="rating",
     instructions="visual_analogue_scale.instructions",
     textures=True,
-    possible_um_pp=possible_um_pp,
+    possible_levels=possible_levels,
     simulated={"rating": rated},
     design={**BLOCK, **DESIGN},
     stimulus=TEXTURE,

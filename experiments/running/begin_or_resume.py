@@ -34,7 +34,7 @@ def plate_for(plan: RunPlan, spec: str, clock: Clock) -> PlateDriver:
     driver = open_plate(spec, clock=clock, seed=plan.seed)
     wanted = plan.study.plate
     driver.limits = driver.limits.held_to(
-        tolerance=wanted.tolerance, tolerance_um=wanted.tolerance_um_pp
+        tolerance=wanted.tolerance, deviation_level=wanted.tolerance_level
     )
     return driver
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.figure_style import INK, canvas, styled
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
@@ -24,19 +25,24 @@ MOST_NAMED = 30
 
 
 @styled
-def orders_figure(people: Sequence[tuple[str, Sequence[tuple[Trial, Surface]]]]) -> Figure:
-    """Return a row for each participant and a field for each trial, coloured by its amplitude.
+def orders_figure(
+    people: Sequence[tuple[str, Sequence[tuple[Trial, Surface]]]],
+    quantity: Quantity = PLATE_AMPLITUDE,
+) -> Figure:
+    """Return a row for each participant and a field for each trial, coloured by its level.
 
     Parameters
     ----------
     people : sequence of (str, sequence)
         Labels, and the run's trials with their surfaces in order of presentation.
+    quantity : Quantity
+        What the levels are in.
     """
     shown = people[:MOST]
     trials = max(len(own) for _, own in shown)
     table = np.full((len(shown), trials), np.nan)
     for row, (_, own) in enumerate(shown):
-        table[row, : len(own)] = [_amplitude_um_pp(surface) for _, surface in own]
+        table[row, : len(own)] = [_level(surface) for _, surface in own]
     figure, axes = canvas(size=(7.4, 1.4 + 0.24 * len(shown)))
     image = axes.imshow(table, aspect="auto", cmap="cividis")
     if trials <= MOST_NAMED:
@@ -59,12 +65,12 @@ def orders_figure(people: Sequence[tuple[str, Sequence[tuple[Trial, Surface]]]])
         axes.set_xticks(range(9, trials, 10), [str(number + 1) for number in range(9, trials, 10)])
     axes.grid(visible=False)
     axes.set(xlabel="Presentation", ylabel="Participant")
-    figure.colorbar(image, ax=axes).set_label("Amplitude, µm peak to peak")
+    figure.colorbar(image, ax=axes).set_label(f"{quantity.title}, {quantity.unit_in_full}")
     return figure
 
 
-def _amplitude_um_pp(surface: Surface) -> float:
-    return surface.mean_um_pp if isinstance(surface, Grating) else surface.amplitude_um_pp
+def _level(surface: Surface) -> float:
+    return surface.mean_level if isinstance(surface, Grating) else surface.level
 
 
 def _parts(own: Sequence[tuple[Trial, Surface]]) -> list[tuple[int, str]]:

@@ -246,7 +246,7 @@ def run_simulated(
             seed=plan.seed,
             participant=plan.participant,
             visit=plan.visit,
-            feel=plate.vibration_um_pp,
+            feel=plate.vibration_level,
             clock=clock,
             language=plan.language,
             population=population,
@@ -261,7 +261,7 @@ def run_simulated(
             seed=plan.seed,
             participant=plan.participant,
             finger=person.finger,
-            vibration_um_pp=plate.vibration_um_pp,
+            vibration_level=plate.vibration_level,
         )
         run_plan(
             plan,
@@ -279,7 +279,7 @@ def run_simulated(
 
 def _steady(spec: str, plan: RunPlan) -> str:
     """Return a mock that holds what the study asks of a plate; one with options stays as it is."""
-    wanted_um = plan.study.plate.tolerance_um_pp
+    wanted_um = plan.study.plate.tolerance_level
     if spec != MOCK or wanted_um is None or wanted_um * PART_OF_TOLERANCE >= MOCK_NOISE_UM:
         return spec
     return f"{MOCK}:noise={wanted_um * PART_OF_TOLERANCE:g}"

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.languages.texts import Texts
     from slipscale.hardware.driver import PlateDriver
+    from slipscale.stimuli.quantity import Quantity
 
 ENOUGH_MB = 100
 FOCUS_FRAMES = 40
@@ -235,15 +236,19 @@ def check_plate(planned: PlannedSession) -> Finding:
     ):
         check_supported(plan, plate)
         plain = [each for each in surfaces(plan) if isinstance(each, VirtualSurface)]
-        largest = max((each.amplitude_um_pp for each in plain), default=0.0)
-        made = plate.present(VirtualSurface(amplitude_um_pp=largest))
-        notes = [*plate.notes, *_scatter(plate)]
+        largest = max((each.level for each in plain), default=0.0)
+        made = plate.present(VirtualSurface(level=largest))
+        notes = [*plate.notes, *_scatter(plate, study.quantity)]
         plate.silence()
         who = plate.identity
         textures = "plays textures" if plate.modulator else "plays no textures"
         unfelt = plate.unfelt
-    reading = made.readback.amplitude_um_pp
-    told = "no readback" if reading is None else f"reads {reading:.2f} of {largest:g} µm p-p"
+    reading = made.readback.level
+    told = (
+        "no readback"
+        if reading is None
+        else f"reads {reading:.2f} of {study.quantity.short(largest)}"
+    )
     name = f"{who.manufacturer} {who.model} {who.serial}" if who else planned.plate
     return Finding(
         name="plate",
@@ -255,7 +260,7 @@ def check_plate(planned: PlannedSession) -> Finding:
     )
 
 
-def _scatter(plate: PlateDriver) -> Iterator[str]:
+def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
     """Yield what is to be done where a standing plate's readings scatter too much for a session.
 
     A reading out of tolerance is a fault (docs/decisions/one-tolerance.md). With a scatter of a
@@ -265,16 +270,16 @@ def _scatter(plate: PlateDriver) -> Iterator[str]:
     for _ in range(READINGS):
         plate.clock.sleep(READINGS_S / READINGS)
         told.append(plate.read_back())
-    read = [each.amplitude_um_pp for each in told if each.kind == "measured"]
+    read = [each.level for each in told if each.kind == "measured"]
     if len(amplitudes := [each for each in read if each is not None]) < READINGS:
         return
-    deviation_um_pp, limit_um_pp = stdev(amplitudes), plate.limits.tolerance_um / 5
+    deviation_level, limit_level = stdev(amplitudes), plate.limits.deviation_level / 5
     # Of so few readings the standard deviation itself is known to a quarter.
-    if deviation_um_pp > 1.25 * limit_um_pp:
+    if deviation_level > 1.25 * limit_level:
         yield (
-            f"its readings scatter by {deviation_um_pp:.3f} µm (standard deviation), more than "
-            f"{limit_um_pp:.3f}: a session would take that for faults; average more of the "
-            "sensor's signal, or look for what shakes the plate"
+            f"its readings scatter by {deviation_level:.3f} {quantity.unit} (standard deviation), "
+            f"more than {limit_level:.3f}: a session would take that for faults; average more of "
+            "the sensor's signal, or look for what shakes the plate"
         )
 
 

@@ -1,7 +1,7 @@
 """A run's steps as they would come: to be looked at before anybody sits down.
 
 Which steps come may depend on what is answered. A rehearsal therefore takes several ways through a
-run, and a protocol says itself which amplitudes it could come to (`Protocol.possible_um_pp`).
+run, and a protocol says itself which amplitudes it could come to (`Protocol.possible_levels`).
 """
 
 from __future__ import annotations
@@ -111,7 +111,8 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
         A protocol asks for an answer that its table has no column for, its table has a column
         that every task has, or it has more trials than it says.
     """
-    declared = {protocol.task: columns(protocol) for protocol, _ in plan.tasks()}
+    quantity = plan.study.quantity
+    declared = {protocol.task: columns(protocol, quantity=quantity) for protocol, _ in plan.tasks()}
     context = plan.context()
     most = {
         protocol.task: protocol.most(options, replace(context, task=protocol.task))
@@ -131,7 +132,7 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
         if isinstance(step, Ask | Adjust):
             asked += 1
             task = step.trial.task if step.trial else getattr(step, "task", "")
-            if task and task not in beside and step.name not in declared[task]:
+            if task and task not in beside and quantity.named(step.name) not in declared[task]:
                 raise UserError(
                     f"{named[task]} asks for '{step.name}', which its table has no column "
                     "for: the answer would be missing from the data set; expected it to be declared"
@@ -155,18 +156,18 @@ def _answer(step: Step, place: float) -> Answer:
     if isinstance(step, Silence):
         return None
     if isinstance(step, Present):
-        um_pp = step.surface.amplitude_um_pp
+        level = step.surface.level
         return Presented(
-            commanded_um_pp=um_pp,
-            readback_um_pp=um_pp,
+            commanded_level=level,
+            readback_level=level,
             readback_kind="none",
             settled_by="time",
             onset_s=0.0,
         )
     if isinstance(step, Adjust):
-        span_um_pp = step.highest_um_pp - step.lowest_um_pp
-        reached = step.highest_um_pp - place * span_um_pp
-        return Adjusted(value=reached, readback_um_pp=reached, trace=((0.0, reached),))
+        span_level = step.highest_level - step.lowest_level
+        reached = step.highest_level - place * span_level
+        return Adjusted(value=reached, readback_level=reached, trace=((0.0, reached),))
     if isinstance(step, Ask):
         return Reply(value=_value(step.question, place))
     if isinstance(step, Instruct | Explore | Feedback | Rest):
@@ -204,21 +205,22 @@ def surfaces(plan: RunPlan) -> list[Surface]:
     """
     found: set[Surface] = set()
     for protocol, options in plan.tasks():
-        if protocol.possible_um_pp:
+        if protocol.possible_levels:
             context = plan.context(protocol.task)
-            found |= {context.surface(each) for each in protocol.possible_um_pp(options, context)}
+            found |= {context.surface(each) for each in protocol.possible_levels(options, context)}
     for way in WAYS.values():
         found |= _on_a_way(plan, way)
-    return sorted(found, key=lambda surface: (surface.label, surface.amplitude_um_pp))
+    return sorted(found, key=lambda surface: (surface.label, surface.level))
 
 
 def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Surface]:
     """Return what is presented on a way through a run; refuse what a protocol did not declare."""
     bounds: dict[str, tuple[float, float]] = {}
+    short = plan.study.quantity.short
     named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
     for protocol, options in plan.tasks():
-        if protocol.possible_um_pp:
-            possible = list(protocol.possible_um_pp(options, plan.context(protocol.task)))
+        if protocol.possible_levels:
+            possible = list(protocol.possible_levels(options, plan.context(protocol.task)))
             bounds[protocol.task] = min(possible), max(possible)
     found: set[Surface] = set()
     for step in dry_run(plan, way):
@@ -226,10 +228,10 @@ def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Surface]:
             found.add(step.surface)
             task = step.trial.task if step.trial else ""
             low, high = bounds.get(task, (0.0, float("inf")))
-            if not low <= step.surface.amplitude_um_pp <= high:
+            if not low <= step.surface.level <= high:
                 raise UserError(
-                    f"{named[task]} presents {step.surface.amplitude_um_pp:g} µm p-p, and says "
-                    f"that it presents {low:g} to {high:g}; expected it to declare every amplitude"
+                    f"{named[task]} presents {short(step.surface.level)}, and says "
+                    f"that it presents {low:g} to {high:g}; expected it to declare every level"
                 )
     return found
 
@@ -238,17 +240,18 @@ def check_supported(plan: RunPlan, plate: PlateDriver) -> None:
     """Raise `UserError`, or the plate's fault, if the plate could not present what a run needs."""
     for surface in surfaces(plan):
         plate.check_supported(surface, place_known=bool(plan.study.plate.position))
+    q = plan.study.quantity
     for protocol, options in plan.tasks():
-        if protocol.finest_um_pp is None:
+        if protocol.finest_level is None:
             continue
-        finest_um_pp, at_um_pp = protocol.finest_um_pp(options, plan.context(protocol.task))
-        held_um_pp = plate.limits.allowed_um_pp(at_um_pp)
-        if finest_um_pp < held_um_pp:
+        finest_level, at_level = protocol.finest_level(options, plan.context(protocol.task))
+        held_level = plate.limits.allowed_level(at_level)
+        if finest_level < held_level:
             raise UserError(
-                f"task '{protocol.task}' presents differences down to {finest_um_pp:g} µm p-p, and "
-                f"this plate is held to within {held_um_pp:g} µm p-p at {at_um_pp:g} µm p-p; "
+                f"task '{protocol.task}' presents differences down to {q.short(finest_level)}, and "
+                f"this plate is held to within {q.short(held_level)} at {q.short(at_level)}; "
                 "present larger ones, or give the study's [plate] a tolerance and a "
-                "tolerance_um_pp that the plate can keep"
+                f"{q.named('tolerance_level')} that the plate can keep"
             )
 
 

@@ -105,7 +105,7 @@ def validate(name: str) -> str:
     check_screens(plan)
     textures = f", {len(study.textures)} textures" if study.textures else ""
     said = (
-        f"{name}: no fault ({len(study.tasks)} tasks, {len(study.amplitudes_um_pp)} amplitudes"
+        f"{name}: no fault ({len(study.tasks)} tasks, {len(study.levels)} {study.quantity.levels}"
         f"{textures})"
     )
     return "\n".join([said, *map(_followed, study.gratings), *balance(name, study, text)])
@@ -140,33 +140,34 @@ def show(name: str, participant: str, session: str = "", run: str = "01") -> str
         session=session or _sessions(study)[0],
         run=run,
     )
+    q = study.quantity
     lines = [
         f"{study.name}: {study.title}",
         f"language {study.language}, seed {study.seed}, {study.participants} participants planned",
-        f"amplitudes {', '.join(f'{a:g}' for a in study.amplitudes_um_pp)} µm p-p",
+        f"{q.levels} {', '.join(f'{a:g}' for a in study.levels)} {q.unit_in_short}",
     ]
     if study.sessions or study.runs > 1:
         sessions = f"sessions {', '.join(study.sessions)}, " if study.sessions else ""
         lines.append(f"{sessions}{study.runs} runs in each; visits = {study.visits}")
     lines += [
         f"texture {grating.name} ({grating.label}): {grating.waveform}, "
-        f"{grating.lowest_um_pp:g} to {grating.amplitude_um_pp:g} µm p-p, "
+        f"{grating.lowest_level:g} to {q.short(grating.level)}, "
         f"period {grating.spatial_period_mm:g} mm, "
         f"for a finger at {grating.finger_speed_mm_s:g} mm/s"
         for grating in study.gratings
     ]
     for protocol, options in plan.tasks():
         lines += ["", f"{protocol.title} ({protocol.task})"]
-        lines += [f"  {key} = {value}" for key, value in options if key != "protocol"]
+        lines += [f"  {q.named(key)} = {value}" for key, value in options if key != "protocol"]
     lines += ["", *balance(name, study, text)]
     which = f"session {plan.session}, " if plan.session else ""
     place = f"place {plan.row + 1} in the counterbalancing, visit {plan.visit + 1}"
     lines += [
         "",
         f"participant {participant}, {which}run {run}: {place}",
-        f"surfaces of participant {participant}, µm p-p (unblinds you)",
+        f"surfaces of participant {participant}, {q.unit_in_short} (unblinds you)",
     ]
-    if any(protocol.possible_um_pp for protocol, _ in plan.tasks()):
+    if any(protocol.possible_levels for protocol, _ in plan.tasks()):
         lines.append("where they follow the answers: as if the first were always chosen")
     lines += [f"  {task:<22} {order}" for task, order in orders(plan).items()]
     return "\n".join(lines)
@@ -225,7 +226,8 @@ def orders_of_all(name: str) -> Figure:
     study, text = read_study(name)
     plan = _plan(name, study, text)
     labels = [f"{number:02d}" for number in range(1, min(study.participants, MOST) + 1)]
-    return orders_figure([(label, presented(replace(plan, participant=label))) for label in labels])
+    people = [(label, presented(replace(plan, participant=label))) for label in labels]
+    return orders_figure(people, study.quantity)
 
 
 def presented(plan: RunPlan) -> list[tuple[Trial, Surface]]:
@@ -244,7 +246,7 @@ def _main_blocks(plan: RunPlan, task: str) -> list[list[str]]:
 
 
 def _name(surface: Surface) -> str:
-    return surface.name if isinstance(surface, Grating) else f"{surface.amplitude_um_pp:g}"
+    return surface.name if isinstance(surface, Grating) else f"{surface.level:g}"
 
 
 def _sessions(study: Study) -> tuple[str, ...]:

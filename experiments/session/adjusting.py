@@ -49,25 +49,25 @@ class Adjusting:
 
     def adjust(self, step: Adjust) -> Adjusted:
         """Have the participant turn the surface; write down every amplitude on the way."""
-        start_um_pp = self.surface.amplitude_um_pp
-        if start_um_pp is None:
+        start_level = self.surface.level
+        if start_level is None:
             raise ValueError("there is no surface to adjust: none was presented")
         began_s = self.clock.now()
-        trace = [(0.0, start_um_pp)]
+        trace = [(0.0, start_level)]
         again_s: list[float] = []
 
         def since_s() -> float:
             return round(self.clock.now() - began_s, DECIMALS)
 
         def turn(notches: int) -> None:
-            aim_um_pp = step.turned_um_pp(trace[-1][1], notches)
-            if aim_um_pp != trace[-1][1]:
-                self.surface.turn(turned(aim_um_pp))
-                trace.append((since_s(), aim_um_pp))
+            aim_level = step.turned_level(trace[-1][1], notches)
+            if aim_level != trace[-1][1]:
+                self.surface.turn(turned(aim_level))
+                trace.append((since_s(), aim_level))
 
         try:
             reply = self._turned(step, turn, lambda: again_s.append(since_s()))
-            readback_um_pp = self.surface.read_back_um_pp()
+            readback_level = self.surface.read_back_level()
         except UserError:
             raise  # the journal itself, as a rule: there is nowhere to write
         except BaseException:
@@ -82,7 +82,7 @@ class Adjusting:
             response_time_s=reply.response_time_s,
             time_source=reply.time_source,
             timed_out=reply.timed_out,
-            readback_um_pp=readback_um_pp,
+            readback_level=readback_level,
             trace=tuple(trace),
             again_s=tuple(again_s),
         )
@@ -117,6 +117,6 @@ class Adjusting:
         self.wait()
 
 
-def turned(amplitude_um_pp: float) -> VirtualSurface:
+def turned(level: float) -> VirtualSurface:
     """Return the surface that a participant turned to; its label does not tell the amplitude."""
-    return VirtualSurface(amplitude_um_pp=amplitude_um_pp, label="S0")
+    return VirtualSurface(level=level, label="S0")

@@ -36,12 +36,12 @@ class Following:
         self._clock = clock
         self._place_known = place_known
         self._followed: FollowedTexture | None = None
-        self._told_um_pp: float | None = None  # where it has gone from its mean
+        self._told_level: float | None = None  # where it has gone from its mean
 
     def presented_as(self, surface: Surface) -> Surface:
         """Return what the plate makes of a surface at first: of a followed texture the mean."""
         found = followed_texture(surface, self._plate) if self._place_known else None
-        self._followed, self._told_um_pp = found, None
+        self._followed, self._told_level = found, None
         return found.mean if found else surface
 
     def see(self, samples: list[Sample]) -> None:
@@ -49,16 +49,16 @@ class Following:
         if self._followed is None:
             return
         self._followed.see(samples)
-        due_um_pp = self._followed.amplitude_um_pp(self._clock.now())
-        before_um_pp = self._told_um_pp
-        if before_um_pp is None:
-            before_um_pp = self._followed.mean.amplitude_um_pp
-        if abs(due_um_pp - before_um_pp) >= LEAST_CHANGE_UM:
-            self._plate.follow(due_um_pp)
-            self._told_um_pp = due_um_pp
+        due_level = self._followed.level(self._clock.now())
+        before_level = self._told_level
+        if before_level is None:
+            before_level = self._followed.mean.level
+        if abs(due_level - before_level) >= LEAST_CHANGE_UM:
+            self._plate.follow(due_level)
+            self._told_level = due_level
 
     def settle(self) -> None:
         """Have a plate that followed settle at the mean, which can be compared with a command."""
-        if self._followed is not None and self._told_um_pp is not None:
+        if self._followed is not None and self._told_level is not None:
             self._plate.present(self._followed.mean)
-            self._told_um_pp = None
+            self._told_level = None

@@ -72,7 +72,7 @@ class LiveStatus(BaseModel):
     plate: str
     temperature_c: float | None = None
     message: str
-    amplitude_um_pp: float | None
+    level: str | None
     unblinded: bool = False
     warnings: tuple[str, ...] = ()
     refused: str
@@ -205,7 +205,7 @@ class Mailbox:
             plate=status.plate,
             temperature_c=status.temperature_c,
             message=status.message,
-            amplitude_um_pp=status.amplitude_um_pp,
+            level=status.level,
             unblinded=status.unblinded,
             warnings=status.warnings,
             refused=self._refused,

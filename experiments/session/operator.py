@@ -54,8 +54,8 @@ class SessionStatus:
         The plate's, by its last reading; None where it tells none.
     message : str
         A fault's or a refusal's sentence.
-    amplitude_um_pp : float or None
-        Only unblinded.
+    level : str or None
+        The wanted level with its unit; only unblinded.
     unblinded : bool
         Whether the operator is told amplitudes.
     warnings : tuple of str
@@ -81,7 +81,7 @@ class SessionStatus:
     temperature_c: float | None = None
     message: str = ""
     warnings: tuple[str, ...] = ()
-    amplitude_um_pp: float | None = None
+    level: str | None = None
     unblinded: bool = False
 
 

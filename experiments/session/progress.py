@@ -90,7 +90,7 @@ class Progress:
     def unblind(self) -> None:
         """Tell the operator the amplitude, now and from here on."""
         self._status = replace(self._status, unblinded=True)
-        self.tell(self._status.state, amplitude_um_pp=self._surface.amplitude_um_pp)
+        self.tell(self._status.state, level=self._surface.level)
 
     @property
     def asked(self) -> tuple[Ask, ...]:
@@ -161,9 +161,7 @@ class Progress:
         """Tell the operator something; the state stays as it is."""
         self.tell(self._status.state, message=message)
 
-    def tell(
-        self, state: State, *, message: str = "", amplitude_um_pp: float | None = None
-    ) -> None:
+    def tell(self, state: State, *, message: str = "", level: float | None = None) -> None:
         """Tell the operator the state; the amplitude only unblinded."""
         elapsed_s = self._clock.now() - self._begun_s - self._away_s
         done = self._status.done - self._done_before
@@ -179,7 +177,9 @@ class Progress:
             temperature_c=self._surface.temperature_c,
             elapsed_s=elapsed_s,
             time_left_s=elapsed_s / done * left if done else None,
-            amplitude_um_pp=amplitude_um_pp if self.unblinded else None,
+            level=self._surface.quantity.short(level)
+            if self.unblinded and level is not None
+            else None,
         )
         self._operator.tell(self._status)
 

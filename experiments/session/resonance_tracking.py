@@ -53,7 +53,7 @@ class ResonanceTracking:
         if step.trial is None or clock.now() - self._last_s < self._every_s:
             return
 
-        def measured_um_pp() -> float:
+        def measured_level() -> float:
             self._vibrometer.begin()
             clock.sleep(READ_S)
             samples = self._vibrometer.take()
@@ -61,6 +61,6 @@ class ResonanceTracking:
                 raise SensorFault("the vibrometer told nothing in the sweep")
             return fmean(each.values[0] for each in samples)
 
-        found = track(self._plate, measured_um_pp)
+        found = track(self._plate, measured_level)
         self._last_s = clock.now()
         journal.append("tracking", trial=step.trial.number, **asdict(found))

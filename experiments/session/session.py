@@ -353,7 +353,7 @@ class Session:
             self._restore(step)
         self._rewinds = False
         self._noise.start()
-        self._progress.tell("presenting", amplitude_um_pp=step.surface.amplitude_um_pp)
+        self._progress.tell("presenting", level=step.surface.level)
         if self._tracking and self._surface.state == "silent":
             self._tracking.before(step, self._journal, self._clock)
         self._markers.mark(Event.ONSET, step)
@@ -477,7 +477,7 @@ class Session:
 
     def _wait(self) -> None:
         """Tell the operator that the participant is at work."""
-        self._progress.tell("waiting", amplitude_um_pp=self._surface.amplitude_um_pp)
+        self._progress.tell("waiting", level=self._surface.level)
 
 
 def last_unfinished(records: list[Record], step: Ask) -> Unfinished:

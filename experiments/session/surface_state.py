@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.contact.source import Sample
     from slipscale.hardware.driver import PlateDriver
+    from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.surface import Surface
 
 
@@ -75,7 +76,7 @@ class SurfaceState:
         self._standard: tuple[Present, Explore] | None = None
         self._standard_due = False
         self._standard_made: Presented | None = None
-        self._commanded_um_pp = 0.0
+        self._commanded_level = 0.0
         self._measured = False
         self._temperature_c: float | None = None
 
@@ -94,9 +95,14 @@ class SurfaceState:
         return self._temperature_c
 
     @property
-    def amplitude_um_pp(self) -> float | None:
+    def quantity(self) -> Quantity:
+        """What the plate's levels are in."""
+        return self._plate.limits.quantity
+
+    @property
+    def level(self) -> float | None:
         """The amplitude wanted (of a texture the largest), or None."""
-        return self._wanted.surface.amplitude_um_pp if self._wanted else None
+        return self._wanted.surface.level if self._wanted else None
 
     def must_be_felt_again(self, step: Step) -> bool:
         """Whether what a step needs to be there, or to have been felt, was interrupted."""
@@ -215,17 +221,17 @@ class SurfaceState:
         texture, command and reading are means.
         """
         if self._wanted is not None:
-            self.read_back_um_pp()
+            self.read_back_level()
 
-    def read_back_um_pp(self) -> float | None:
+    def read_back_level(self) -> float | None:
         """Return what the plate says it makes; raise its fault unless that is what is wanted."""
         self._plate.check()
         self._following.settle()
         told = self._plate.read_back()
         self._temperature_c = told.temperature_c
-        self._measured = told.kind in MEASURED and told.amplitude_um_pp is not None
-        self._plate.confirm(self._commanded_um_pp, told)
-        return told.amplitude_um_pp
+        self._measured = told.kind in MEASURED and told.level is not None
+        self._plate.confirm(self._commanded_level, told)
+        return told.level
 
     def check(self) -> None:
         """Raise the plate's fault, if any, while it makes a surface. Cheap."""
@@ -325,11 +331,11 @@ class SurfaceState:
         self._hushed = False
         made = self._plate.present(self._following.presented_as(step.surface))
         self._wanted, self._held = step, True
-        self._commanded_um_pp = made.commanded_um_pp
+        self._commanded_level = made.commanded_level
         self.confirm()
         return Presented(
-            commanded_um_pp=made.commanded_um_pp,
-            readback_um_pp=made.readback.amplitude_um_pp,
+            commanded_level=made.commanded_level,
+            readback_level=made.readback.level,
             readback_kind=made.readback.kind,
             settled_by=made.settled_by,
             onset_s=self._clock.now(),

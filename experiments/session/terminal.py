@@ -266,8 +266,8 @@ class TerminalOperator:
         text.append(f"\n  session {status.done} of {status.planned}", style="dim")
         text.append(f"  elapsed {clock_face(status.elapsed_s)}", style="dim")
         text.append(f"  left {clock_face(status.time_left_s)}", style="dim")
-        if status.amplitude_um_pp is not None:
-            text.append(f"  {status.amplitude_um_pp:g} µm p-p", style="magenta")
+        if status.level is not None:
+            text.append(f"  {status.level}", style="magenta")
         text.append(f"\n  plate {status.plate}", "red" if status.plate == "lost" else "dim")
         if status.temperature_c is not None:
             text.append(f"  {status.temperature_c:.1f} °C", style="dim")

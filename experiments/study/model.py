@@ -38,16 +38,24 @@ from slipscale.experiments.study.headphone_test import HEADPHONES, HeadphoneTest
 from slipscale.experiments.study.participant_keys import ParticipantKeys
 from slipscale.experiments.study.person_questions import PersonQuestion, unanswerable
 from slipscale.experiments.study.questionnaires import Questionnaire, unusable
-from slipscale.experiments.study.tables import Cost, MaskingNoise, PlateSettings, Texture
+from slipscale.experiments.study.tables import (
+    Cost,
+    MaskingNoise,
+    PlateSettings,
+    Texture,
+)
 from slipscale.faults import UserError
 from slipscale.faults.suggestions import expected_one_of
 from slipscale.faults.validation import faults_in, refuse
+from slipscale.stimuli.quantity import in_um
+from slipscale.stimuli.quantity_table import QuantityTable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from slipscale.faults.toml_lines import Place
     from slipscale.faults.validation import Fault
+    from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.texture import Grating
 
 
@@ -86,14 +94,18 @@ class Study(BaseModel):
         description="How many participants are planned; a pilot runs as many.",
         json_schema_extra={"unit": "participants"},
     )
+    made: QuantityTable = Field(
+        default=QuantityTable(),
+        validation_alias="quantity",
+        description="What the plate makes and all levels are in; left out: the vibration amplitude "
+        "in µm peak to peak. In another quantity keys end in its unit.",
+    )
     plate: PlateSettings = Field(
         default=PlateSettings(), description="Limits that every amplitude of the study must keep."
     )
-    amplitudes_um_pp: Annotated[tuple[Amplitude, ...], Field(min_length=1, max_length=MOST)] = (
-        Field(
-            description="Vibration amplitudes of the plain surfaces, all different; 0 is the plate "
-            "at rest."
-        )
+    levels: Annotated[tuple[Amplitude, ...], Field(min_length=1, max_length=MOST)] = Field(
+        description="Vibration amplitudes of the plain surfaces, all different; 0 is the plate "
+        "at rest."
     )
     textures: Annotated[tuple[Texture, ...], Field(max_length=MOST)] = Field(
         default=(),
@@ -176,12 +188,18 @@ class Study(BaseModel):
         "texts by their keys.",
     )
 
-    @field_validator("amplitudes_um_pp")
+    @field_validator("plate")
+    @classmethod
+    def _limited(cls, value: PlateSettings, info: ValidationInfo) -> PlateSettings:
+        refuse(_unstated(("plate",), value, info))
+        return value
+
+    @field_validator("levels")
     @classmethod
     def _presentable(cls, value: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
-        faults = list(_beyond(("amplitudes_um_pp",), info, *value))
+        faults = list(_beyond(("levels",), info, *value))
         if len(set(value)) < len(value):
-            faults.append((("amplitudes_um_pp",), {"msg": "expected them to be all different"}))
+            faults.append((("levels",), {"msg": "expected them to be all different"}))
         refuse(faults)
         return value
 
@@ -190,7 +208,7 @@ class Study(BaseModel):
     def _playable(cls, value: tuple[Texture, ...], info: ValidationInfo) -> tuple[Texture, ...]:
         faults = list(_named_twice("textures", [texture.name for texture in value]))
         for number, texture in enumerate(value):
-            faults += _beyond(("textures", number), info, texture.grating().amplitude_um_pp)
+            faults += _beyond(("textures", number), info, texture.grating().level)
         refuse(faults)
         return value
 
@@ -204,13 +222,15 @@ class Study(BaseModel):
         for number, table in enumerate(tables):
             place = ("tasks", number)
             try:
-                task = _task(table)
+                task = _task(table, info)
             except ValidationError as error:
                 options = load_protocol(table["protocol"]).options
-                faults += [((*place, *inner), f) for inner, f in faults_in(error, options)]
+                found = faults_in(error, options, info.context)
+                faults += [((*place, *inner), f) for inner, f in found]
             except ValueError as error:
                 faults.append(((*place, "protocol"), {"msg": str(error)}))
             else:
+                faults += _unstated(place, task, info)
                 faults += _impossible(place, task, tasks, info)
                 tasks.append(task)
         refuse(faults or _unpresented(tasks, info))
@@ -234,11 +254,16 @@ class Study(BaseModel):
     def __repr__(self) -> str:
         """Return one line: name, title, participants, tasks and amplitudes."""
         tasks = ", ".join(task.protocol for task in self.tasks)
-        amplitudes = ", ".join(f"{each:g}" for each in self.amplitudes_um_pp)
+        levels, q = ", ".join(f"{each:g}" for each in self.levels), self.quantity
         return (
             f"Study '{self.name}' ({self.title}): {self.participants} participants; {tasks}; "
-            f"amplitudes {amplitudes or 'none'} µm peak to peak"
+            f"{q.levels} {levels or 'none'} {q.unit_in_full}"
         )
+
+    @property
+    def quantity(self) -> Quantity:
+        """What all levels are in."""
+        return self.made.quantity
 
     @property
     def gratings(self) -> tuple[Grating, ...]:
@@ -256,11 +281,31 @@ def _named_twice(table: str, names: list[str]) -> Iterator[Fault]:
             yield (table, number, "name"), {"msg": f"there is a '{name}' already"}
 
 
-def _beyond(place: Place, info: ValidationInfo, *amplitudes_um_pp: float) -> Iterator[Fault]:
+def _quantity(info: ValidationInfo) -> Quantity:
+    made: QuantityTable = info.data.get("made", QuantityTable())
+    return made.quantity
+
+
+def _unstated(place: Place, table: BaseModel, info: ValidationInfo) -> Iterator[Fault]:
+    """Yield the levels that a table in another quantity leaves out: defaults are in µm."""
+    quantity = _quantity(info)
+    if not quantity.of_plate:
+        for key, field in type(table).model_fields.items():
+            if (
+                in_um(key) != key
+                and key not in table.model_fields_set
+                and field.default is not None
+            ):
+                said = f"is missing; its default is in µm, expected {quantity.unit_in_full}"
+                yield (*place, key), {"msg": said}
+
+
+def _beyond(place: Place, info: ValidationInfo, *levels: float) -> Iterator[Fault]:
     plate = info.data.get("plate")
-    limit_um_pp = plate.amplitude_um_pp if plate else math.inf
-    if beyond := ", ".join(str(each) for each in amplitudes_um_pp if each > limit_um_pp):
-        yield place, {"msg": f"{beyond} is beyond the plate's {limit_um_pp} µm p-p"}
+    limit_level = plate.level if plate else math.inf
+    if beyond := ", ".join(str(each) for each in levels if each > limit_level):
+        unit = _quantity(info).unit_in_short
+        yield place, {"msg": f"{beyond} is beyond the plate's {limit_level} {unit}"}
 
 
 def _impossible(
@@ -284,14 +329,15 @@ def _impossible(
     if protocol.texts and protocol.instructions not in texts:
         said = f"its instructions '{protocol.instructions}' are none of its texts"
         yield (*place, "protocol"), {"msg": said}
-    amplitudes_um_pp, textures = info.data.get("amplitudes_um_pp"), info.data.get("textures")
-    if amplitudes_um_pp is None or textures is None:
+    levels, textures = info.data.get("levels"), info.data.get("textures")
+    if levels is None or textures is None:
         return
     context = Context(
         seed=0,
         participant="",
         row=0,
-        amplitudes_um_pp=amplitudes_um_pp,
+        levels=levels,
+        quantity=_quantity(info),
         texts={},
         task=label,
         textures=tuple(texture.grating() for texture in textures),
@@ -299,10 +345,10 @@ def _impossible(
     try:
         if protocol.check:
             protocol.check(task, context)
-        possible = protocol.possible_um_pp(task, context) if protocol.possible_um_pp else ()
+        possible = protocol.possible_levels(task, context) if protocol.possible_levels else ()
         yield from _beyond(place, info, *sorted(set(possible)))
         if not protocol.trials(task, context):
-            yield place, {"msg": "has no trials with these amplitudes"}
+            yield place, {"msg": f"has no trials with these {_quantity(info).levels}"}
     except UserError as error:
         yield place, {"msg": str(error)}
 
@@ -346,11 +392,11 @@ def _unspoken(texts: dict[str, dict[str, Any]], info: ValidationInfo) -> Iterato
         yield from unusable(info.data.get("questionnaires", ()), language, known, taken)
 
 
-def _task(table: Any) -> Options:
+def _task(table: Any, info: ValidationInfo) -> Options:
     """Return the options of one [[tasks]] table."""
     if isinstance(table, Options):
         return table
     name = table.get("protocol") if isinstance(table, dict) else None
     if name not in protocol_names():
         raise ValueError(f"{expected_one_of(name, protocol_names())}, got {name!r}")
-    return load_protocol(name).options.model_validate(table)
+    return load_protocol(name).options.model_validate(table, context=info.context)

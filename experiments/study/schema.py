@@ -14,6 +14,7 @@ from pydantic.json_schema import models_json_schema
 from slipscale.experiments.protocols.base import Options
 from slipscale.experiments.protocols.registry import load_protocol, protocol_names
 from slipscale.experiments.study.model import Study
+from slipscale.stimuli.quantity import in_um
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -40,7 +41,7 @@ def study_schema() -> Schema:
     Each property has a ``description``, and each number a ``unit``. A property that may be left
     out without a value has no ``default``: TOML has no null.
 
-    >>> study_schema()["properties"]["amplitudes_um_pp"]["unit"]
+    >>> study_schema()["properties"]["levels"]["unit"]
     'µm peak to peak'
     """
     options = {name: load_protocol(name).options for name in protocol_names()}
@@ -56,8 +57,10 @@ def study_schema() -> Schema:
     unused = {*key_of.values(), Options.__name__}
     tables = {key: part for key, part in parts.items() if key not in unused} | tasks
     for table in (root, *tables.values()):
-        for key, value in table.get("properties", {}).items():
-            table["properties"][key] = _in_toml(key, value)
+        named = {in_um(key): value for key, value in table.get("properties", {}).items()}
+        table["properties"] = {key: _in_toml(key, value) for key, value in named.items()}
+        if "required" in table:
+            table["required"] = [in_um(key) for key in table["required"]]
     return {"$schema": DIALECT, **root, "title": "Slipscale study", "$defs": tables}
 
 

@@ -64,8 +64,8 @@ class PlateSettings(BaseModel):
         description="A plate's own file, or its name in the folder plates; a session with a "
         "person, and its check, are refused on another one.",
     )
-    amplitude_um_pp: Positive = Field(
-        default=PlateLimits().amplitude_um_pp,
+    level: Positive = Field(
+        default=PlateLimits().level,
         description="Largest amplitude that may be presented; a larger one in the study is a "
         "fault, and the plate is never asked for it.",
     )
@@ -76,7 +76,7 @@ class PlateSettings(BaseModel):
         "to, a wider one is not.",
         json_schema_extra={"unit": "share, 0 to 1"},
     )
-    tolerance_um_pp: Positive | None = Field(
+    tolerance_level: Positive | None = Field(
         default=None,
         description="The same as an amplitude; the larger of the two counts. A study of thresholds "
         "needs a plate that holds an amplitude better than its finest difference.",
@@ -116,8 +116,8 @@ class Texture(BaseModel):
     spatial_period_mm: Annotated[Positive, Field(le=LONGEST_MM)] = Field(
         description="Length of one period."
     )
-    mean_um_pp: Positive = Field(description="Mean of the vibration amplitude over a period.")
-    depth_um_pp: Positive = Field(
+    mean_level: Positive = Field(description="Mean of the vibration amplitude over a period.")
+    depth_level: Positive = Field(
         description="The amplitude swings from mean - depth to mean + depth."
     )
     waveform: Waveform = Field(default="sine", description="Form of the amplitude over one period.")

@@ -155,7 +155,7 @@ class FunctionGenerator(PlateDriver):
         time_constant_s = resonance.quality_factor / (math.pi * resonance.frequency_hz)
         self._machine.sleep(SETTLING_TIME_CONSTANTS * time_constant_s)
         return Presentation(
-            commanded_um_pp=amplitude_um_pp,
+            commanded_level=amplitude_um_pp,
             readback=self._read_back(),
             settled_by="wait",
             settle_time_s=self._machine.now() - begun_s,
@@ -201,13 +201,13 @@ class FunctionGenerator(PlateDriver):
             voltage_v = self._output.number(self._output.dialect.voltage_vpp) / self._vpp_per_v
         if self.calibration is None:
             return Readback(
-                amplitude_um_pp=None,
+                level=None,
                 kind="none",
                 time_s=self.clock.now(),
                 voltage_v_peak=voltage_v,
             )
         return Readback(
-            amplitude_um_pp=voltage_v * self.calibration.um_pp_per_v_peak,
+            level=voltage_v * self.calibration.um_pp_per_v_peak,
             kind="applied",
             time_s=self.clock.now(),
             voltage_v_peak=voltage_v,

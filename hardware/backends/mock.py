@@ -116,7 +116,7 @@ class MockPlate(PlateDriver):
             raise ValueError(f"no fault '{fault}' or no phase '{phase}'")
         self._schedule.add(Injection(fault, phase, n))
 
-    def vibration_um_pp(self) -> float:
+    def vibration_level(self) -> float:
         """Return the twin's true amplitude in µm p-p: what a finger feels, connected or not."""
         return self.twin.amplitude_um_pp(self.clock.now())
 
@@ -141,7 +141,7 @@ class MockPlate(PlateDriver):
         self._settle()
         readback = self._measure()
         return Presentation(
-            commanded_um_pp=amplitude_um_pp,
+            commanded_level=amplitude_um_pp,
             readback=readback,
             settled_by="readback",
             settle_time_s=readback.time_s - begun_s,
@@ -149,7 +149,7 @@ class MockPlate(PlateDriver):
 
     def _play(self, loop: Loop) -> None:
         frequency_hz = self.twin.resonator.resonance_hz
-        self._set(Drive(frequency_hz=frequency_hz, target_um_pp=loop.mean_um_pp, played=loop))
+        self._set(Drive(frequency_hz=frequency_hz, target_um_pp=loop.mean_level, played=loop))
         self._settle()
 
     def _follow(self, amplitude_um_pp: float) -> None:
@@ -208,7 +208,7 @@ class MockPlate(PlateDriver):
     def _measure(self) -> Readback:
         now_s = self.clock.now()
         return Readback(
-            amplitude_um_pp=self.twin.measure_um_pp(now_s),
+            level=self.twin.measure_um_pp(now_s),
             kind="measured",
             time_s=now_s,
             voltage_v_peak=round(self.twin.voltage_v(now_s), VOLTAGE_DIGITS),

@@ -9,17 +9,18 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from dataclasses import replace
 from datetime import date, timedelta
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from slipscale.faults import UserError
-from slipscale.hardware.limits import PlateLimits
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from slipscale.hardware.limits import PlateLimits
     from slipscale.hardware.records import PlateIdentity
 
 OLD_DAYS = 180  # older is noted
@@ -218,10 +219,11 @@ class Calibration(CalibrationTable):
                 f"{limits.frequency_min_hz:g} to {limits.frequency_max_hz:g} Hz"
             )
         voltage_max_v = self.gain.voltage_max_v * self.drive.v_peak_per_volt
-        values = {name: getattr(limits, name) for name in PlateLimits.__slots__}
-        values["amplitude_um_pp"] = min(limits.amplitude_um_pp, self.gain.amplitude_max_um_pp)
-        values["voltage_v"] = min(limits.voltage_v, voltage_max_v)
-        return PlateLimits(**values)
+        return replace(
+            limits,
+            level=min(limits.level, self.gain.amplitude_max_um_pp),
+            voltage_v=min(limits.voltage_v, voltage_max_v),
+        )
 
     def mismatches(self, identity: PlateIdentity, *, backend: str) -> tuple[str, ...]:
         """Return in what the device it was made on differs from the one that is there."""

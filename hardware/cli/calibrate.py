@@ -284,11 +284,11 @@ def _measure(
 
 def measured(plate: PlateDriver, readback: Readback) -> float:
     """Return the plate's own measurement in µm p-p."""
-    if readback.kind != "measured" or readback.amplitude_um_pp is None:
+    if readback.kind != "measured" or readback.level is None:
         raise UserError(
             f"plate '{plate.name}' does not measure its vibration; use --prompt or --csv"
         )
-    return readback.amplitude_um_pp
+    return readback.level
 
 
 def prompted(plate: PlateDriver, drive: str) -> float:

@@ -62,19 +62,19 @@ def run(arguments: Namespace) -> int:
         raise UserError("plate watch: expected the plate's SPEC: mock, serial:PORT, ...")
     clock = SystemClock()
     plate = open_plate(arguments.plate, clock=clock)
-    scale_um_pp = plate.limits.amplitude_um_pp
-    if not 0 <= arguments.amplitude <= scale_um_pp:
+    scale_level = plate.limits.level
+    if not 0 <= arguments.amplitude <= scale_level:
         raise UserError(
-            f"--amplitude: {arguments.amplitude:g}, expected 0 to {scale_um_pp:g} µm peak to peak"
+            f"--amplitude: {arguments.amplitude:g}, expected 0 to {scale_level:g} µm peak to peak"
         )
     with silent_on_signals(plate), plate:
-        plate.present(VirtualSurface(amplitude_um_pp=arguments.amplitude))
+        plate.present(VirtualSurface(level=arguments.amplitude))
         begun_s = clock.now()
-        print(f"time s   µm p-p   0{f'{scale_um_pp:g}':>{COLUMNS}}  | commanded  # readback")
+        print(f"time s   µm p-p   0{f'{scale_level:g}':>{COLUMNS}}  | commanded  # readback")
         try:
             for readback in readbacks(plate, clock, arguments.every, arguments.seconds):
                 time_s = clock.now() - begun_s
-                print(line(readback, time_s, arguments.amplitude, scale_um_pp))
+                print(line(readback, time_s, arguments.amplitude, scale_level))
                 sys.stdout.flush()
         except KeyboardInterrupt:
             pass  # the usual way to end it
@@ -94,20 +94,20 @@ def readbacks(
         clock.sleep(min(LOOKS_S, every_s))
 
 
-def line(readback: Readback, time_s: float, commanded_um_pp: float, scale_um_pp: float) -> str:
+def line(readback: Readback, time_s: float, commanded_level: float, scale_level: float) -> str:
     """Return one line of the plot.
 
     >>> from slipscale.hardware.records import Readback
-    >>> half = Readback(amplitude_um_pp=1.25, kind="measured", time_s=0.0)
+    >>> half = Readback(level=1.25, kind="measured", time_s=0.0)
     >>> line(half, 3.0, 1.25, 2.5)
     '   3.0    1.250   ##############################|                               measured'
     """
-    if readback.amplitude_um_pp is None:
+    if readback.level is None:
         return f"{time_s:6.1f}      n/a   {'':{COLUMNS + 1}}  {readback.kind}"
-    filled = round(COLUMNS * min(readback.amplitude_um_pp / scale_um_pp, 1.0))
+    filled = round(COLUMNS * min(readback.level / scale_level, 1.0))
     cells = list("#" * filled + " " * (COLUMNS + 1 - filled))
-    cells[round(COLUMNS * commanded_um_pp / scale_um_pp)] = "|"
-    return f"{time_s:6.1f}   {readback.amplitude_um_pp:6.3f}   {''.join(cells)}  {readback.kind}"
+    cells[round(COLUMNS * commanded_level / scale_level)] = "|"
+    return f"{time_s:6.1f}   {readback.level:6.3f}   {''.join(cells)}  {readback.kind}"
 
 
 COMMANDS = {"watch": (add_arguments, run)}

@@ -48,7 +48,7 @@ class Rig:
 
     def surface(self, share: float) -> VirtualSurface:
         """Return a surface with a share of the largest amplitude."""
-        return VirtualSurface(amplitude_um_pp=round(share * self.plate.limits.amplitude_um_pp, 4))
+        return VirtualSurface(level=round(share * self.plate.limits.level, 4))
 
 
 def _connects_off(rig: Rig) -> None:
@@ -66,20 +66,20 @@ def _presents(rig: Rig) -> None:
         for share in SHARES:
             surface = rig.surface(share)
             made = plate.present(surface)
-            if made.commanded_um_pp != surface.amplitude_um_pp:
-                differs(f"commanded {surface.amplitude_um_pp:g}", f"{made.commanded_um_pp:g}")
+            if made.commanded_level != surface.level:
+                differs(f"commanded {surface.level:g}", f"{made.commanded_level:g}")
             if made.readback.kind not in get_args(ReadbackKind):
                 differs(f"a readback of kind {get_args(ReadbackKind)}", made.readback.kind)
             _expect_output(plate, Output.MAY_BE_ON, "present")
             rig.clock.sleep(STEADY_S)
             told = plate.read_back()
-            plate.confirm(surface.amplitude_um_pp, told)  # still, and so it had settled
+            plate.confirm(surface.level, told)  # still, and so it had settled
 
 
 def _readback_proves(rig: Rig) -> None:
     with rig.plate as plate:
         told = plate.present(rig.surface(0.5)).readback
-        if told.kind not in PROVING or told.amplitude_um_pp is None:
+        if told.kind not in PROVING or told.level is None:
             raise NotApplicable(
                 f"its readback is '{told.kind}', which shows no wrong amplitude; measure with a "
                 "vibrometer"
@@ -98,16 +98,16 @@ def _limits_leave_it(rig: Rig) -> None:
     with rig.plate as plate:
         plate.present(rig.surface(0.5))
         before = plate.read_back()
-        for wrong in (1.01 * plate.limits.amplitude_um_pp, math.inf):
+        for wrong in (1.01 * plate.limits.level, math.inf):
             try:
-                plate.present(VirtualSurface(amplitude_um_pp=wrong))
+                plate.present(VirtualSurface(level=wrong))
             except (OverLimit, UserError):
                 pass
             else:
                 differs(f"{wrong:g} µm p-p to be refused", "a presentation")
         _expect_output(plate, Output.MAY_BE_ON, "a refused command")
         if before.kind in PROVING:
-            plate.confirm(rig.surface(0.5).amplitude_um_pp, plate.read_back())
+            plate.confirm(rig.surface(0.5).level, plate.read_back())
 
 
 def _silence_repeats(rig: Rig) -> None:
@@ -172,11 +172,11 @@ def _follows(rig: Rig) -> None:
         raise NotApplicable("it has no follow_lag_s")
     with rig.plate as plate:
         plate.present(rig.surface(0.5))
-        plate.follow(rig.surface(0.3).amplitude_um_pp)
+        plate.follow(rig.surface(0.3).level)
         rig.clock.sleep(STEADY_S)
         told = plate.read_back()
         if told.kind in PROVING:
-            plate.confirm(rig.surface(0.3).amplitude_um_pp, told)
+            plate.confirm(rig.surface(0.3).level, told)
 
 
 def _expect_output(plate: PlateDriver, due: Output, after: str) -> None:
@@ -187,8 +187,8 @@ def _expect_output(plate: PlateDriver, due: Output, after: str) -> None:
 def _expect_off(told: Readback, after: str) -> None:
     if told.voltage_v_peak:
         differs(f"0 V after {after}", f"{told.voltage_v_peak:g} V")
-    if told.kind == "applied" and told.amplitude_um_pp:
-        differs(f"an applied amplitude of 0 after {after}", f"{told.amplitude_um_pp:g}")
+    if told.kind == "applied" and told.level:
+        differs(f"an applied amplitude of 0 after {after}", f"{told.level:g}")
 
 
 RULES: tuple[tuple[str, Callable[[Rig], None]], ...] = (

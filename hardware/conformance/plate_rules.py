@@ -32,7 +32,7 @@ def _settles(bench: Bench) -> None:
 
 def _expect_near(due_um_pp: float, measured_um_pp: float) -> None:
     limits = PlateLimits()
-    allowed_um = max(limits.tolerance * due_um_pp, limits.tolerance_um)
+    allowed_um = max(limits.tolerance * due_um_pp, limits.deviation_level)
     if abs(measured_um_pp - due_um_pp) > allowed_um:
         differs(f"{due_um_pp:g} µm p-p within {allowed_um:g} µm", f"{measured_um_pp:g}")
 

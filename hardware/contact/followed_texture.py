@@ -43,7 +43,7 @@ class FollowedTexture:
     @property
     def mean(self) -> VirtualSurface:
         """The plain surface at which the plate settles before it follows."""
-        return VirtualSurface(amplitude_um_pp=self._grating.mean_um_pp, label=self._grating.label)
+        return VirtualSurface(level=self._grating.mean_level, label=self._grating.label)
 
     def see(self, samples: Iterable[Sample]) -> None:
         """Take note of where the finger is."""
@@ -52,22 +52,22 @@ class FollowedTexture:
         while len(self._last) > 2 and self._last[-1][0] - self._last[1][0] >= SPEED_OVER_S:  # noqa: PLR2004 - two tell a speed
             self._last.popleft()
 
-    def amplitude_um_pp(self, now_s: float) -> float:
+    def level(self, now_s: float) -> float:
         """Return the amplitude to command now; the mean where the finger's place is not known."""
         asked_s, self._asked_s = self._asked_s, now_s
         held_s = min(now_s - asked_s, LONGEST_HELD_S) if asked_s is not None else 0.0
         if not self._last or now_s - self._last[-1][0] > LOST_S:
-            return self._grating.mean_um_pp
+            return self._grating.mean_level
         time_s, place_mm = self._last[-1]
         first_s, first_mm = self._last[0]
         passed_s = time_s - first_s
         speed_mm_s = (place_mm - first_mm) / passed_s if 0 < passed_s <= LOST_S else 0.0
         ahead_s = now_s - time_s + self._lag_s + held_s / 2
-        return self._grating.amplitude_at_um_pp(place_mm + speed_mm_s * ahead_s)
+        return self._grating.level_at(place_mm + speed_mm_s * ahead_s)
 
 
 def followed_texture(surface: Surface, plate: PlateDriver) -> FollowedTexture | None:
     """Return what follows the finger over a surface; None for a plain one, or if a plate cannot."""
-    if not isinstance(surface, Grating) or surface.depth_um_pp == 0 or plate.follow_lag_s is None:
+    if not isinstance(surface, Grating) or surface.depth_level == 0 or plate.follow_lag_s is None:
         return None
     return FollowedTexture(surface, plate.follow_lag_s)

@@ -156,9 +156,9 @@ class SimulatedForce(_Simulated):
         film: str = "reynolds",
     ) -> None:
         super().__init__(surroundings, rate_hz=rate_hz, noise=noise)
-        if surroundings.vibration_um_pp is None:
+        if surroundings.vibration_level is None:
             raise UserError("--force simulated: there is no plate whose film could be simulated")
-        self._vibration_um_pp = surroundings.vibration_um_pp
+        self._vibration_um_pp = surroundings.vibration_level
         self._friction = friction
         self._film = film
         # Reynolds' film has a roughness, a shared load has a skin; each is one number.
@@ -187,7 +187,7 @@ def _film_force_n(amplitude_um_pp: float, roughness_um: float) -> float:
     """Return the force by which Reynolds' film carries the finger, whatever its weight."""
     if amplitude_um_pp == 0:
         return 0.0
-    relative = VirtualSurface(amplitude_um_pp=amplitude_um_pp).predicted_relative_friction(
+    relative = VirtualSurface(level=amplitude_um_pp).predicted_relative_friction(
         roughness_um=roughness_um, normal_force_n=1.0
     )
     return 1.0 - relative

@@ -80,7 +80,7 @@ class Surroundings:
         Whom it simulates.
     finger : Finger or None
         For the sources that ask who has the finger.
-    vibration_um_pp : callable or None
+    vibration_level : callable or None
         Returns what a finger on the plate feels now, µm peak to peak; for a simulated force.
     """
 
@@ -88,7 +88,7 @@ class Surroundings:
     seed: int = 0
     participant: str = ""
     finger: Finger | None = None
-    vibration_um_pp: Callable[[], float] | None = None
+    vibration_level: Callable[[], float] | None = None
 
 
 class ContactSource(ABC):

@@ -155,7 +155,7 @@ class Board:
     def commanded_um_pp(self, now_s: float) -> float:
         """Return the amplitude that is due now."""
         if self.played:
-            return self.played.at_um_pp(now_s - self._commanded_s)
+            return self.played.at_level(now_s - self._commanded_s)
         return self._now_um_pp
 
     def temperature_c(self, now_s: float) -> float:
@@ -264,10 +264,10 @@ class Board:
         if self.state != "HOLD" or count != len(self.points_um_pp):
             raise Refusal(wire.SETTINGS_CONFLICT)
         self.played = Loop(
-            amplitudes_um_pp=tuple(self.points_um_pp),
+            levels=tuple(self.points_um_pp),
             step_s=step_ms / 1000,
             edge_s=edge_ms / 1000,
-            mean_um_pp=self.target_um_pp,
+            mean_level=self.target_um_pp,
         )
         self.state, self.target_um_pp = "LIST", fmean(self.points_um_pp)
         self._commanded_s, self._periods = now_s, 0
@@ -322,7 +322,7 @@ class Board:
         """Correct the voltage by the mean of each whole period but the first."""
         periods = int((now_s - self._commanded_s + ROUNDING_S) / played.period_s)
         if periods > max(self._periods, 1):
-            largest_um_pp = max(played.amplitudes_um_pp)
+            largest_um_pp = max(played.levels)
             enough = self._correct(self.twin.measure_um_pp(now_s), largest_um_pp)
             self.state = "LIST" if enough else "SAT"
             self._apply(now_s)

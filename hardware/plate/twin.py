@@ -162,7 +162,7 @@ class Twin:
     def voltage_v(self, now_s: float) -> float:
         """Return the drive voltage, V peak; of what is played the largest."""
         played = self.drive.played
-        target_um_pp = max(played.amplitudes_um_pp) if played else self.drive.target_um_pp
+        target_um_pp = max(played.levels) if played else self.drive.target_um_pp
         return self._applied(self.conditions(now_s), target_um_pp)[1]
 
     def _advance(self, now_s: float) -> complex:
@@ -193,10 +193,10 @@ class Twin:
             begin_s, now_s = max(begin_s - since_s, 0.0), now_s - since_s
         envelope = self._began_um_pp
         edge_s, steps = played.edge_s, range(played.step_at(begin_s), played.step_at(now_s) + 1)
-        _, after_v = self._applied(now, played.before_um_pp(steps[0]))
+        _, after_v = self._applied(now, played.before_level(steps[0]))
         for step in steps:
             before_v = after_v
-            frequency_hz, after_v = self._applied(now, played.amplitude_um_pp(step))
+            frequency_hz, after_v = self._applied(now, played.level(step))
             at_s = step * played.step_s
             since, until = max(begin_s - at_s, 0.0), min(now_s - at_s, played.step_s)
             if since < edge_s:
@@ -219,7 +219,7 @@ class Twin:
         if since_s is not None and now_s - since_s < FIRST_READ_PERIODS * played.period_s:
             return abs(self._began_um_pp)
         now = self.conditions(now_s)
-        applied = (self._applied(now, each) for each in played.amplitudes_um_pp)
+        applied = (self._applied(now, each) for each in played.levels)
         return fmean(
             voltage_v * abs(now.response_um_pp_per_v(frequency_hz))
             for frequency_hz, voltage_v in applied

@@ -112,7 +112,7 @@ class Laboratory:
         return SimulatedParticipant(
             seed=plan.seed,
             participant=plan.participant,
-            feel=self.plate.vibration_um_pp,
+            feel=self.plate.vibration_level,
             clock=self.clock,
             language=plan.language,
             answers=plan.simulated_answers(),

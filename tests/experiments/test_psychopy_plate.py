@@ -23,7 +23,7 @@ plate.check()
 print(json.dumps({
     "class": psychopy.hardware.SlipscalePlate.__name__,
     "same": DeviceManager.getDevice("plate") == plate,
-    "readback": made.readback.amplitude_um_pp,
+    "readback": made.readback.level,
     "available": [each["spec"] for each in plate.getAvailableDevices()],
 }), flush=True)
 if sys.argv[2] == "error":

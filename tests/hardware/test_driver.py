@@ -52,7 +52,7 @@ class Recorder(PlateDriver):
         self._hear("drive")
         self.amplitude_um_pp = amplitude_um_pp
         return Presentation(
-            commanded_um_pp=amplitude_um_pp,
+            commanded_level=amplitude_um_pp,
             readback=self._read_back(),
             settled_by="readback",
             settle_time_s=0.0,
@@ -61,7 +61,7 @@ class Recorder(PlateDriver):
     def _read_back(self):
         self._hear("read_back")
         return Readback(
-            amplitude_um_pp=self.measures(self.amplitude_um_pp),
+            level=self.measures(self.amplitude_um_pp),
             kind="measured",
             time_s=self.clock.now(),
         )
@@ -75,7 +75,7 @@ class Recorder(PlateDriver):
 
 
 def surface(amplitude_um_pp):
-    return VirtualSurface(amplitude_um_pp=amplitude_um_pp)
+    return VirtualSurface(level=amplitude_um_pp)
 
 
 @pytest.fixture
@@ -97,7 +97,7 @@ def test_a_command_outside_the_limits_never_reaches_the_backend_and_changes_noth
 @given(value=st.one_of(st.just(math.nan), st.just(math.inf), st.floats(max_value=-1e-9)))
 def test_no_impossible_number_passes_any_limit(value):
     limits = PlateLimits()
-    for check in (limits.check_amplitude, limits.check_voltage, limits.check_frequency):
+    for check in (limits.check_level, limits.check_voltage, limits.check_frequency):
         with pytest.raises(OverLimit):
             check(value)
 
@@ -160,7 +160,7 @@ def test_no_vibration_directly_after_a_silence_waits_until_the_plate_has_rung_do
         plate.present(surface(2.3))
         plate.silence()
         made = plate.present(surface(0))
-        assert made.readback.amplitude_um_pp < plate.limits.tolerance_um
+        assert made.readback.level < plate.limits.deviation_level
         assert made.settle_time_s > 0
 
 
@@ -225,7 +225,7 @@ def test_a_measured_amplitude_other_than_commanded_is_a_fault_and_ends_silent(pl
 
 def test_a_measured_amplitude_within_tolerance_is_accepted(plate):
     plate.measures = lambda commanded: 0.96 * commanded + 0.001
-    assert plate.present(surface(2.3)).readback.amplitude_um_pp == pytest.approx(2.209)
+    assert plate.present(surface(2.3)).readback.level == pytest.approx(2.209)
 
 
 def test_silence_that_is_not_confirmed_is_told_once(plate):
@@ -299,7 +299,7 @@ def test_duty_agrees_with_counting_the_window_tick_by_tick(spans, window_s):
 @pytest.mark.parametrize(
     "wrong",
     [
-        {"amplitude_um_pp": math.nan},
+        {"level": math.nan},
         {"duty": 1.5},
         {"voltage_v": -1.0},
         {"frequency_min_hz": 5e4},
@@ -429,7 +429,7 @@ class Follower(Recorder):
 
 def test_a_backend_that_follows_needs_no_modulator_where_the_fingers_place_is_known():
     texture = Grating(
-        spatial_period_mm=2.5, mean_um_pp=1.2, depth_um_pp=0.8, waveform="square", label="T1",
+        spatial_period_mm=2.5, mean_level=1.2, depth_level=0.8, waveform="square", label="T1",
         finger_speed_mm_s=50,
     )  # fmt: skip
     plate = Follower()
@@ -438,7 +438,7 @@ def test_a_backend_that_follows_needs_no_modulator_where_the_fingers_place_is_kn
         plate.check_supported(texture)
     with pytest.raises(UserError, match="holds one amplitude at a time"):
         Recorder().check_supported(texture, place_known=True)
-    wide = replace(texture, mean_um_pp=2.0, depth_um_pp=0.8)
+    wide = replace(texture, mean_level=2.0, depth_level=0.8)
     with pytest.raises(OverLimit):
         plate.check_supported(wide, place_known=True)
 
@@ -450,7 +450,7 @@ class Modulating(Recorder):
     follow_lag_s = 0.01
 
     def _play(self, loop):
-        self.heard.append(("play", max(loop.amplitudes_um_pp)))
+        self.heard.append(("play", max(loop.levels)))
 
     def _follow(self, amplitude_um_pp):
         self.heard.append(("follow", amplitude_um_pp))
@@ -459,8 +459,8 @@ class Modulating(Recorder):
 def ridges(mean_um_pp, depth_um_pp):
     return Grating(
         spatial_period_mm=2.5,
-        mean_um_pp=mean_um_pp,
-        depth_um_pp=depth_um_pp,
+        mean_level=mean_um_pp,
+        depth_level=depth_um_pp,
         waveform="square",
         finger_speed_mm_s=50,
     )
@@ -471,7 +471,7 @@ def test_a_texture_is_driven_at_its_mean_and_then_played():
         plate.heard.clear()
         presented = plate.present(ridges(1.2, 0.8))
     assert plate.heard[:3] == ["drive", "read_back", ("play", pytest.approx(2.0))]
-    assert presented.commanded_um_pp == 1.2
+    assert presented.commanded_level == 1.2
 
 
 def test_a_texture_whose_ridges_are_beyond_the_limits_never_reaches_the_backend():
@@ -501,4 +501,4 @@ def test_a_plate_that_is_not_connected_reads_nothing_back():
 
 def test_what_a_plate_without_a_reading_vibrates_is_0(plate):
     plate.measures = lambda _: None
-    assert plate.vibration_um_pp() == 0
+    assert plate.vibration_level() == 0

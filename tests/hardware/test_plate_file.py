@@ -100,7 +100,7 @@ def test_a_new_file_has_the_shipped_limits_and_opens(file):
 def test_its_limits_are_those_of_the_shipped_class():
     names = [each.name for each in dataclasses.fields(PlateLimits)]
     names[names.index("voltage_v")] = "voltage_v_peak"
-    assert set(names) == set(LimitsTable.model_fields)
+    assert set(names) == {*LimitsTable.model_fields, "quantity"}
 
 
 def test_an_existing_file_is_never_overwritten(file, capsys):
@@ -132,9 +132,9 @@ def test_a_change_counts_only_when_it_is_signed_and_comments_stay(file):
         opened(file)
     assert sign(file) == 0
     with opened(file) as driver:
-        driver.present(VirtualSurface(amplitude_um_pp=1.0))
+        driver.present(VirtualSurface(level=1.0))
         with pytest.raises(OverLimit):
-            driver.present(VirtualSurface(amplitude_um_pp=1.1))
+            driver.present(VirtualSurface(level=1.1))
     assert "# it is cracked" in file.read_text(encoding="utf-8")
 
 
@@ -149,12 +149,12 @@ def test_limits_beyond_the_shipped_ones_need_an_acknowledgement_by_name(file, ca
     assert sign(file, "--beyond-shipped-limits", "--by", "Dr. A. Limit") == 0
     assert "beyond the shipped limits: voltage_v_peak = 30" in capsys.readouterr().out
     with opened(file) as driver:
-        made = driver.present(VirtualSurface(amplitude_um_pp=4.0))
-        assert made.readback.amplitude_um_pp == pytest.approx(4, abs=0.05)
+        made = driver.present(VirtualSurface(level=4.0))
+        assert made.readback.level == pytest.approx(4, abs=0.05)
         told = driver.describe()["plate_file"]["acknowledgement"]
         assert told["by"] == "Dr. A. Limit"
         assert told["limits"] == {"amplitude_um_pp": 4.0, "voltage_v_peak": 30.0}
-        assert driver.describe()["limits"]["amplitude_um_pp"] == 4.0
+        assert driver.describe()["limits"]["level"] == 4.0
 
 
 def test_an_acknowledgement_that_was_written_by_hand_is_not_signed(file, capsys):

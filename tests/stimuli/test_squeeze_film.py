@@ -21,7 +21,7 @@ from slipscale.stimuli.surface import VirtualSurface
 
 def test_squeeze_number_of_the_prototype_is_the_printed_one():
     # Section IV-A: 15.9 at 30.5 kHz, h_r = 0.6 µm, 2.3 µm peak to peak.
-    peak = VirtualSurface(amplitude_um_pp=2.3).amplitude_um_peak
+    peak = VirtualSurface(level=2.3).amplitude_um_peak
     assert round(float(squeeze_number(30_500, peak, 0.6)), 1) == 15.9
 
 

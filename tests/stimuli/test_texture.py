@@ -14,7 +14,7 @@ WAVES = ["sine", "square", "triangle", "sawtooth"]
 
 
 def grating(**changes):
-    given_ = {"spatial_period_mm": 5.0, "mean_um_pp": 1.0, "depth_um_pp": 0.5, "label": "B"}
+    given_ = {"spatial_period_mm": 5.0, "mean_level": 1.0, "depth_level": 0.5, "label": "B"}
     return Grating(**given_ | changes)
 
 
@@ -26,23 +26,23 @@ def grating(**changes):
     position=st.floats(-100, 100),
 )
 def test_amplitude_stays_between_mean_minus_and_plus_depth(wave, mean, share, position):
-    surface = grating(mean_um_pp=mean, depth_um_pp=share * mean, waveform=wave)
-    amplitude = surface.amplitude_at_um_pp(position)
-    assert mean - share * mean - 1e-12 <= amplitude <= surface.amplitude_um_pp + 1e-12
+    surface = grating(mean_level=mean, depth_level=share * mean, waveform=wave)
+    amplitude = surface.level_at(position)
+    assert mean - share * mean - 1e-12 <= amplitude <= surface.level + 1e-12
 
 
 @pytest.mark.parametrize("wave", WAVES)
 def test_grating_repeats_after_its_period_and_has_its_mean(wave):
     surface = grating(waveform=wave)
     places = [(i + 0.5) * 5.0 / 1000 for i in range(1000)]
-    first = [surface.amplitude_at_um_pp(x) for x in places]
-    assert [surface.amplitude_at_um_pp(x + 5.0) for x in places] == pytest.approx(first)
+    first = [surface.level_at(x) for x in places]
+    assert [surface.level_at(x + 5.0) for x in places] == pytest.approx(first)
     assert sum(first) / 1000 == pytest.approx(1.0, abs=1e-3)
 
 
 def test_square_grating_switches_twice_a_period():
     steps = grating(waveform="square").envelope(50.0, 0.2)
-    assert [s.amplitude_um_pp for s in steps] == [1.5, 0.5, 1.5, 0.5]
+    assert [s.level for s in steps] == [1.5, 0.5, 1.5, 0.5]
     assert [s.time_s for s in steps] == pytest.approx([0, 0.05, 0.1, 0.15])
 
 
@@ -67,26 +67,26 @@ def test_sampled_wave_follows_the_place_of_the_finger():
     steps = surface.envelope(40.0, 0.125)  # one period
     width = steps[1].time_s
     for time_s, amplitude in steps:
-        expected = surface.amplitude_at_um_pp((time_s + width / 2) * 40.0)
+        expected = surface.level_at((time_s + width / 2) * 40.0)
         assert amplitude == pytest.approx(expected)
 
 
 def test_backward_stroke_mirrors_the_forward_one():
     surface = grating(waveform="sawtooth")
-    forward = [s.amplitude_um_pp for s in surface.envelope(40.0, 0.12)]
-    backward = [s.amplitude_um_pp for s in surface.envelope(-40.0, 0.12)]
-    assert [2 * surface.mean_um_pp - a for a in forward] == pytest.approx(backward)
+    forward = [s.level for s in surface.envelope(40.0, 0.12)]
+    backward = [s.level for s in surface.envelope(-40.0, 0.12)]
+    assert [2 * surface.mean_level - a for a in forward] == pytest.approx(backward)
 
 
 def test_finger_at_rest_and_flat_grating_take_one_command():
     assert grating().envelope(0.0, 1.0) == (AmplitudeStep(0.0, 1.0),)
-    assert len(grating(depth_um_pp=0.0).envelope(50.0, 1.0)) == 1
+    assert len(grating(depth_level=0.0).envelope(50.0, 1.0)) == 1
 
 
 def test_plain_surface_and_texture_are_presented_alike():
-    for surface in (VirtualSurface(amplitude_um_pp=1.5, label="A"), grating()):
+    for surface in (VirtualSurface(level=1.5, label="A"), grating()):
         steps = surface.envelope(50.0, 1.0)
-        assert max(s.amplitude_um_pp for s in steps) <= surface.amplitude_um_pp == 1.5
+        assert max(s.level for s in steps) <= surface.level == 1.5
         assert surface.label in "AB"
 
 
@@ -124,9 +124,9 @@ def test_plate_of_high_q_limits_what_a_fast_line_could_send():
     [
         ({"spatial_period_mm": 0.0}, "spatial_period_mm is 0.0"),
         ({"spatial_period_mm": math.nan}, "spatial_period_mm is nan"),
-        ({"mean_um_pp": -1.0}, "mean_um_pp is -1.0"),
-        ({"depth_um_pp": 1.5}, "depth_um_pp is 1.5, expected from 0 to the mean"),
-        ({"depth_um_pp": math.nan}, "depth_um_pp is nan"),
+        ({"mean_level": -1.0}, "mean_um_pp is -1.0"),
+        ({"depth_level": 1.5}, "depth_um_pp is 1.5, expected from 0 to the mean"),
+        ({"depth_level": math.nan}, "depth_um_pp is nan"),
         ({"waveform": "noise"}, "waveform is 'noise', expected one of: sine"),
     ],
 )
@@ -154,16 +154,16 @@ def test_a_loop_goes_on_as_the_envelope_does(wave):
     surface = grating(waveform=wave, finger_speed_mm_s=40.0)
     loop = surface.loop()
     for i, step in enumerate(surface.envelope(40.0, 10 * 5.0 / 40.0)):
-        assert loop.amplitude_um_pp(i) == pytest.approx(step.amplitude_um_pp)
+        assert loop.level(i) == pytest.approx(step.level)
         assert loop.step_at(step.time_s + loop.step_s / 2) == i
-    assert sum(loop.amplitudes_um_pp) / len(loop.amplitudes_um_pp) == pytest.approx(loop.mean_um_pp)
-    assert max(loop.amplitudes_um_pp) <= surface.amplitude_um_pp
-    assert min(loop.amplitudes_um_pp) >= surface.lowest_um_pp
+    assert sum(loop.levels) / len(loop.levels) == pytest.approx(loop.mean_level)
+    assert max(loop.levels) <= surface.level
+    assert min(loop.levels) >= surface.lowest_level
 
 
 def test_a_surface_of_one_amplitude_has_nothing_to_play():
-    assert VirtualSurface(amplitude_um_pp=1.5).loop() is None
-    assert grating(depth_um_pp=0.0).loop() is None
+    assert VirtualSurface(level=1.5).loop() is None
+    assert grating(depth_level=0.0).loop() is None
 
 
 @pytest.mark.parametrize("speed", [0.0, -50.0, math.nan])
@@ -178,33 +178,33 @@ def test_a_loop_faster_than_the_plate_is_refused():
 
 
 def loop(**changes):
-    usual = {"amplitudes_um_pp": (0.5, 1.5), "step_s": 0.02, "edge_s": 0.002, "mean_um_pp": 1.0}
+    usual = {"levels": (0.5, 1.5), "step_s": 0.02, "edge_s": 0.002, "mean_level": 1.0}
     return Loop(**usual | changes)
 
 
 @settings(deadline=None)
 @given(time=st.floats(0, 10), depth=st.floats(0, 1))
 def test_what_is_due_has_no_step_and_no_slope_beyond_the_edges(time, depth):
-    played = loop(amplitudes_um_pp=(1 - depth, 1 + depth))
+    played = loop(levels=(1 - depth, 1 + depth))
     later = 1e-5
-    slope = abs(played.at_um_pp(time + later) - played.at_um_pp(time)) / later
+    slope = abs(played.at_level(time + later) - played.at_level(time)) / later
     assert slope <= 2 * depth * math.pi / 2 / played.edge_s * (1 + 1e-6) + 1e-6
-    assert 1 - depth - 1e-12 <= played.at_um_pp(time) <= 1 + depth + 1e-12
+    assert 1 - depth - 1e-12 <= played.at_level(time) <= 1 + depth + 1e-12
 
 
 def test_a_loop_begins_at_its_mean_and_then_goes_from_amplitude_to_amplitude():
     played = loop()
     times = (0.0, 0.001, 0.002, 0.019, 0.021, 0.03, 0.041)
-    assert [played.at_um_pp(t) for t in times] == pytest.approx([1, 0.75, 0.5, 0.5, 1, 1.5, 1])
+    assert [played.at_level(t) for t in times] == pytest.approx([1, 0.75, 0.5, 0.5, 1, 1.5, 1])
     assert played.period_s == 0.04
 
 
 @pytest.mark.parametrize(
     "changes, said",
     [
-        ({"amplitudes_um_pp": (1.0,)}, "1 amplitude, expected two or more"),
-        ({"amplitudes_um_pp": (1.0, math.nan)}, "an amplitude is nan"),
-        ({"mean_um_pp": -1.0}, "an amplitude is -1.0"),
+        ({"levels": (1.0,)}, "1 amplitude, expected two or more"),
+        ({"levels": (1.0, math.nan)}, "an amplitude is nan"),
+        ({"mean_level": -1.0}, "an amplitude is -1.0"),
         ({"edge_s": 0.0}, "edge_s 0.0, expected an edge above"),
         ({"edge_s": 0.03}, "no longer than a step"),
         ({"step_s": math.inf}, "step_s is inf"),
@@ -221,5 +221,5 @@ def test_edges_take_three_time_constants_of_the_plate_and_bound_what_is_followed
     assert ringing.edge_s == pytest.approx(3 * ringing.time_constant_s)
     assert ringing.fastest_hz(8) == pytest.approx(1 / (8 * ringing.edge_s))
     played = grating(finger_speed_mm_s=60.0).loop(ringing)
-    assert len(played.amplitudes_um_pp) == 8
+    assert len(played.levels) == 8
     assert played.edge_s <= played.step_s

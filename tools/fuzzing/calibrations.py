@@ -69,11 +69,11 @@ def _use(path: Path, content: bytes, *, signed: bool) -> bool:
         with mock.patch.object(record, "checksum", checksum):
             calibration = read_calibration(path)
             limits = calibration.narrow(PlateLimits())
-            volts = calibration.voltage_v_peak(limits.amplitude_um_pp)
+            volts = calibration.voltage_v_peak(limits.level)
             calibration.check_date(TODAY)
     except (UserError, RigError) as error:
         return not str(error)
-    if limits.amplitude_um_pp > PlateLimits().amplitude_um_pp or not volts >= 0:
+    if limits.level > PlateLimits().level or not volts >= 0:
         raise AssertionError(f"{limits}, {volts} V")
     if not (calibration.summary() and to_toml(calibration)):
         raise AssertionError("nothing to say of it")

@@ -53,7 +53,7 @@ def _use(path: Path, content: bytes, how: str) -> bool:
                 calibration.narrow(limits)
     except (UserError, RigError) as error:
         return not str(error)
-    if not (limits.amplitude_um_pp > 0 and plate.summary()):
+    if not (limits.level > 0 and plate.summary()):
         raise AssertionError(f"{limits}")
     return True
 

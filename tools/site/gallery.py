@@ -36,7 +36,7 @@ def pages() -> dict[str, str]:
             [
                 f"[{name}]({name}.md)",
                 study.title,
-                ", ".join(f"{amplitude:g}" for amplitude in study.amplitudes_um_pp),
+                ", ".join(f"{amplitude:g}" for amplitude in study.levels),
                 ", ".join(texture.name for texture in study.textures) or "none",
                 ", ".join(code(task.protocol) for task in study.tasks),
             ]
@@ -104,7 +104,7 @@ def figure(name: str, study: Study, text: str) -> str:
                 PRACTICE if s.trial and s.trial.phase == "practice" else MAIN for s in trials
             ]
             places = range(1, len(trials) + 1)
-            axis.bar(places, [s.surface.amplitude_um_pp for s in trials], color=colours)
+            axis.bar(places, [s.surface.level for s in trials], color=colours)
             axis.set(title=tasks[task], xlabel="trial", xticks=[1, len(trials)])
             axis.spines[["top", "right"]].set_visible(False)
         axes[0].set_ylabel("amplitude, µm p-p")

@@ -137,7 +137,7 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
             f"{study.name}: no magnitude_estimation among its tasks, the one protocol whose power "
             "is planned; nothing to plan"
         )
-    if len(study.amplitudes_um_pp) < 2:  # noqa: PLR2004
+    if len(study.levels) < 2:  # noqa: PLR2004
         raise UserError(f"{study.name}: one amplitude; two or more are needed to tell apart")
     place = places[0]
     options = counts[place][0]
@@ -147,7 +147,7 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
     return Design(
         name=study.name,
         task=Task(
-            amplitudes_um_pp=tuple(sorted(study.amplitudes_um_pp)),
+            amplitudes_um_pp=tuple(sorted(study.levels)),
             repetitions=options.repetitions,
             practice=options.practice,
             order=options.randomisation,

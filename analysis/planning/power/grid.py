@@ -67,12 +67,10 @@ class Condition:
     def people(self, population: Population) -> Population:
         """Return the population with the condition's effect, lapses and dropout."""
         centre = math.fsum(population.mean_sensation) / len(population.mean_sensation)
-        top_um_pp, top = population.amplitude_um_pp[-1], population.mean_sensation[-1]
+        top_um_pp, top = population.levels[-1], population.mean_sensation[-1]
         mean = tuple(
             top * (amplitude / top_um_pp) ** self.exponent if self.exponent and amplitude else own
-            for amplitude, own in zip(
-                population.amplitude_um_pp, population.mean_sensation, strict=True
-            )
+            for amplitude, own in zip(population.levels, population.mean_sensation, strict=True)
         )
         mean = tuple(centre + self.effect * (each - centre) for each in mean)
         if not all(0 < each < 100 for each in mean):  # noqa: PLR2004

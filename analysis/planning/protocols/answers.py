@@ -22,6 +22,7 @@ from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.serialisation import answer_record, step_record
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run, drops_out
 from slipscale.experiments.protocols.steps import Ask, EndTrial, Present
+from slipscale.stimuli.quantity import in_um
 
 if TYPE_CHECKING:
     from slipscale.analysis.planning.protocols.studies import ProtocolStudy
@@ -72,7 +73,7 @@ def _rows(study: ProtocolStudy, plan: RunPlan, steps: list[BareStep]) -> pd.Data
     trials = gather(_records(steps)).trials.get(study.task, [])
     main = [trial for trial in trials if trial.trial.phase == MAIN]
     columns = {**protocol.design, **protocol.stimulus, **protocol.response}
-    found = {name: [column.value(trial) for trial in main] for name, column in columns.items()}
+    found = {in_um(name): [each.value(trial) for trial in main] for name, each in columns.items()}
     third = f"{INTERVAL}3_surface"
     return pd.DataFrame(
         {**found, "task": study.task, third: [trial.intervals.get(3) for trial in main]}

@@ -24,6 +24,7 @@ from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.running.timeline import MINUTE_S, SETTLING_S
 from slipscale.experiments.study.file import read_study
 from slipscale.faults import UserError
+from slipscale.stimuli.quantity import in_um
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -137,14 +138,15 @@ def protocol_study(name: str) -> ProtocolStudy:
 
 def _answers(protocol: Protocol, options: Options) -> tuple[str | None, tuple[str, str] | None]:
     """Return what a task answers and the columns that tell it; None if it answers nothing here."""
-    columns = {*protocol.design, *protocol.stimulus, *protocol.response}
+    own = (*protocol.design, *protocol.stimulus, *protocol.response)
+    columns = {in_um(name) for name in own}
     if isinstance(options, MagnitudeEstimation):
         return EXPONENT, None
     if columns.issuperset(RATIO):
         return EXPONENT, RATIO
     for marks in (FORCED_CHOICE, COMPARISON):
         if columns.issuperset(marks):
-            standard = getattr(options, "standard_um_pp", None)
+            standard = getattr(options, "standard_level", None)
             return (f"{DIFFERENCE} at {standard:g} µm" if standard else DETECTION), marks
     return None, None
 

@@ -180,9 +180,9 @@ class _People:
         )
         self.misread = rng.uniform(size=shape) < self.habits.misread
         self.pace = np.exp(population.pace_sigma * rng.normal(size=shape))
-        ends = population.amplitude_um_pp[0], population.amplitude_um_pp[-1]
+        ends = population.levels[0], population.levels[-1]
         low, high = (math.log(known.mean(end)) for end in ends)
-        self.frame = Frame(log_range=abs(high - low), middle_um_pp=sum(ends) / 2)
+        self.frame = Frame(log_range=abs(high - low), middle_level=sum(ends) / 2)
         self.distorts = distorts(self.habits)
         self.past = History(contact_s=np.zeros(shape))
         self.before = np.zeros(shape)

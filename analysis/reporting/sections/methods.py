@@ -15,9 +15,9 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.tasks.kind import Analysis
     from slipscale.experiments.study.analysis_choices import AnalysisChoices
+    from slipscale.stimuli.quantity import Quantity
 
 SEEDS_LISTED = 12
 #: `Dataset.unchanged` -> what may be said of the study file's choices.

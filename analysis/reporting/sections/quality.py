@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import pandas as pd
 
 from slipscale.analysis.preprocessing import data_quality as quality_rules
-from slipscale.analysis.reading.quantity import capitalised
 from slipscale.analysis.statistics.not_computed import computed
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection, TableColumn
@@ -20,15 +19,16 @@ from slipscale.analysis.writing.numbers import (
     significant,
 )
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from markupsafe import Markup
 
-    from slipscale.analysis.reading.quantity import Quantity, YesNoWords
     from slipscale.analysis.statistics.robustness import SubsetSummary
     from slipscale.analysis.tasks.kind import Analysis
+    from slipscale.stimuli.quantity import Quantity, YesNoWords
 
     #: A row of a table of pandas', whose cells have several types.
     Row: TypeAlias = pd.Series[Any]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.preprocessing import normalisation
-from slipscale.analysis.reading.quantity import capitalised
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import LINES_AT_MOST
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import counted, grouped
+from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

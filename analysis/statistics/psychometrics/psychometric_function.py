@@ -168,7 +168,7 @@ class PsychometricFunction:
         share = (proportion - self.guess) / (1 - self.guess - self.lapse)
         z = curve.inverse(np.array([share, self.share]))
         u = curve.coordinate(self.threshold_um_pp.value) + (z[0] - z[1]) / self.slope_value
-        return float(curve.level_um_pp(u))
+        return float(curve.level(u))
 
     def json_form(self) -> Mapping[str, object]:
         """Return the result under its keys."""

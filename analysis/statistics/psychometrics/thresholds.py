@@ -82,7 +82,7 @@ def fit_threshold(
         method=method,
         share=share,
         threshold_um_pp=estimate(
-            model.curve.level_um_pp([theta[likelihood.THRESHOLD], low, high]), confidence
+            model.curve.level([theta[likelihood.THRESHOLD], low, high]), confidence
         ),
         slope=NotComputed("the answers jump between two levels: no finite slope fits best")
         if _jumps(model, counts, found)[0]
@@ -128,7 +128,7 @@ def threshold_values(
         none |= _jumps(model, counts, fits)
         values = float(ends[1] - ends[0]) / 2 / np.exp(theta[:, likelihood.LOG_SLOPE])
     else:
-        values = model.curve.level_um_pp(theta[:, likelihood.THRESHOLD])
+        values = model.curve.level(theta[:, likelihood.THRESHOLD])
     found[enough] = np.where(none, np.nan, values)
     return found
 
@@ -172,7 +172,7 @@ def fit_threshold_by_posterior(
         curve=curve,
         method=method,
         share=share,
-        threshold_um_pp=estimate(model.curve.level_um_pp(found.threshold), confidence),
+        threshold_um_pp=estimate(model.curve.level(found.threshold), confidence),
         slope=_slope(ends, answers, confidence),
         slope_value=float(ends[0]),
         lapse=found.lapse,
@@ -228,7 +228,7 @@ def fit_threshold_by_psignifit(
         method=method,
         share=share,
         threshold_um_pp=estimate(
-            model.curve.level_um_pp([value["threshold"], *ends["threshold"]]), confidence
+            model.curve.level([value["threshold"], *ends["threshold"]]), confidence
         ),
         # A width is the distance of 5 and 95 %: wide is shallow.
         slope=_slope(

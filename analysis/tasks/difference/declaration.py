@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reading.quantity import capitalised
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.declared.flat_table import flat
 from slipscale.analysis.tasks.declared.session_tables import by_session
@@ -14,6 +13,7 @@ from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
 from slipscale.analysis.tasks.difference.table import answers_table
 from slipscale.analysis.tasks.kind import TaskAnalysis
 from slipscale.analysis.writing.numbers import counted
+from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

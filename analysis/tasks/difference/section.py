@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reading.quantity import capitalised
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.difference.figures import step_label
 from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
@@ -12,13 +11,14 @@ from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import LINES_AT_MOST
 from slipscale.analysis.writing.html import ReportSection, TableColumn
 from slipscale.analysis.writing.numbers import grouped, interval
+from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.analysis.reading.quantity import YesNoWords
     from slipscale.analysis.tasks.difference.yes_no import DescendingDifference
     from slipscale.analysis.tasks.kind import Analysis
+    from slipscale.stimuli.quantity import YesNoWords
 
 #: Of a category's reports, so many different wordings are shown.
 WORDINGS_SHOWN = 40

@@ -19,7 +19,6 @@ from slipscale.analysis.writing.numbers import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.tasks.difference.probit import DPrimeOfSize
     from slipscale.analysis.tasks.difference.step_size_curve import PsychometricCurve
     from slipscale.analysis.tasks.difference.yes_no import (
@@ -27,6 +26,7 @@ if TYPE_CHECKING:
         Finding,
         SignalDetection,
     )
+    from slipscale.stimuli.quantity import Quantity
 
 
 def _measured(

@@ -14,10 +14,10 @@ import pandas as pd
 
 from slipscale.analysis.json_form import OurName, renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -14,7 +14,6 @@ import pandas as pd
 
 from slipscale.analysis.json_form import record, renamed
 from slipscale.analysis.preprocessing.sufficiency import few
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.statistics.confidence_interval import key_of
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -28,6 +27,7 @@ from slipscale.analysis.tasks.difference.proportions import clustered_interval
 from slipscale.analysis.tasks.difference.step_size_curve import psychometric
 from slipscale.analysis.tasks.difference.verbal_reports import code_reports
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.statistics.pairwise import PairComparison, PairedT
     from slipscale.analysis.statistics.statistic import Inference, Statistic
     from slipscale.analysis.tasks.kind import Analysis
+    from slipscale.stimuli.quantity import Quantity
 
 #: Whether a pair differs reliably, and whether it is equal within the bound -> what follows.
 CONCLUSIONS = {

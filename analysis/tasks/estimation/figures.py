@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from slipscale.analysis.published import biet2007
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity, capitalised
 from slipscale.analysis.statistics import omnibus
 from slipscale.analysis.statistics.descriptives import within_intervals
 from slipscale.analysis.writing.axes import LINES_AT_MOST, amplitude_axis, over_decades, tip
 from slipscale.figure_style import BLUE, INK, PALE, VERMILION, styled
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, capitalised
 
 if TYPE_CHECKING:
     import pandas as pd

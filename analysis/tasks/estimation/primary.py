@@ -10,9 +10,9 @@ from slipscale.analysis.tasks.estimation.statistics import STATISTICS
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.statistics.statistic import Inference
     from slipscale.experiments.study.analysis_choices import Primary
+    from slipscale.stimuli.quantity import Quantity
 
 #: Primary analysis -> what it is called in a plan, of a quantity ``q``.
 TITLES: dict[Primary, str] = {

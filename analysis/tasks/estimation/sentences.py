@@ -21,7 +21,6 @@ from slipscale.analysis.writing.numbers import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
     from slipscale.analysis.statistics.omnibus import Friedman, LinearTrend, PageTrend, RmAnova
     from slipscale.analysis.statistics.pairwise import PairComparison, PairedT
@@ -31,6 +30,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.estimation.growth.statistics import Growth
     from slipscale.analysis.tasks.estimation.mixed_model import MixedModel
     from slipscale.analysis.tasks.estimation.order_effects import OrderEffects
+    from slipscale.stimuli.quantity import Quantity
 
 #: What `slipscale.analysis.tasks.estimation.growth.growth_models.MODELS` are called in a sentence.
 MODEL_NAMES = {

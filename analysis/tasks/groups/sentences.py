@@ -19,9 +19,9 @@ from slipscale.analysis.writing.numbers import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.tasks.groups.statistics import Effect, GroupComparison
     from slipscale.analysis.tasks.groups.welch import GroupDifference, Welch
+    from slipscale.stimuli.quantity import Quantity
 
 
 def group_sentences(

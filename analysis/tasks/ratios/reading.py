@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reading.quantity import AMPLITUDE_DECIMALS
 from slipscale.analysis.reading.task_tables import above_zero, task_trials
+from slipscale.stimuli.quantity import AMPLITUDE_DECIMALS
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -17,7 +17,7 @@ from slipscale.analysis.tasks.groups.statistics import Effect
 
 if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.reading.quantity import Quantity
+    from slipscale.stimuli.quantity import Quantity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.tasks.kind import Analysis
     from slipscale.analysis.tasks.sessions.anova import SessionAnova
     from slipscale.analysis.tasks.sessions.statistics import SessionEffects, SessionMeasure
+    from slipscale.stimuli.quantity import Quantity
 
 
 def sessions(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:

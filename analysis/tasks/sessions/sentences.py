@@ -16,9 +16,9 @@ from slipscale.analysis.writing.numbers import (
 )
 
 if TYPE_CHECKING:
-    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.tasks.groups.statistics import Effect
     from slipscale.analysis.tasks.sessions.statistics import SessionEffects, SessionMeasure
+    from slipscale.stimuli.quantity import Quantity
 
 
 def session_sentences(

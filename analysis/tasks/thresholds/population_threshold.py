@@ -98,7 +98,7 @@ def population_threshold(
     mean, sd = float(values.mean()), float(values.std(ddof=1))
     half = float(stats.t.ppf((1 + confidence) / 2, len(values) - 1)) * sd / len(values) ** 0.5
     return PopulationThreshold(
-        threshold_um_pp=estimate(family.level_um_pp([mean, mean - half, mean + half]), confidence),
+        threshold_um_pp=estimate(family.level([mean, mean - half, mean + half]), confidence),
         sd=sd / float(np.log(10)) if family.logarithmic else sd,
         n=len(there),
         left_out=len(fits) - len(there),

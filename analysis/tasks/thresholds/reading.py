@@ -18,9 +18,9 @@ from slipscale.analysis.reading.labelled_tasks import (
     header_of,
     read_main_trials,
 )
-from slipscale.analysis.reading.quantity import AMPLITUDE_DECIMALS
 from slipscale.analysis.reading.trial_tables import IDENTITY
 from slipscale.experiments.dataset.schema import INTERVAL, PARTICIPANT
+from slipscale.stimuli.quantity import AMPLITUDE_DECIMALS
 
 if TYPE_CHECKING:
     import re

@@ -123,12 +123,12 @@ class _Bare:
         if step.lead_in and step.lead_in[0].surface != self.on_plate:
             before, explore = step.lead_in
             self.person.begin(explore)
-            self.person.feels(explore, _felt_um_pp(before.surface))
+            self.person.feels(explore, _felt_level(before.surface))
         self.on_plate = step.surface
-        mean_um_pp = _mean_um_pp(step.surface)
+        mean_level = _mean_level(step.surface)
         return Presented(
-            commanded_um_pp=mean_um_pp,
-            readback_um_pp=mean_um_pp,
+            commanded_level=mean_level,
+            readback_level=mean_level,
             readback_kind="simulated",
             settled_by="simulated",
             onset_s=0.0,
@@ -136,17 +136,17 @@ class _Bare:
 
     def explore(self, step: Explore) -> Reply:
         duration_s = self.person.exploration_s(step)
-        self.person.feels(step, _felt_um_pp(self.on_plate))
+        self.person.feels(step, _felt_level(self.on_plate))
         return Reply(response_time_s=duration_s)
 
     def adjust(self, step: Adjust) -> Adjusted:
         clock = VirtualClock()
-        trace = [(0.0, _mean_um_pp(self.on_plate))]
+        trace = [(0.0, _mean_level(self.on_plate))]
 
         def turn(notches: int) -> None:
-            aim_um_pp = step.turned_um_pp(trace[-1][1], notches)
-            if aim_um_pp != trace[-1][1]:
-                trace.append((clock.now(), aim_um_pp))
+            aim_level = step.turned_level(trace[-1][1], notches)
+            if aim_level != trace[-1][1]:
+                trace.append((clock.now(), aim_level))
 
         def turned(left: Adjust) -> Reply:
             return turned_until_content(
@@ -159,7 +159,7 @@ class _Bare:
             again_s.append(clock.now())
             reference, explore = step.again
             clock.sleep(self.person.exploration_s(explore))
-            self.person.feels(explore, _felt_um_pp(reference.surface))
+            self.person.feels(explore, _felt_level(reference.surface))
             left = left.with_less_time(reply.response_time_s or 0.0)
             reply = turned(left)
         return Adjusted(
@@ -167,7 +167,7 @@ class _Bare:
             response_time_s=None if reply.timed_out else clock.now(),
             time_source=reply.time_source,
             timed_out=reply.timed_out,
-            readback_um_pp=trace[-1][1],
+            readback_level=trace[-1][1],
             trace=tuple(trace),
             again_s=tuple(again_s),
         )
@@ -176,11 +176,11 @@ class _Bare:
         self.on_plate = None
 
 
-def _felt_um_pp(surface: Surface | None) -> float:
-    return round(_mean_um_pp(surface), FELT_DIGITS)
+def _felt_level(surface: Surface | None) -> float:
+    return round(_mean_level(surface), FELT_DIGITS)
 
 
-def _mean_um_pp(surface: Surface | None) -> float:
+def _mean_level(surface: Surface | None) -> float:
     if surface is None:
         return 0.0
-    return surface.mean_um_pp if isinstance(surface, Grating) else surface.amplitude_um_pp
+    return surface.mean_level if isinstance(surface, Grating) else surface.level

@@ -124,7 +124,7 @@ class History:
         How many, this one included.
     log_sum, log_least, log_largest : float or array
         Of the logarithms of the population's mean sensations at their amplitudes.
-    before_um_pp : float or array
+    before_level : float or array
         The surface before, µm peak to peak; means nothing in the first trial.
     contact_s : float or array
         How long the finger has been on the plate since the last rest.
@@ -134,17 +134,17 @@ class History:
     log_sum: Any = 0.0
     log_least: Any = math.inf
     log_largest: Any = -math.inf
-    before_um_pp: Any = 0.0
+    before_level: Any = 0.0
     contact_s: Any = 0.0
 
-    def with_trial(self, log_sensation: Any, before_um_pp: Any) -> History:
+    def with_trial(self, log_sensation: Any, before_level: Any) -> History:
         """Return the history with one more trial."""
         return History(
             trials=self.trials + 1,
             log_sum=self.log_sum + log_sensation,
             log_least=np.minimum(self.log_least, log_sensation),
             log_largest=np.maximum(self.log_largest, log_sensation),
-            before_um_pp=before_um_pp,
+            before_level=before_level,
             contact_s=self.contact_s,
         )
 
@@ -161,12 +161,12 @@ class Frame:
     ----------
     log_range : float
         Logarithm of the largest over the smallest mean sensation.
-    middle_um_pp : float
+    middle_level : float
         Middle of the amplitudes, µm peak to peak: a surface before of that size changes nothing.
     """
 
     log_range: float
-    middle_um_pp: float
+    middle_level: float
 
 
 def reported(percent: Any, habits: Habits, past: History, frame: Frame) -> Any:
@@ -187,7 +187,7 @@ def reported(percent: Any, habits: Habits, past: History, frame: Frame) -> Any:
         stretch = np.where(wide, frame.log_range / np.where(wide, span, 1.0), 1.0)
         log = centre + (1 - habits.regression) * stretch**habits.range_effect * (log - centre)
     if habits.carry_over and past.trials > 1:
-        log = log + habits.carry_over * (past.before_um_pp - frame.middle_um_pp)
+        log = log + habits.carry_over * (past.before_level - frame.middle_level)
     log = log - habits.fatigue * (past.trials - 1)
     return np.exp(log) * (1 - habits.settling * np.exp(-past.contact_s / SETTLING_S))
 

@@ -63,9 +63,9 @@ class Behaviour:
         return self.person.felt_again
 
     @property
-    def felt_um_pp(self) -> tuple[float, ...]:
+    def felt_level(self) -> tuple[float, ...]:
         """What was felt in this trial, µm peak to peak, in the order of its intervals."""
-        return self.person.felt_um_pp
+        return self.person.felt_level
 
     @property
     def impressions(self) -> tuple[float, ...]:

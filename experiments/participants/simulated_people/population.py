@@ -55,6 +55,7 @@ TURN_UM_PP = 0.5
 # Amplitudes kept for the next who feels the same: an adaptive method presents ever new ones.
 MOST_KEPT = 2**12
 OWN = "behaviour"
+IN_UM = "amplitude_um_pp"  # the key of the levels where they are in µm
 
 Share = Annotated[float, Field(ge=0, le=1)]
 AboveZero = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -65,15 +66,19 @@ Percent = Annotated[float, Field(gt=0, lt=100)]
 class Population(BaseModel):
     """The assumptions, to be varied. Each field's description ends with its source."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", allow_inf_nan=False, populate_by_name=True
+    )
 
     name: str = Field(default="biet2007", description="What reports call it.")
-    amplitude_um_pp: tuple[NotNegative, ...] = Field(
+    levels: tuple[NotNegative, ...] = Field(
         default=AMPLITUDE_UM_PP,
+        alias=IN_UM,
         min_length=2,
         description="Where the sensation is known, ascending; between them it follows a monotone "
         "cubic, outside them the ends are held. Biet 2007, Table III; between: our assumption.",
     )
+    unit: str = Field(default="", description="What the levels are in; left out: µm peak to peak.")
     mean_sensation: tuple[Percent, ...] = Field(
         default=MEAN_SENSATION,
         description="Mean at each, 0 to 100. Biet 2007, Table III.",
@@ -167,17 +172,19 @@ class Population(BaseModel):
     @model_serializer(mode="wrap")
     def _as_before(self, numbers: SerializerFunctionWrapHandler) -> dict[str, Any]:
         # Journals of pilots that were begun without it are gone on with.
-        return {name: value for name, value in numbers(self).items() if value or name != OWN}
+        told = {
+            IN_UM if name == "levels" and not self.unit else name: value
+            for name, value in numbers(self).items()
+        }
+        return {name: value for name, value in told.items() if value or name not in (OWN, "unit")}
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
-        known = self.amplitude_um_pp
+        known = self.levels
         if not len(known) == len(self.mean_sensation) == len(self.sd_sensation):
-            raise ValueError(
-                "expected as many values of amplitude_um_pp, mean_sensation and sd_sensation"
-            )
+            raise ValueError(f"expected as many values of {IN_UM}, mean_sensation and sd_sensation")
         if any(low >= high for low, high in pairwise(known)):
-            raise ValueError("amplitude_um_pp: expected them to ascend")
+            raise ValueError(f"{IN_UM}: expected them to ascend")
         if self.shared + self.trial_to_trial > 1:
             raise ValueError(
                 "shared and trial_to_trial are parts of one variance: expected at most 1 together"
@@ -192,24 +199,24 @@ class Population(BaseModel):
         """The part of the variance that is the person's exponent."""
         return max(1 - self.shared - self.trial_to_trial, 0.0)
 
-    def angle(self, amplitude_um_pp: float) -> float:
+    def angle(self, level: float) -> float:
         """Return how far a person's curve has turned from intercept to exponent, in radians.
 
         At the two ends the sine's square is the exponent's part of what is the person's.
         """
         low, high = (math.log1p(a / TURN_UM_PP) for a in self._ends)
-        at = math.log1p(self.within(amplitude_um_pp) / TURN_UM_PP)
+        at = math.log1p(self.within(level) / TURN_UM_PP)
         largest = math.atan2(math.sqrt(self.own), math.sqrt(self.shared))
         return largest * (2 * (at - low) / (high - low) - 1)
 
-    def within(self, amplitude_um_pp: float) -> float:
+    def within(self, level: float) -> float:
         """Hold an amplitude (a reading of a vibrating plate, with its noise) inside the table."""
         low, high = self._ends
-        return min(max(amplitude_um_pp, low), high)
+        return min(max(level, low), high)
 
     @property
     def _ends(self) -> tuple[float, float]:
-        return self.amplitude_um_pp[0], self.amplitude_um_pp[-1]
+        return self.levels[0], self.levels[-1]
 
 
 class Curves:
@@ -218,44 +225,44 @@ class Curves:
     def __init__(self, population: Population) -> None:
         from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 - half a second
 
-        known = population.amplitude_um_pp
+        known = population.levels
         self._population = population
         self._mean = PchipInterpolator(known, population.mean_sensation, extrapolate=False)
         self._sd = PchipInterpolator(known, population.sd_sensation, extrapolate=False)
         self._known: dict[float, tuple[float, float, float, float, float]] = {}
 
-    def mean(self, amplitude_um_pp: float) -> float:
+    def mean(self, level: float) -> float:
         """Return the population's mean sensation (0-100) at an amplitude; the ends are held."""
-        return self._at(amplitude_um_pp)[0]
+        return self._at(level)[0]
 
-    def turns(self, amplitude_um_pp: float) -> tuple[float, float]:
+    def turns(self, level: float) -> tuple[float, float]:
         """Return the weights of a person's intercept and exponent at an amplitude."""
-        return self._at(amplitude_um_pp)[3:]
+        return self._at(level)[3:]
 
-    def sensation(self, amplitude_um_pp: float, deviate: float) -> float:
+    def sensation(self, level: float, deviate: float) -> float:
         """Return the sensation (0-100) of somebody at a place in the population.
 
         Parameters
         ----------
-        amplitude_um_pp : float
+        level : float
             What the finger feels.
         deviate : float
             The place, as a standard normal deviate.
         """
         from scipy.special import betaincinv  # noqa: PLC0415 - pilots only
 
-        _, a, b, _, _ = self._at(amplitude_um_pp)
+        _, a, b, _, _ = self._at(level)
         return 100 * float(betaincinv(a, b, PLACE.cdf(deviate)))
 
-    def shapes(self, amplitude_um_pp: float) -> tuple[float, float]:
+    def shapes(self, level: float) -> tuple[float, float]:
         """Return the two parameters of the beta distribution at an amplitude."""
-        return self._at(amplitude_um_pp)[1:3]
+        return self._at(level)[1:3]
 
-    def _at(self, amplitude_um_pp: float) -> tuple[float, float, float, float, float]:
-        found = self._known.get(amplitude_um_pp)
+    def _at(self, level: float) -> tuple[float, float, float, float, float]:
+        found = self._known.get(level)
         if found is None:
             people = self._population
-            felt = people.within(amplitude_um_pp)
+            felt = people.within(level)
             mean = float(self._mean(felt)) / 100
             sd = float(self._sd(felt)) / 100
             concentration = mean * (1 - mean) / sd**2 - 1
@@ -270,7 +277,7 @@ class Curves:
             )
             if len(self._known) >= MOST_KEPT:
                 self._known.clear()
-            self._known[amplitude_um_pp] = found
+            self._known[level] = found
         return found
 
 

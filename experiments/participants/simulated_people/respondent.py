@@ -46,6 +46,7 @@ from slipscale.experiments.protocols.steps import (
     WholeNumberQuestion,
 )
 from slipscale.faults import UserError
+from slipscale.stimuli.quantity import in_um
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -138,9 +139,9 @@ class Respondent:
         self.drops_out = dropout.uniform() < habits.dropout
         self._last_trial = int(dropout.uniform() * planned) if self.drops_out else None
         self._distorts = distorts(habits)
-        ends = people.amplitude_um_pp[0], people.amplitude_um_pp[-1]
+        ends = people.levels[0], people.levels[-1]
         low, high = (math.log(self._curves.mean(end)) for end in ends)
-        self._frame = Frame(log_range=abs(high - low), middle_um_pp=sum(ends) / 2)
+        self._frame = Frame(log_range=abs(high - low), middle_level=sum(ends) / 2)
         # The step that the protocol waits for: what is performed beside it (a surface that was lost
         # is explored again) is a step from before, and goes as it went.
         self.now: Step | None = None
@@ -149,7 +150,7 @@ class Respondent:
         # What was felt in one trial, by its interval; and the question that is being answered.
         self._trial: Trial | None = None
         self._of_trial: dict[int, float] = {}
-        self._standard_um_pp = 0.0  # felt last outside a trial
+        self._standard_level = 0.0  # felt last outside a trial
         self.turned = 0
         self.felt_again = 0
         self._question = ""
@@ -179,21 +180,21 @@ class Respondent:
         elif isinstance(step, Instruct | Rest | EndBlock):
             self._contact_s = 0.0
         elif isinstance(step, Present) and isinstance(answer, Presented):
-            amplitude_um_pp = answer.commanded_um_pp
+            level = answer.commanded_level
             if trial is None:
-                self._standard_um_pp = amplitude_um_pp
+                self._standard_level = level
                 return
             self._histories[trial.task] = self._histories.get(trial.task, History()).with_trial(
-                math.log(self._curves.mean(amplitude_um_pp)),
-                self._before.get(trial.task, amplitude_um_pp),
+                math.log(self._curves.mean(level)),
+                self._before.get(trial.task, level),
             )
-            self._before[trial.task] = amplitude_um_pp
+            self._before[trial.task] = level
 
-    def feels(self, step: Explore | Adjust, felt_um_pp: float) -> None:
+    def feels(self, step: Explore | Adjust, felt_level: float) -> None:
         """Take note of what was felt, µm peak to peak."""
         if isinstance(step, Explore):
-            self._felt = (self._felt[1], felt_um_pp)
-        self._of_trial[step.interval or 1] = felt_um_pp
+            self._felt = (self._felt[1], felt_level)
+        self._of_trial[step.interval or 1] = felt_level
 
     def read(self, step: Instruct | Rest | Feedback) -> Reply:
         """Return how long a text is read."""
@@ -235,7 +236,8 @@ class Respondent:
         if step.trial != self._trial:
             self._trial, self._of_trial = step.trial, {}
             self.turned = self.felt_again = 0
-        self._question = "" if isinstance(step, Explore) else step.name
+        # A key of random numbers, the same in every quantity.
+        self._question = "" if isinstance(step, Explore) else in_um(step.name)
         place = _place(step)
         times = self._asked[place]
         if isinstance(step, Explore) and step is not self.now:
@@ -264,7 +266,7 @@ class Respondent:
     # What a protocol may know: `slipscale.experiments.protocols.simulated_answers.SimulatedPerson`.
 
     @property
-    def felt_um_pp(self) -> tuple[float, ...]:
+    def felt_level(self) -> tuple[float, ...]:
         """What was felt in this trial, in the order of its intervals."""
         return tuple(felt for _, felt in sorted(self._of_trial.items()))
 
@@ -394,7 +396,7 @@ class Respondent:
     def _of_standard(self) -> float:
         """Return the sensation of the standard: felt first in this trial, or before it."""
         several = len(self._of_trial) > 1
-        standard = self._of_trial[min(self._of_trial)] if several else self._standard_um_pp
+        standard = self._of_trial[min(self._of_trial)] if several else self._standard_level
         return max(self._sensation.percent(standard), LEAST_PERCENT)
 
     def _any_yes(self) -> bool:

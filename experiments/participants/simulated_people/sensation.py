@@ -39,14 +39,14 @@ class Sensation:
         self._shift = people.line_shift_sd * own("line shift")
         self._stretch = math.exp(people.line_stretch_sigma * own("line stretch"))
 
-    def percent(self, felt_um_pp: float, noise: float = 0.0) -> float:
+    def percent(self, felt_level: float, noise: float = 0.0) -> float:
         """Return the sensation of an amplitude (µm peak to peak), 0 to 100.
 
         ``noise`` is the trial's, a normal deviate of standard deviation `noise`.
         """
-        intercept, exponent = self._curves.turns(felt_um_pp)
+        intercept, exponent = self._curves.turns(felt_level)
         deviate = intercept * self._intercept + exponent * self._exponent + noise
-        percent = self._curves.sensation(felt_um_pp, deviate)
+        percent = self._curves.sensation(felt_level, deviate)
         return 100 - percent if self._misread else percent
 
     def place(self, percent: float) -> float:

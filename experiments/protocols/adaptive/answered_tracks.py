@@ -15,7 +15,7 @@ class Answered(NamedTuple):
     """An answer, and where it belongs."""
 
     track: int
-    level_um_pp: float
+    level: float
     correct: bool
 
 
@@ -39,7 +39,7 @@ class AnsweredTracks:
 
     def answer(self, trial: int, *, correct: bool) -> None:
         """Note the answer of a trial, at the level that is due."""
-        self._answers[trial] = Answered(self.now.current, self.now.level_um_pp, correct)
+        self._answers[trial] = Answered(self.now.current, self.now.level, correct)
         self.now = self.now.answered(correct=correct)
 
     def take_back(self, trials: Iterable[int]) -> None:
@@ -55,5 +55,5 @@ class AnsweredTracks:
         track = self._start.tracks[number]
         for answered in self._answers.values():
             if answered.track == number:
-                track = track.answered(correct=answered.correct, at_um_pp=answered.level_um_pp)
+                track = track.answered(correct=answered.correct, at_level=answered.level)
         return track

@@ -65,9 +65,9 @@ class QuestPlusBatch:
         return np.asarray(np.argmax(information_gain(self.rule, self.posteriors), axis=1))
 
     @property
-    def levels_um_pp(self) -> Array:
+    def levels(self) -> Array:
         """The levels of the next trial, µm peak to peak, shape (runs,)."""
-        return np.round(np.array(self.rule.levels_um_pp)[self.level_indices], DECIMALS)
+        return np.round(np.array(self.rule.levels)[self.level_indices], DECIMALS)
 
     def answered(self, correct: npt.NDArray[np.bool_]) -> Self:
         """Return the runs after an answer of each, shape (runs,)."""

@@ -89,24 +89,24 @@ class Curve:
     inverse: Callable[[Array], Array]
     density: Callable[[Array], Array]
 
-    def coordinate(self, level_um_pp: npt.ArrayLike) -> Array:
+    def coordinate(self, level: npt.ArrayLike) -> Array:
         """Return ``u`` of levels in µm peak to peak; minus infinity for 0 on a logarithmic one."""
-        level = np.asarray(level_um_pp, float)
+        level = np.asarray(level, float)
         if not self.logarithmic:
             return level
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(level))
 
-    def level_um_pp(self, coordinate: npt.ArrayLike) -> Array:
+    def level(self, coordinate: npt.ArrayLike) -> Array:
         """Return the level of ``u``: the inverse of `coordinate`."""
         u = np.asarray(coordinate, float)
         return np.asarray(np.exp(u)) if self.logarithmic else u
 
     def proportion(
         self,
-        level_um_pp: npt.ArrayLike,
+        level: npt.ArrayLike,
         *,
-        threshold_um_pp: npt.ArrayLike,
+        threshold_level: npt.ArrayLike,
         slope: npt.ArrayLike,
         guess: npt.ArrayLike = 0.0,
         lapse: npt.ArrayLike = 0.0,
@@ -115,7 +115,7 @@ class Curve:
 
         Parameters
         ----------
-        level_um_pp, threshold_um_pp : array_like
+        level, threshold_level : array_like
             µm peak to peak.
         slope : array_like
             Above 0; per µm, without unit for a logarithmic curve.
@@ -123,7 +123,7 @@ class Curve:
             Lower asymptote, and 1 minus the upper.
         """
         guess, lapse = np.asarray(guess, float), np.asarray(lapse, float)
-        z = np.asarray(slope) * (self.coordinate(level_um_pp) - self.coordinate(threshold_um_pp))
+        z = np.asarray(slope) * (self.coordinate(level) - self.coordinate(threshold_level))
         return np.asarray(guess + (1 - guess - lapse) * self.distribution(z))
 
 

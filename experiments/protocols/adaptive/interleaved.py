@@ -79,9 +79,9 @@ class Interleaved:
         return self.left[0]
 
     @property
-    def level_um_pp(self) -> float:
+    def level(self) -> float:
         """The level of the next trial, µm peak to peak; IndexError when all are over."""
-        return self.tracks[self.current].level_um_pp
+        return self.tracks[self.current].level
 
     @property
     def trials(self) -> int:

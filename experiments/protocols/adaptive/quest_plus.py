@@ -45,9 +45,9 @@ class QuestPlus:
 
     Parameters
     ----------
-    levels_um_pp : tuple of float
+    levels : tuple of float
         Levels that may be presented, µm peak to peak, rising.
-    thresholds_um_pp, slopes, lapses : tuple of float
+    threshold_levels, slopes, lapses : tuple of float
         Grid of the psychometric function's parameters (`curves.Curve`), each rising;
         thresholds in µm peak to peak.
     guess : float
@@ -64,8 +64,8 @@ class QuestPlus:
         length.
     """
 
-    levels_um_pp: tuple[float, ...]
-    thresholds_um_pp: tuple[float, ...]
+    levels: tuple[float, ...]
+    threshold_levels: tuple[float, ...]
     slopes: tuple[float, ...]
     lapses: tuple[float, ...] = (0.02,)
     guess: float = 0.5
@@ -76,26 +76,26 @@ class QuestPlus:
         if self.curve not in CURVES:
             raise UserError(f"QUEST+: curve is {self.curve!r}, expected one of {', '.join(CURVES)}")
         tiny = float(np.finfo(float).tiny)
-        _check_grid("levels_um_pp", self.levels_um_pp, lowest=0.0)
-        _check_grid("thresholds_um_pp", self.thresholds_um_pp, lowest=tiny)
+        _check_grid("levels", self.levels, lowest=0.0)
+        _check_grid("thresholds", self.threshold_levels, lowest=tiny)
         _check_grid("slopes", self.slopes, lowest=tiny)
         _check_grid("lapses", self.lapses, lowest=0.0)
         check_between("QUEST+", "the largest lapse", self.lapses[-1], 0.0, LARGEST_LAPSE)
         check_between("QUEST+", "guess", self.guess, 0.0, 1.0 - self.lapses[-1])
-        if len({rounded(level) for level in self.levels_um_pp}) < len(self.levels_um_pp):
-            raise UserError(f"QUEST+: two levels are the same at {DECIMALS} decimals of a µm")
+        if len({rounded(level) for level in self.levels}) < len(self.levels):
+            raise UserError(f"QUEST+: two levels are the same at {DECIMALS} decimals")
         weights = self.threshold_weights
-        if weights and len(weights) != len(self.thresholds_um_pp):
+        if weights and len(weights) != len(self.threshold_levels):
             raise UserError(
-                f"QUEST+: {len(weights)} threshold_weights for {len(self.thresholds_um_pp)} "
+                f"QUEST+: {len(weights)} threshold_weights for {len(self.threshold_levels)} "
                 f"thresholds, expected as many"
             )
         if weights and not (np.isfinite(weights).all() and min(weights) >= 0 and max(weights) > 0):
             raise UserError("QUEST+: threshold_weights must be 0 or more, and one above 0")
-        cells = len(self.levels_um_pp) * int(np.prod(self.shape))
+        cells = len(self.levels) * int(np.prod(self.shape))
         if cells > LARGEST_GRID:
             raise UserError(
-                f"QUEST+: {len(self.levels_um_pp)} levels times {cells // len(self.levels_um_pp)} "
+                f"QUEST+: {len(self.levels)} levels times {cells // len(self.levels)} "
                 f"combinations of parameters are {cells} cells, at most {LARGEST_GRID} fit; use "
                 f"coarser grids"
             )
@@ -103,12 +103,12 @@ class QuestPlus:
     @property
     def shape(self) -> tuple[int, int, int]:
         """How many thresholds, slopes and lapses."""
-        return len(self.thresholds_um_pp), len(self.slopes), len(self.lapses)
+        return len(self.threshold_levels), len(self.slopes), len(self.lapses)
 
     @cached_property
     def prior(self) -> Array:
         """Weights of all combinations, shape (combinations,), that sum to 1."""
-        weights = np.array(self.threshold_weights or (1.0,) * len(self.thresholds_um_pp))
+        weights = np.array(self.threshold_weights or (1.0,) * len(self.threshold_levels))
         prior = np.broadcast_to(weights[:, None, None], self.shape).flatten()
         return _frozen(prior / prior.sum())
 
@@ -116,11 +116,11 @@ class QuestPlus:
     def proportion(self) -> Array:
         """Proportion correct, shape (levels, combinations)."""
         threshold, slope, lapse = np.meshgrid(
-            self.thresholds_um_pp, self.slopes, self.lapses, indexing="ij"
+            self.threshold_levels, self.slopes, self.lapses, indexing="ij"
         )
         table = CURVES[self.curve].proportion(
-            np.array(self.levels_um_pp)[:, None],
-            threshold_um_pp=threshold.ravel(),
+            np.array(self.levels)[:, None],
+            threshold_level=threshold.ravel(),
             slope=slope.ravel(),
             guess=self.guess,
             lapse=lapse.ravel(),
@@ -140,7 +140,7 @@ class QuestPlus:
     @cached_property
     def log10_thresholds(self) -> Array:
         """Decades of each combination's threshold, shape (combinations,)."""
-        decades = np.log10(self.thresholds_um_pp)
+        decades = np.log10(self.threshold_levels)
         return _frozen(np.broadcast_to(decades[:, None, None], self.shape).flatten())
 
     def start(self) -> QuestPlusTrack:
@@ -172,9 +172,9 @@ class QuestPlusTrack:
         return int(np.argmax(information_gain(self.rule, self.posterior[None, :])[0]))
 
     @property
-    def level_um_pp(self) -> float:
+    def level(self) -> float:
         """The level of the next trial, µm peak to peak."""
-        return rounded(self.rule.levels_um_pp[self.level_index])
+        return rounded(self.rule.levels[self.level_index])
 
     @property
     def progress(self) -> Progress:
@@ -192,12 +192,12 @@ class QuestPlusTrack:
         squares = float(self.posterior @ (self.rule.log10_thresholds - self.threshold_log10) ** 2)
         return float(round(squares**0.5, DECIMALS))
 
-    def answered(self, *, correct: bool, at_um_pp: float | None = None) -> Self:
+    def answered(self, *, correct: bool, at_level: float | None = None) -> Self:
         """Return the track after an answer at its level, or at another one of its levels."""
-        if at_um_pp is None:
+        if at_level is None:
             return self.told(self.level_index, correct=correct)
-        levels = [rounded(level) for level in self.rule.levels_um_pp]
-        return self.told(levels.index(at_um_pp), correct=correct)
+        levels = [rounded(level) for level in self.rule.levels]
+        return self.told(levels.index(at_level), correct=correct)
 
     def told(self, level_index: int, *, correct: bool) -> Self:
         """Return the track after an answer at any of the levels.
@@ -213,7 +213,7 @@ class QuestPlusTrack:
             raise UserError(
                 f"QUEST+: no combination of parameters allows "
                 f"{'a correct' if correct else 'a wrong'} answer at "
-                f"{self.rule.levels_um_pp[level_index]:g} um_pp; let lapses go above 0"
+                f"{self.rule.levels[level_index]:g}; let lapses go above 0"
             )
         return type(self)(
             rule=self.rule, posterior=_frozen(posterior / total), trials=self.trials + 1

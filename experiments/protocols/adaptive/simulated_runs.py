@@ -67,7 +67,7 @@ def _one(
     """Return one run of a track; ``known`` holds proportions by their level."""
     levels, answers = [], []
     while stopping.reason(track.progress) is None:
-        level = track.level_um_pp
+        level = track.level
         if level not in known:
             known[level] = float(proportion(np.array([level]))[0])
         correct = bool(rng.random() < known[level])
@@ -88,7 +88,7 @@ def _at_once(
     batch = QuestPlusBatch.start(track.rule, runs)
     levels, answers = [], []
     for _ in range(trials):
-        levels.append(batch.levels_um_pp)
+        levels.append(batch.levels)
         answers.append(rng.random(runs) < proportion(levels[-1]))
         batch = batch.answered(answers[-1])
     return list(zip(np.stack(levels, axis=1), np.stack(answers, axis=1), strict=True))

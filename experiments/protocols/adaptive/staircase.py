@@ -17,9 +17,9 @@ STEP_RATIOS = {1: 0.2845, 2: 0.5488, 3: 0.7393, 4: 0.8415}
 
 def staircase(
     *,
-    start_um_pp: float,
-    lowest_um_pp: float,
-    highest_um_pp: float,
+    start_level: float,
+    lowest_level: float,
+    highest_level: float,
     steps_up: tuple[float, ...],
     down_after: int = 2,
     scale: Scale = "log10",
@@ -35,7 +35,7 @@ def staircase(
 
     Examples
     --------
-    >>> rule = staircase(start_um_pp=1, lowest_um_pp=0.01, highest_um_pp=2, steps_up=(0.2,))
+    >>> rule = staircase(start_level=1, lowest_level=0.01, highest_level=2, steps_up=(0.2,))
     >>> round(rule.target, 4)
     0.8035
     """
@@ -45,9 +45,9 @@ def staircase(
             f"{', '.join(map(str, STEP_RATIOS))}"
         )
     return UpDown(
-        start_um_pp=start_um_pp,
-        lowest_um_pp=lowest_um_pp,
-        highest_um_pp=highest_um_pp,
+        start_level=start_level,
+        lowest_level=lowest_level,
+        highest_level=highest_level,
         steps_up=steps_up,
         down_to_up=STEP_RATIOS[down_after],
         down_after=down_after,

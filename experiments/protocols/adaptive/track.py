@@ -42,7 +42,7 @@ class Track(Protocol):
     """One run of a method: a frozen state."""
 
     @property
-    def level_um_pp(self) -> float:
+    def level(self) -> float:
         """The level of the next trial, µm peak to peak."""
         ...
 
@@ -51,22 +51,22 @@ class Track(Protocol):
         """How far the track has come."""
         ...
 
-    def answered(self, *, correct: bool, at_um_pp: float | None = None) -> Self:
+    def answered(self, *, correct: bool, at_level: float | None = None) -> Self:
         """Return the track after an answer: correct, or "yes" in a yes-no task.
 
-        The answer is one at its level; ``at_um_pp`` is another level, where an answer before this
+        The answer is one at its level; ``at_level`` is another level, where an answer before this
         one was taken back. A rule that does not use levels moves from its own.
         """
         ...
 
 
-def rounded(level_um_pp: float) -> float:
+def rounded(level: float) -> float:
     """Return a level, µm peak to peak, at the precision at which it is presented.
 
     >>> rounded(0.1 + 0.2)
     0.3
     """
-    return round(level_um_pp, DECIMALS)
+    return round(level, DECIMALS)
 
 
 def check_positive(where: str, name: str, values: Iterable[float]) -> None:

@@ -31,9 +31,9 @@ class UpDown:
 
     Parameters
     ----------
-    start_um_pp : float
+    start_level : float
         Level of the first trial, µm peak to peak.
-    lowest_um_pp, highest_um_pp : float
+    lowest_level, highest_level : float
         The level stays within these: a step beyond ends on the bound, as is usual.
     steps_up : tuple of float
         Size of the step up before the first reversal, after it, after the second ...; the last
@@ -52,9 +52,9 @@ class UpDown:
         range.
     """
 
-    start_um_pp: float
-    lowest_um_pp: float
-    highest_um_pp: float
+    start_level: float
+    lowest_level: float
+    highest_level: float
     steps_up: tuple[float, ...]
     down_to_up: float
     down_after: int = 1
@@ -69,23 +69,25 @@ class UpDown:
         if self.down_after < 1:
             raise UserError(f"{where}: down_after is {self.down_after}, expected 1 or more")
         least = 0.0 if self.scale == "linear" else 10.0**-DECIMALS
-        if not (math.isfinite(self.lowest_um_pp) and self.lowest_um_pp >= least):
+        if not (math.isfinite(self.lowest_level) and self.lowest_level >= least):
             raise UserError(
-                f"{where}: lowest_um_pp is {self.lowest_um_pp:g}, expected "
+                f"{where}: the lowest level is {self.lowest_level:g}, expected "
                 f"{least:g} or more on the {self.scale} scale"
             )
-        if not (math.isfinite(self.highest_um_pp) and self.highest_um_pp > self.lowest_um_pp):
+        if not (math.isfinite(self.highest_level) and self.highest_level > self.lowest_level):
             raise UserError(
-                f"{where}: highest_um_pp is {self.highest_um_pp:g}, expected above lowest_um_pp "
-                f"({self.lowest_um_pp:g})"
+                f"{where}: the highest level is {self.highest_level:g}, expected above the lowest "
+                f"({self.lowest_level:g})"
             )
-        check_between(where, "start_um_pp", self.start_um_pp, self.lowest_um_pp, self.highest_um_pp)
-        span = self._coordinate(self.highest_um_pp) - self._coordinate(self.lowest_um_pp)
+        check_between(
+            where, "the first level", self.start_level, self.lowest_level, self.highest_level
+        )
+        span = self._coordinate(self.highest_level) - self._coordinate(self.lowest_level)
         if max(self.steps_up) > span:
-            unit = "um_pp" if self.scale == "linear" else "decades"
+            unit = "" if self.scale == "linear" else " decades"
             raise UserError(
-                f"{where}: a step up of {max(self.steps_up):g} {unit} is larger than the whole "
-                f"range of levels ({span:.3g} {unit})"
+                f"{where}: a step up of {max(self.steps_up):g}{unit} is larger than the whole "
+                f"range of levels ({span:.3g}{unit})"
             )
 
     @property
@@ -95,17 +97,17 @@ class UpDown:
 
     def start(self) -> UpDownTrack:
         """Return the track before its first trial."""
-        return UpDownTrack(rule=self, level_um_pp=self.start_um_pp)
+        return UpDownTrack(rule=self, level=self.start_level)
 
-    def moved(self, level_um_pp: float, direction: int, reversals: int) -> float:
+    def moved(self, level: float, direction: int, reversals: int) -> float:
         """Return the level one step up (1) or down (-1), on the bound where that lies beyond."""
         up = self.steps_up[min(reversals, len(self.steps_up) - 1)]
         step = up if direction == UP else -up * self.down_to_up
-        new = level_um_pp + step if self.scale == "linear" else level_um_pp * 10.0**step
-        return min(max(rounded(new), self.lowest_um_pp), self.highest_um_pp)
+        new = level + step if self.scale == "linear" else level * 10.0**step
+        return min(max(rounded(new), self.lowest_level), self.highest_level)
 
-    def _coordinate(self, level_um_pp: float) -> float:
-        return level_um_pp if self.scale == "linear" else math.log10(level_um_pp)
+    def _coordinate(self, level: float) -> float:
+        return level if self.scale == "linear" else math.log10(level)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,7 +118,7 @@ class UpDownTrack:
     ----------
     rule : UpDown
         What moves the level.
-    level_um_pp : float
+    level : float
         Level of the next trial.
     trials : int
         Answers so far.
@@ -124,39 +126,39 @@ class UpDownTrack:
         Correct answers since the last step.
     direction : int
         The last step's: -1 down, 1 up, 0 before the first step.
-    reversal_levels_um_pp : tuple of float
+    reversal_levels : tuple of float
         Levels at which the direction changed, in order.
     """
 
     rule: UpDown
-    level_um_pp: float
+    level: float
     trials: int = 0
     correct_in_row: int = 0
     direction: int = 0
-    reversal_levels_um_pp: tuple[float, ...] = ()
+    reversal_levels: tuple[float, ...] = ()
 
     @property
     def progress(self) -> Progress:
         """Trials and reversals so far."""
-        return Progress(trials=self.trials, reversals=len(self.reversal_levels_um_pp))
+        return Progress(trials=self.trials, reversals=len(self.reversal_levels))
 
-    def answered(self, *, correct: bool, at_um_pp: float | None = None) -> Self:  # noqa: ARG002
+    def answered(self, *, correct: bool, at_level: float | None = None) -> Self:  # noqa: ARG002
         """Return the track after an answer; the rule moves from its own level."""
         in_row = self.correct_in_row + 1 if correct else 0
         if correct and in_row < self.rule.down_after:
-            return self._after(in_row, self.direction, self.level_um_pp, ())
+            return self._after(in_row, self.direction, self.level, ())
         direction = DOWN if correct else UP
-        turned = (self.level_um_pp,) if self.direction == -direction else ()
-        reversals = len(self.reversal_levels_um_pp) + len(turned)
-        level = self.rule.moved(self.level_um_pp, direction, reversals)
+        turned = (self.level,) if self.direction == -direction else ()
+        reversals = len(self.reversal_levels) + len(turned)
+        level = self.rule.moved(self.level, direction, reversals)
         return self._after(0, direction, level, turned)
 
     def _after(self, in_row: int, direction: int, level: float, turned: tuple[float, ...]) -> Self:
         return type(self)(
             rule=self.rule,
-            level_um_pp=level,
+            level=level,
             trials=self.trials + 1,
             correct_in_row=in_row,
             direction=direction,
-            reversal_levels_um_pp=self.reversal_levels_um_pp + turned,
+            reversal_levels=self.reversal_levels + turned,
         )

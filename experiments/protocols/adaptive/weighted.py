@@ -12,9 +12,9 @@ from slipscale.faults import UserError
 
 def weighted(
     *,
-    start_um_pp: float,
-    lowest_um_pp: float,
-    highest_um_pp: float,
+    start_level: float,
+    lowest_level: float,
+    highest_level: float,
     steps_up: tuple[float, ...],
     target: float = 0.75,
     scale: Scale = "log10",
@@ -30,16 +30,16 @@ def weighted(
 
     Examples
     --------
-    >>> rule = weighted(start_um_pp=1, lowest_um_pp=0.01, highest_um_pp=2, steps_up=(0.3,))
+    >>> rule = weighted(start_level=1, lowest_level=0.01, highest_level=2, steps_up=(0.3,))
     >>> round(1 / rule.down_to_up, 9)
     3.0
     """
     if not 0 < target < 1:
         raise UserError(f"weighted up-down: target is {target:g}, expected between 0 and 1")
     return UpDown(
-        start_um_pp=start_um_pp,
-        lowest_um_pp=lowest_um_pp,
-        highest_um_pp=highest_um_pp,
+        start_level=start_level,
+        lowest_level=lowest_level,
+        highest_level=highest_level,
         steps_up=steps_up,
         down_to_up=(1 - target) / target,
         scale=scale,

@@ -39,11 +39,11 @@ class AdaptiveOptions(RestedOptions):
         "moves, steps in the ratio that settles at target; quest_plus: the level whose answer "
         "tells most.",
     )
-    start_um_pp: Positive = Field(
+    start_level: Positive = Field(
         default=0.5, description="Level of a track's first trial; quest_plus chooses its own."
     )
-    lowest_um_pp: Positive = Field(default=0.05, description="Lowest level.")
-    highest_um_pp: Positive = Field(default=1.0, description="Highest level.")
+    lowest_level: Positive = Field(default=0.05, description="Lowest level.")
+    highest_level: Positive = Field(default=1.0, description="Highest level.")
     down_after: Annotated[int, Field(strict=True, ge=1, le=4)] = Field(
         default=2,
         description="Right answers in a row for a step down, in a staircase.",
@@ -148,18 +148,18 @@ class AdaptiveOptions(RestedOptions):
             return self._quest_plus(guess).start()
         if self.rule == "weighted":
             rule = weighted(
-                start_um_pp=self.start_um_pp,
-                lowest_um_pp=self.lowest_um_pp,
-                highest_um_pp=self.highest_um_pp,
+                start_level=self.start_level,
+                lowest_level=self.lowest_level,
+                highest_level=self.highest_level,
                 steps_up=self.steps_up,
                 target=self.target,
                 scale=self.scale,
             )
         else:
             rule = staircase(
-                start_um_pp=self.start_um_pp,
-                lowest_um_pp=self.lowest_um_pp,
-                highest_um_pp=self.highest_um_pp,
+                start_level=self.start_level,
+                lowest_level=self.lowest_level,
+                highest_level=self.highest_level,
                 steps_up=self.steps_up,
                 down_after=self.down_after,
                 scale=self.scale,
@@ -167,20 +167,20 @@ class AdaptiveOptions(RestedOptions):
         return rule.start()
 
     def _quest_plus(self, guess: float) -> QuestPlus:
-        if self.highest_um_pp <= self.lowest_um_pp:
+        if self.highest_level <= self.lowest_level:
             raise UserError(
-                f"QUEST+: highest_um_pp is {self.highest_um_pp:g}, expected above lowest_um_pp "
-                f"({self.lowest_um_pp:g})"
+                f"QUEST+: the highest level is {self.highest_level:g}, expected above the lowest "
+                f"({self.lowest_level:g})"
             )
-        low, high = math.log10(self.lowest_um_pp), math.log10(self.highest_um_pp)
+        low, high = math.log10(self.lowest_level), math.log10(self.highest_level)
         spans = max(self.quest_levels - 1, 1)
         levels = tuple(
             rounded(10 ** (low + (high - low) * number / spans))
             for number in range(self.quest_levels)
         )
         return QuestPlus(
-            levels_um_pp=levels,
-            thresholds_um_pp=levels,
+            levels=levels,
+            threshold_levels=levels,
             slopes=self.quest_slopes,
             lapses=self.quest_lapses,
             guess=guess,

@@ -16,7 +16,7 @@ def adjusted_columns(name: str, description: str) -> dict[str, Column]:
     Parameters
     ----------
     name : str
-        The adjustment's name; it ends in ``_um_pp``.
+        The adjustment's name; it ends in ``_level``.
     description : str
         Of the amplitude reached.
     """
@@ -26,7 +26,7 @@ def adjusted_columns(name: str, description: str) -> dict[str, Column]:
 
     def trace(record: TrialRecord) -> str | None:
         found = of("trace", record)
-        return " ".join(f"{at_s:.3f}:{um_pp:g}" for at_s, um_pp in found) if found else None
+        return " ".join(f"{at_s:.3f}:{level:g}" for at_s, level in found) if found else None
 
     def turns(record: TrialRecord) -> float | None:
         found = of("trace", record)
@@ -36,24 +36,24 @@ def adjusted_columns(name: str, description: str) -> dict[str, Column]:
         name: Column(
             value=lambda record: record.answer(name),
             kind="number",
-            description=f"{description}, commanded, peak to peak",
-            units="um",
+            description=f"{description}, commanded{{q.behind}}",
+            units="{q.bids}",
         ),
-        f"{name.removesuffix('_um_pp')}_readback_um_pp": Column(
-            value=lambda record: of("readback_um_pp", record),
+        f"{name.removesuffix('_level')}_readback_level": Column(
+            value=lambda record: of("readback_level", record),
             kind="number",
-            description="That amplitude as read back from the plate, peak to peak",
-            units="um",
+            description="That {q.name} as read back from the plate{q.behind}",
+            units="{q.bids}",
         ),
         "turns": Column(
             value=turns,
             kind="number",
-            description="How often the amplitude was changed on the way",
+            description="How often the {q.name} was changed on the way",
         ),
         "trace": Column(
             value=trace,
             kind="text",
-            description="Every amplitude on the way: seconds from the beginning, a colon, µm peak "
-            "to peak",
+            description="Every {q.name} on the way: seconds from the beginning, a colon, "
+            "{q.unit_in_full}",
         ),
     }

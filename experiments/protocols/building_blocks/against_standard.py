@@ -32,7 +32,7 @@ STANDARD, JUDGED = 1, 2
 class StandardOptions(RatedOptions):
     """What a study may set for tasks with a standard, their order and pace apart."""
 
-    standard_um_pp: Annotated[Amplitude, Field(gt=0)] = Field(
+    standard_level: Annotated[Amplitude, Field(gt=0)] = Field(
         description="Amplitude of the standard that everything is judged against."
     )
     standard_every_trials: AtLeastOne = Field(
@@ -92,7 +92,7 @@ class AgainstStandard(RatedSurfaces):
 
     def standard(self, trial: Trial) -> Steps:
         """Yield the standard before a trial's own surface, if it is due."""
-        surface = self.context.surface(self.against.standard_um_pp)
+        surface = self.context.surface(self.against.standard_level)
         if self.against.in_each_trial:
             yield Present(surface=surface, trial=trial, interval=STANDARD)
             yield self.order.explore(self._words, trial, interval=STANDARD)
@@ -109,10 +109,10 @@ class AgainstStandard(RatedSurfaces):
 #: The design's columns, and the standard's.
 DESIGN_COLUMNS: Mapping[str, Column] = {**BLOCK, **DESIGN}
 STANDARD_COLUMN: Mapping[str, Column] = {
-    "standard_um_pp": Column(
-        value=lambda record: record.trial.factors["standard_um_pp"],
+    "standard_level": Column(
+        value=lambda record: record.trial.factors["standard_level"],
         kind="number",
-        description="Amplitude of the standard, peak to peak",
-        units="um",
+        description="{q.title} of the standard{q.behind}",
+        units="{q.bids}",
     ),
 }

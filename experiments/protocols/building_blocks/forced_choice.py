@@ -77,7 +77,7 @@ class Choice(NamedTuple):
     """What makes a trial: its phase, its level, and the track that it is of, if any."""
 
     phase: Phase
-    level_um_pp: float
+    level: float
     track: int | None = None
     catch: bool = False
     repeats: int | None = None
@@ -92,7 +92,7 @@ class ForcedChoice(IntervalTask[Choice]):
         The run's.
     texts : str
         What the keys of the task's own texts begin with.
-    standard_um_pp : float
+    standard_level : float
         Amplitude of the surfaces that are not to be found, µm peak to peak.
     sign : {1, -1}
         Whether a level adds to it or takes away, for the surface to be found.
@@ -104,13 +104,13 @@ class ForcedChoice(IntervalTask[Choice]):
         context: Context,
         *,
         texts: str,
-        standard_um_pp: float,
+        standard_level: float,
         sign: int = 1,
     ) -> None:
         super().__init__(most_trials(options, context), options, context)
         self.options = options
         self._texts = texts
-        self._standard_um_pp = standard_um_pp
+        self._standard_level = standard_level
         self._sign = sign
         start = options.begin(
             options.guess, lambda turn: context.stream(context.task, "tracks", turn)
@@ -132,7 +132,7 @@ class ForcedChoice(IntervalTask[Choice]):
         )
         if self.options.practice:
             yield Instruct(text=texts["comparing.practice"])
-            easy = Choice("practice", self.options.highest_um_pp)
+            easy = Choice("practice", self.options.highest_level)
             yield from self.block([easy] * self.options.practice)
             yield from self.close(lambda: Instruct(text=texts["comparing.main"]))
         yield from self.drawn(self.next)
@@ -145,9 +145,9 @@ class ForcedChoice(IntervalTask[Choice]):
             return None
         if self._catch_at and now.trials >= self._catch_at[0]:
             self._catch_at.pop(0)
-            return Choice("main", self.options.highest_um_pp, catch=True)
+            return Choice("main", self.options.highest_level, catch=True)
         repeats = self._again.pop(now.current, None)
-        return Choice("main", now.level_um_pp, now.current, repeats=repeats)
+        return Choice("main", now.level, now.current, repeats=repeats)
 
     def again(self, numbers: Iterable[int]) -> deque[Repetition[Choice]]:
         """Have voided trials come again: those of a track as the track wants it."""
@@ -183,15 +183,15 @@ class ForcedChoice(IntervalTask[Choice]):
             phase=condition.phase,
             factors={
                 "track": None if condition.track is None else condition.track + 1,
-                "level_um_pp": condition.level_um_pp,
+                "track_level": condition.level,
                 "catch": condition.catch,
                 "target_interval": target + 1,
             },
             repeats=condition.repeats if repeats is None else repeats,
         )
         for place in range(options.intervals):
-            level_um_pp = self._sign * condition.level_um_pp if place == target else 0.0
-            surface = self.context.surface(rounded(self._standard_um_pp + level_um_pp))
+            level = self._sign * condition.level if place == target else 0.0
+            surface = self.context.surface(rounded(self._standard_level + level))
             yield from self.interval(surface, trial, place + 1)
         words = answers(texts["comparing.options"])[: options.intervals]
         reply = yield Ask(
@@ -259,11 +259,11 @@ DESIGN: Mapping[str, Column] = {
     ),
 }
 STIMULUS: Mapping[str, Column] = {
-    "level_um_pp": Column(
-        value=lambda record: record.trial.factors["level_um_pp"],
+    "track_level": Column(
+        value=lambda record: record.trial.factors["track_level"],
         kind="number",
-        description="By how much the surface to be found differs from the others, peak to peak",
-        units="um",
+        description="By how much the surface to be found differs from the others{q.behind}",
+        units="{q.bids}",
     ),
     "target_interval": Column(
         value=lambda record: record.trial.factors["target_interval"],

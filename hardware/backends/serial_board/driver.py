@@ -162,7 +162,7 @@ class SerialBoard(PlateDriver):
         elif status.state in wire.VIBRATING:
             raise ProtocolViolation(f"{self.port}: the board reports {status.state} after AMPL 0")
         return Presentation(
-            commanded_um_pp=amplitude_um_pp,
+            commanded_level=amplitude_um_pp,
             readback=self._readback(status),
             settled_by="readback",
             settle_time_s=self._machine.now() - begun_s,
@@ -174,16 +174,16 @@ class SerialBoard(PlateDriver):
 
     def _rings(self, amplitude_um_pp: float, status: wire.BoardStatus) -> bool:
         """Return whether a plate that shall be silent still moves: it goes on for some of its Q."""
-        return amplitude_um_pp == 0 and (status.amplitude_um_pp or 0) > self.limits.tolerance_um
+        return amplitude_um_pp == 0 and (status.amplitude_um_pp or 0) > self.limits.deviation_level
 
     def _play(self, loop: Loop) -> None:
         link = self._attend()
         self._active = None
         for command in wire.list_commands(loop):
             link.ask(command)
-        mean_um_pp = fmean(loop.amplitudes_um_pp)
+        mean_um_pp = fmean(loop.levels)
         plain = watch.ActivePresentation(
-            mean_um_pp, predicted_v=self._predicted_v(max(loop.amplitudes_um_pp))
+            mean_um_pp, predicted_v=self._predicted_v(max(loop.levels))
         )
         self._active = replace(
             plain,
@@ -212,7 +212,7 @@ class SerialBoard(PlateDriver):
             mean_um_pp, measured_um_pp = active.amplitude_um_pp, status.amplitude_um_pp
             if measured_um_pp is None or self._machine.now() - begun_s > active.resettling_s:
                 break
-            if abs(measured_um_pp - mean_um_pp) <= self.limits.allowed_um_pp(mean_um_pp):
+            if abs(measured_um_pp - mean_um_pp) <= self.limits.allowed_level(mean_um_pp):
                 break
             self._machine.sleep(HEARTBEAT_S)
             status = self._status(self._attend())
@@ -273,7 +273,7 @@ class SerialBoard(PlateDriver):
 
     def _readback(self, status: wire.BoardStatus) -> Readback:
         return Readback(
-            amplitude_um_pp=status.amplitude_um_pp,
+            level=status.amplitude_um_pp,
             kind="none" if status.amplitude_um_pp is None else "measured",
             time_s=self.clock.now(),
             voltage_v_peak=status.voltage_v,
@@ -318,7 +318,7 @@ class SerialBoard(PlateDriver):
             )
         self.limits = replace(
             ours,
-            amplitude_um_pp=min(ours.amplitude_um_pp, board.amplitude_um_pp),
+            level=min(ours.level, board.amplitude_um_pp),
             voltage_v=min(ours.voltage_v, board.voltage_v),
             frequency_min_hz=max(ours.frequency_min_hz, board.frequency_min_hz),
             frequency_max_hz=min(ours.frequency_max_hz, board.frequency_max_hz),

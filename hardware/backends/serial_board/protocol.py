@@ -251,7 +251,7 @@ def list_commands(loop: Loop) -> list[str]:
     >>> list_commands(Loop(amplitudes_um_pp=(2, 0.4), step_s=0.025, edge_s=0.002, mean_um_pp=1.2))
     ['LIST:AMPL 1,2.0000,0.4000', 'LIST:PLAY 2,25.000,2.000']
     """
-    amplitudes = [f"{each:.4f}" for each in loop.amplitudes_um_pp]
+    amplitudes = [f"{each:.4f}" for each in loop.levels]
     lines = [
         f"LIST:AMPL {first + 1},{','.join(amplitudes[first : first + POINTS_A_LINE])}"
         for first in range(0, len(amplitudes), POINTS_A_LINE)

@@ -212,7 +212,7 @@ class SoundCard(PlateDriver):
             settling_s=SETTLING_TIME_CONSTANTS * time_constant_s,
         )
         return Presentation(
-            commanded_um_pp=amplitude_um_pp,
+            commanded_level=amplitude_um_pp,
             readback=self._read_back(),
             settled_by="wait",
             settle_time_s=self._machine.now() - begun_s,
@@ -251,10 +251,10 @@ class SoundCard(PlateDriver):
         """Return the amplitude of what is played, by the calibration."""
         self._attend()
         if self.calibration is None:
-            return Readback(amplitude_um_pp=None, kind="none", time_s=self.clock.now())
+            return Readback(level=None, kind="none", time_s=self.clock.now())
         voltage_v = self._carrier.level * self.amplifier_gain
         return Readback(
-            amplitude_um_pp=voltage_v * self.calibration.um_pp_per_v_peak,
+            level=voltage_v * self.calibration.um_pp_per_v_peak,
             kind="applied",
             time_s=self.clock.now(),
             voltage_v_peak=voltage_v,

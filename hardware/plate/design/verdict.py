@@ -171,10 +171,9 @@ def judged(
             f"{solution.resonance_hz / 1e3:.2f} kHz (shipped: {limits.frequency_min_hz / 1e3:g} to "
             f"{limits.frequency_max_hz / 1e3:g})"
         )
-    if pp_from_peak(wanted.amplitude_um_peak) > limits.amplitude_um_pp:
+    if pp_from_peak(wanted.amplitude_um_peak) > limits.level:
         needs.append(
-            f"{pp_from_peak(wanted.amplitude_um_peak):g} µm p-p (shipped: up to "
-            f"{limits.amplitude_um_pp:g})"
+            f"{pp_from_peak(wanted.amplitude_um_peak):g} µm p-p (shipped: up to {limits.level:g})"
         )
     return Judged(
         candidate=candidate, solution=solution, why_not=tuple(why_not), needs=tuple(needs)

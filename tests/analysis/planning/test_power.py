@@ -158,7 +158,7 @@ def test_the_fast_path_is_the_full_sessions_power_within_its_error():
             surface, rated = None, []
             for step, answer, _ in bare_run(plan, people):
                 if isinstance(step, Present):
-                    surface = step.surface.amplitude_um_pp
+                    surface = step.surface.level
                 if isinstance(step, Ask) and step.name == "scale_top":
                     tops[study, who] = answer.value
                 rating = isinstance(step, Ask) and step.name == "estimate"

@@ -58,8 +58,8 @@ def sessions(people, participants):
         removed = None
         for step, answer, _ in bare_run(plan, people):
             if isinstance(step, Present) and step.trial and step.lead_in:
-                before = step.lead_in[0].surface.amplitude_um_pp
-                removed = round(before - step.surface.amplitude_um_pp, 6)
+                before = step.lead_in[0].surface.level
+                removed = round(before - step.surface.level, 6)
             if isinstance(step, Ask) and step.name == "difference_felt":
                 found.append((removed, bool(answer.value)))
     return np.array(found)

@@ -5,13 +5,13 @@ import pandas as pd
 import pytest
 
 from slipscale.analysis.preprocessing.log_transform import prepare
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.statistics import omnibus
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.pairwise import pairwise
 from slipscale.analysis.tasks.estimation import primary
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 pytestmark = pytest.mark.usefixtures("without_models")
 

@@ -9,13 +9,13 @@ from slipscale import commands
 from slipscale.analysis.json_form import record
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.equivalence import Equivalence
 from slipscale.analysis.statistics.pairwise import PairComparison, PairedT, SignedRank
 from slipscale.analysis.tasks.difference.verbal_coding import load_codebook
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.faults import UserError
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 TIDY = "participant_id,amplitude_um_pp,estimate\n"
 

@@ -13,12 +13,12 @@ from slipscale.analysis.json_form import OurName, form
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.reporting.files import draw, write_analysis
 from slipscale.analysis.reporting.page import render
 from slipscale.analysis.tasks.outside import guard
 from slipscale.analysis.tasks.outside.short_form import OwnResult, own_analysis
 from slipscale.figure_style import svg
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 PRESSURE = Quantity(
     name="sound pressure", unit="µPa", column="sound_pressure_uPa", judged="loudness"

@@ -10,7 +10,6 @@ import pytest
 from scipy import stats
 
 from slipscale.analysis.preprocessing.log_transform import prepare
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.statistics import omnibus, power_law
 from slipscale.analysis.statistics.descriptives import cousineau_morey
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -22,6 +21,7 @@ from slipscale.analysis.tasks.estimation.growth.statistics import growth
 from slipscale.analysis.tasks.estimation.mixed_model import mixed_model
 from slipscale.analysis.tasks.estimation.order_effects import order_effects
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 HERE = Path(__file__).parents[2] / "data" / "r_reference"
 R = json.loads((HERE / "reference.json").read_text())

@@ -7,13 +7,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.statistics import power_law
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.analysis.tasks.estimation.growth import growth_models
 from slipscale.analysis.tasks.estimation.growth import statistics as growth
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 DATA = Path(__file__).parents[2] / "data"
 R_GROWTH = json.loads((DATA / "r_reference" / "comparisons.json").read_text())["growth"]

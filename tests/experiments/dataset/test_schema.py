@@ -21,6 +21,7 @@ from slipscale.experiments.running.rehearsal import dry_run
 from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.faults import UserError
+from slipscale.stimuli.quantity import in_um
 
 # The shipped study that has a protocol, where its name is another.
 STUDIES = {"descending_difference": "biet2007", "magnitude_estimation": "biet2007"}
@@ -50,11 +51,13 @@ def test_every_own_column_is_in_the_table_once_and_in_its_place(name):
     names = list(columns(protocol))
     assert len(set(names)) == len(names)
     at = names.index
-    assert names[1 : at("phase")] == list(protocol.design)
-    assert names[at("surface") + 1 : at("amplitude_um_pp")] == list(protocol.stimulus)
-    assert names[at("amplitude_readback_um_pp") + 1 : at("response_time")] == list(
-        protocol.response
-    )
+    assert names[1 : at("phase")] == [in_um(name) for name in protocol.design]
+    assert names[at("surface") + 1 : at("amplitude_um_pp")] == [
+        in_um(name) for name in protocol.stimulus
+    ]
+    assert names[at("amplitude_readback_um_pp") + 1 : at("response_time")] == [
+        in_um(name) for name in protocol.response
+    ]
 
 
 def own(name, **changes):
@@ -71,7 +74,7 @@ COLUMN = Column(value=lambda _: None, kind="label", description="")
         ({"answer": "rating"}, "'rating' is a column of the response"),
         ({"stimulus": {}}, "'texture' says which"),
         ({"design": {"estimate": COLUMN}}, "declared once"),
-        ({"amplitudes": ()}, "ends in _um_pp"),
+        ({"amplitudes": ()}, "ends in _level"),
     ],
 )
 def test_a_protocol_that_contradicts_itself_is_refused(changes, expected):
@@ -86,17 +89,17 @@ def test_a_protocol_may_not_take_a_column_that_every_task_has():
 
 
 class Tilted(Options):
-    tilt_um_pp: float = 3.0
+    tilt_level: float = 3.0
 
 
 def test_the_amplitudes_of_a_laboratorys_own_protocol_are_checked_too(monkeypatch, plan):
     # Neither shipped protocol has this option: the check must go by what is declared.
-    tilted = own("descending_difference", options=Tilted, amplitudes=("tilt_um_pp",))
-    monkeypatch.setattr(
-        "slipscale.experiments.study.model.load_protocol",
-        lambda _: replace(tilted, trials=lambda *_: 1),
-    )
-    monkeypatch.setattr("slipscale.experiments.study.model.protocol_names", lambda: ["tilted"])
+    tilted = own("descending_difference", options=Tilted, amplitudes=("tilt_level",))
+    for module in ("model", "file"):
+        where = f"slipscale.experiments.study.{module}"
+        one_trial = replace(tilted, trials=lambda *_: 1)
+        monkeypatch.setattr(f"{where}.load_protocol", lambda _, found=one_trial: found)
+        monkeypatch.setattr(f"{where}.protocol_names", lambda: ["tilted"])
     text = 'name = "a"\ntitle = "a"\namplitudes_um_pp = [1.0]\n[[tasks]]\nprotocol = "tilted"\n'
     with pytest.raises(
         UserError, match=r"tilt_um_pp of item 1 of tasks: 3.0 is beyond the plate's"

@@ -140,10 +140,10 @@ def test_every_key_of_a_study_is_read(read):
 
 def test_a_key_that_nothing_reads_is_found(read):
     class Made(BaseModel):
-        nobody_reads_this_um_pp: float = 0.0
+        nobody_reads_this_level: float = 0.0
 
     class Outer(BaseModel):
         parts: tuple[Made, ...] | None = None
 
     keys = keys_of(Outer, {})
-    assert keys[Made] - read == {"nobody_reads_this_um_pp"}
+    assert keys[Made] - read == {"nobody_reads_this_level"}

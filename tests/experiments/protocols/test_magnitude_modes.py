@@ -67,8 +67,8 @@ def test_catch_trials_are_marked_and_outside_the_plan(plan):
     for study, amplitude in (("visual_analogue_scale", 0.0), ("ratio_to_standard", 1.2)):
         shown = [each for each in main_trials(plan(study_text(study))) if each.interval != 1]
         catch = [each for each in shown if each.trial.factors["catch"]]
-        assert [each.surface.amplitude_um_pp for each in catch] == [amplitude] * 2
-        rest = Counter(each.surface.amplitude_um_pp for each in shown if each not in catch)
+        assert [each.surface.level for each in catch] == [amplitude] * 2
+        rest = Counter(each.surface.level for each in shown if each not in catch)
         assert set(rest.values()) == {3}
 
 
@@ -111,11 +111,11 @@ def test_felt_in_each_trial_the_standard_is_its_first_interval(plan):
     shown = main_trials(plan(study_text("ratio_to_standard")))
     pairs = list(zip(shown[::2], shown[1::2], strict=True))
     for first, second in pairs:
-        assert (first.interval, first.surface.amplitude_um_pp) == (1, 1.2)
+        assert (first.interval, first.surface.level) == (1, 1.2)
         assert second.interval == 2
         factors = second.trial.factors
-        assert factors["comparison_um_pp"] == second.surface.amplitude_um_pp
-        assert factors["standard_um_pp"] == 1.2
+        assert factors["comparison_level"] == second.surface.level
+        assert factors["standard_level"] == 1.2
 
 
 def test_felt_less_often_the_standard_comes_before_every_so_many_trials_and_after_rests(plan):
@@ -148,7 +148,7 @@ def test_each_number_is_produced_from_low_as_often_as_from_high(plan):
                     if not t.trial.factors["catch"])  # fmt: skip
     assert found == {(n, b): 2 for n in (7.0, 10.0, 14.0, 20.0) for b in ("low", "high")}
     for step in turned:
-        start = step.surface.amplitude_um_pp
+        start = step.surface.level
         low = step.trial.factors["began"] == "low"
         assert 0.1 <= start <= 0.65 if low else 1.75 <= start <= 2.3
     (catch,) = (t.trial for t in turned if t.trial.factors["catch"])
@@ -163,7 +163,7 @@ def test_the_participant_reads_the_number_and_never_an_amplitude(plan):
 
 
 def test_all_that_can_be_turned_to_is_known_beforehand(plan):
-    found = {each.amplitude_um_pp for each in surfaces(plan(short("magnitude_production")))}
+    found = {each.level for each in surfaces(plan(short("magnitude_production")))}
     assert {0.1, 0.8, 2.3} <= found
 
 
@@ -218,13 +218,13 @@ def test_without_noise_a_ratio_of_the_standard_to_itself_is_one(plan):
         )  # fmt: skip
         judged = answers(plan(text), "ratio", trial_to_trial=0.0)
         catches = [answer.value for trial, answer in judged if trial.factors["catch"]]
-        others = {t.factors["comparison_um_pp"]: a.value for t, a in judged}
+        others = {t.factors["comparison_level"]: a.value for t, a in judged}
         assert catches == [1.0, 1.0]
         assert others[0.3] < others[0.6] < 1 < others[1.8] <= others[2.3]
 
 
 def test_without_noise_the_standard_s_own_number_is_produced_as_the_standard(plan):
-    for trial, answer in answers(plan(short("magnitude_production")), "produced_um_pp",
+    for trial, answer in answers(plan(short("magnitude_production")), "produced_level",
                                  trial_to_trial=0.0):  # fmt: skip
         if trial.factors["number"] == trial.factors["modulus"]:
             assert abs(answer.value - 0.8) <= 0.05
@@ -234,7 +234,7 @@ def test_a_person_who_shortens_the_range_produces_nearer_to_the_standard(plan):
     def spread(regression):
         made = answers(
             plan(short("magnitude_production")),
-            "produced_um_pp",
+            "produced_level",
             trial_to_trial=0.0,
             habits={"regression": regression},
         )
@@ -255,28 +255,28 @@ def test_a_person_drawn_to_the_start_puts_the_mark_nearer_to_it(plan):
 
 
 def test_who_lapses_leaves_the_plate_where_it_began(plan):
-    lapsing = answers(plan(short("magnitude_production")), "produced_um_pp", habits={"lapses": 1})
+    lapsing = answers(plan(short("magnitude_production")), "produced_level", habits={"lapses": 1})
     assert all(len(answer.trace) == 1 for _, answer in lapsing)
 
 
 def test_who_means_a_number_beyond_the_plate_leaves_it_at_its_bound_and_the_row_says_so(plan):
     text = short("magnitude_production", ("[7.0, 10.0, 14.0, 20.0]", "[0.5, 100.0]"))
     bound = columns(MADE)["bound"].value
-    for trial, answer in answers(plan(text), "produced_um_pp"):
+    for trial, answer in answers(plan(text), "produced_level"):
         if not trial.factors["catch"]:
             end = 0.1 if trial.factors["number"] < 1 else 2.3
             assert abs(answer.value - end) < 0.05
             assert len(answer.trace) < 2.2 / 0.05 + 2  # and turns on no more
-            record = TrialRecord(trial=trial, answers={"produced_um_pp": {"value": answer.value}})
+            record = TrialRecord(trial=trial, answers={"produced_level": {"value": answer.value}})
             assert bound(record) == ("lowest" if end < 1 else "highest")
-    inside = TrialRecord(trial=trial, answers={"produced_um_pp": {"value": 1.0}})
+    inside = TrialRecord(trial=trial, answers={"produced_level": {"value": 1.0}})
     assert bound(inside) == "none"
     assert bound(TrialRecord(trial=trial)) is None
 
 
 def test_a_production_that_takes_too_long_comes_again(plan):
     text = short("magnitude_production", ("limit_s = 120.0", "limit_s = 6.0"))
-    made = answers(plan(text), "produced_um_pp")
+    made = answers(plan(text), "produced_level")
     missed = [trial.number for trial, answer in made if answer.timed_out and not trial.repeats]
     assert missed
     assert missed == sorted(trial.repeats for trial, _ in made if trial.repeats)

@@ -56,7 +56,7 @@ def test_a_catch_trial_begins_at_its_reference_and_says_so(plan):
     for step in dry_run(made):
         if isinstance(step, Present):
             begun.setdefault(step.trial.number, [step.trial.factors["direction"]]).append(
-                step.surface.amplitude_um_pp
+                step.surface.level
             )
     equal = [number for number, (direction, *_) in begun.items() if direction == "equal"]
     assert len(begun) == made.planned_trials() == 7
@@ -69,7 +69,7 @@ def test_a_catch_trial_begins_at_its_reference_and_says_so(plan):
 def test_catch_trials_leave_the_matches_as_they_are_without(plan):
     def starts(text):
         return [
-            step.surface.amplitude_um_pp
+            step.surface.level
             for step in dry_run(plan(text, seed=3))
             if isinstance(step, Present)
             and step.interval == 2
@@ -118,9 +118,9 @@ def adjust(again):
         text="turn",
         trial=trial,
         interval=2,
-        step_um_pp=0.02,
-        lowest_um_pp=0.0,
-        highest_um_pp=2.3,
+        step_level=0.02,
+        lowest_level=0.0,
+        highest_level=2.3,
         again=again,
     )
 

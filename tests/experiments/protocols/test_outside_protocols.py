@@ -43,11 +43,11 @@ class GripOptions(Options):
     """None of its own."""
 
 
-def steps(_options, context, amplitude_um_pp=1.2, count=2):
+def steps(_options, context, level=1.2, count=2):
     yield Instruct(text=context.texts["grip.instructions"])
     for number in range(1, count + 1):
         trial = Trial(task=context.task, number=number, total=2)
-        yield Present(surface=VirtualSurface(amplitude_um_pp=amplitude_um_pp), trial=trial)
+        yield Present(surface=VirtualSurface(level=level), trial=trial)
         yield Explore(text="Stroke it.", trial=trial)
         yield Ask(name="grip", question=NumberQuestion(prompt="How much grip?"), trial=trial)
         yield EndTrial(trial=trial)
@@ -60,7 +60,7 @@ LARGE = 5
 def repeating(_options, context):
     """Ask again until the answer is one that nobody gives."""
     trial = Trial(task=context.task, number=1, total=2)
-    yield Present(surface=VirtualSurface(amplitude_um_pp=1.2), trial=trial)
+    yield Present(surface=VirtualSurface(level=1.2), trial=trial)
     answer = None
     while answer is None or answer.value != -1:
         answer = yield Ask(name="grip", question=NumberQuestion(prompt="Grip?"), trial=trial)
@@ -141,7 +141,7 @@ def test_a_question_repeated_until_a_simulated_person_would_never_end_is_refused
     def until_even(_options, context):
         for number in (1, 2):
             trial = Trial(task=context.task, number=number, total=2)
-            yield Present(surface=VirtualSurface(amplitude_um_pp=1.2), trial=trial)
+            yield Present(surface=VirtualSurface(level=1.2), trial=trial)
             yield Explore(text="Stroke it.", trial=trial)
             question = Ask(name="grip", question=NumberQuestion(prompt="?"), trial=trial)
             while (yield question).value > LARGE:
@@ -197,12 +197,12 @@ def test_a_study_may_replace_a_text_that_a_protocol_brings(pilot):
             "goes on after 2 trials, the most that it says it has",
         ),
         (
-            {"possible_um_pp": lambda _o, _c: (0.5, 1.0)},
+            {"possible_levels": lambda _o, _c: (0.5, 1.0)},
             "presents 1.2 µm p-p, and says that it presents 0.5 to 1",
         ),
-        ({"possible_um_pp": lambda _o, _c: (0.5, 3.0)}, "3.0 is beyond the plate's 2.5 µm p-p"),
-        ({"finest_um_pp": lambda _o, _c: (0.04, 1.2)}, "is held to within 0.06 µm p-p at 1.2"),
-        ({"steps": lambda o, c: steps(o, c, amplitude_um_pp=2.6)}, "2.6 µm p-p is outside"),
+        ({"possible_levels": lambda _o, _c: (0.5, 3.0)}, "3.0 is beyond the plate's 2.5 µm p-p"),
+        ({"finest_level": lambda _o, _c: (0.04, 1.2)}, "is held to within 0.06 µm p-p at 1.2"),
+        ({"steps": lambda o, c: steps(o, c, level=2.6)}, "2.6 µm p-p is outside"),
         (
             {"steps": repeating},
             "trial 1: more than 1,000 steps and no end",
@@ -216,7 +216,10 @@ def test_a_study_may_replace_a_text_that_a_protocol_brings(pilot):
         ({"steps": lambda *_: [1, 2]}, "its steps are list, expected a generator"),
         ({"steps": lambda *_: (each for each in ("Present",))}, "its steps yield str, expected"),
         ({"steps": broken}, "its steps raised KeyError"),
-        ({"possible_um_pp": lambda *_: (broken() for _ in "a")}, "possible_um_pp raised KeyError"),
+        (
+            {"possible_levels": lambda *_: (broken() for _ in "a")},
+            "possible_levels raised KeyError",
+        ),
     ],
 )
 def test_what_is_wrong_with_a_protocol_is_one_sentence_and_nothing_is_recorded(
@@ -278,7 +281,7 @@ def test_a_question_that_compares_is_never_answered_by_chance(pilot):
 def test_a_shipped_study_rehearses_every_amplitude_that_its_pilot_presents(study, laboratory):
     plan = pilot_plans(study, participants=1, seed=None, language=None)[0]
     check_answered(plan)
-    rehearsed = [surface.amplitude_um_pp for surface in surfaces(plan)]
+    rehearsed = [surface.level for surface in surfaces(plan)]
     laboratory.run(plan)
     presented = [
         record.data["what"]["surface"]["amplitude_um_pp"]

@@ -20,7 +20,7 @@ def trials(made):
         if isinstance(step, Present) and step.trial and step.trial.phase == "main":
             key = (step.trial.task, step.trial.number)
             _, shown = found.setdefault(key, (step.trial, []))
-            shown.append(step.surface.amplitude_um_pp)
+            shown.append(step.surface.level)
     return list(found.values())
 
 
@@ -100,7 +100,7 @@ def test_a_reference_is_matched_from_below_as_often_as_from_above(plan):
         (
             "difference_threshold",
             ("start_um_pp = 0.4", "start_um_pp = 1.0"),
-            "start_um_pp is 1, expected 0.02 to 0.8",
+            "the first level is 1, expected 0.02 to 0.8",
         ),
         (
             "detection_threshold",
@@ -115,7 +115,7 @@ def test_a_reference_is_matched_from_below_as_often_as_from_above(plan):
         (
             "detection_threshold",
             ("lowest_um_pp = 0.02", "lowest_um_pp = 1.2"),
-            "expected above lowest_um_pp",
+            "expected above the lowest",
         ),
         (
             "constant_stimuli",
@@ -162,7 +162,7 @@ def test_levels_finer_than_the_plate_is_held_are_refused_and_say_how_it_is_held(
 def test_a_study_narrows_the_plates_tolerance_and_never_widens_it(plan):
     text = study_text("difference_threshold")
     narrow = plate_for(plan(text), "mock", VirtualClock()).limits
-    assert (narrow.tolerance, narrow.tolerance_um) == (0.01, 0.015)
+    assert (narrow.tolerance, narrow.deviation_level) == (0.01, 0.015)
     wide = plan(text.replace("= 0.01\n", "= 0.5\n").replace("= 0.015", "= 0.5"))
     limits = plate_for(wide, "mock", VirtualClock()).limits
-    assert (limits.tolerance, limits.tolerance_um) == (0.05, 0.05)
+    assert (limits.tolerance, limits.deviation_level) == (0.05, 0.05)

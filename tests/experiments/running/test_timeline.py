@@ -43,8 +43,8 @@ def visited(*steps):
     return visit
 
 
-def present(amplitude_um_pp):
-    return Present(surface=VirtualSurface(amplitude_um_pp=amplitude_um_pp))
+def present(level):
+    return Present(surface=VirtualSurface(level=level))
 
 
 def test_the_plate_is_on_from_a_vibrating_surface_to_the_silence():

@@ -94,7 +94,7 @@ def test_a_finger_that_the_voltage_does_not_suffice_for_is_told(emulate):
     plate = open_plate(f"serial:{board.port}", clock=SystemClock())
     said = r"2\.3 µm p-p was commanded, (\d\.\d{3}) µm p-p is all"
     with plate, pytest.raises(NotReached, match=said) as refused:
-        plate.present(VirtualSurface(amplitude_um_pp=2.3))
-    told_um_pp = float(re.search(said, str(refused.value))[1])
+        plate.present(VirtualSurface(level=2.3))
+    told_level = float(re.search(said, str(refused.value))[1])
     # 16.5 V, and a Q of 50 in place of 60.
-    assert told_um_pp == pytest.approx(16.5 * 2.3 / 15 * 50 / 60, rel=0.01)
+    assert told_level == pytest.approx(16.5 * 2.3 / 15 * 50 / 60, rel=0.01)

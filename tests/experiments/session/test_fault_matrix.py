@@ -121,10 +121,10 @@ def check_data(board, person, records, rows):
         presented = [row["amplitude_um_pp"] for row in rows if row["texture"] == texture]
         assert sorted(map(float, presented)) == LARGEST[texture]
     for row in rows:
-        estimate, mean_um_pp = due(row["texture"], float(row["amplitude_um_pp"]))
+        estimate, mean_level = due(row["texture"], float(row["amplitude_um_pp"]))
         assert float(row["estimate"]) == pytest.approx(estimate, abs=0.1)
         readback = float(row["amplitude_readback_um_pp"])
-        assert readback == pytest.approx(mean_um_pp, abs=0.05)
+        assert readback == pytest.approx(mean_level, abs=0.05)
     assert records[-1].kind == "end"
     kept = [r for r in records if r.kind in ("done", "discarded")]
     answers = [r.data["answer"] for r in kept if (r.data["answer"] or {}).get("value") is not None]

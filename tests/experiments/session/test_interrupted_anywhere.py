@@ -109,7 +109,7 @@ class Feeling(SimulatedParticipant):
             self.rated.setdefault(rating, set()).add((self.last, round(self._feel(), 1)))
         reply = super().perform(step, watch)
         if isinstance(step, Explore):
-            self.last = round(self.respondent.felt_um_pp[-1], 1)
+            self.last = round(self.respondent.felt_level[-1], 1)
         return reply
 
     def hold(self, text, until):
@@ -130,7 +130,7 @@ def sit_down(laboratory):
                 seed=plan.seed,
                 participant=plan.participant,
                 visit=plan.visit,
-                feel=laboratory.plate.vibration_um_pp,
+                feel=laboratory.plate.vibration_level,
                 clock=laboratory.clock,
                 answers=plan.simulated_answers(),
             )

@@ -224,7 +224,7 @@ def test_a_stop_in_an_exploration_keeps_what_was_measured_until_then(plans, tmp_
 
 # Textures -------------------------------------------------------------------------------------
 
-WAVES = Grating(spatial_period_mm=10.0, mean_um_pp=1.2, depth_um_pp=0.8)
+WAVES = Grating(spatial_period_mm=10.0, mean_level=1.2, depth_level=0.8)
 
 
 @pytest.mark.parametrize("speed_mm_s", [-80.0, 30.0, 120.0])
@@ -233,18 +233,18 @@ def test_a_texture_is_that_of_the_place_where_the_finger_will_be(speed_mm_s):
     for frame in range(20):
         now_s = frame * 0.01
         follower.see([Sample(now_s, (speed_mm_s * now_s, 0.0))])
-        due = follower.amplitude_um_pp(now_s)
+        due = follower.level(now_s)
     ahead_mm = speed_mm_s * (now_s + 0.02 + 0.005)  # the lag, and half of a frame
-    assert due == pytest.approx(WAVES.amplitude_at_um_pp(ahead_mm), abs=1e-9)
+    assert due == pytest.approx(WAVES.level_at(ahead_mm), abs=1e-9)
 
 
 def test_a_finger_that_rests_feels_one_place_and_one_that_is_lost_the_mean():
     follower = FollowedTexture(WAVES, lag_s=0.02)
     for frame in range(20):
         follower.see([Sample(frame * 0.01, (2.5, 0.0))])
-        due = follower.amplitude_um_pp(frame * 0.01)
+        due = follower.level(frame * 0.01)
     assert due == pytest.approx(2.0)  # a ridge
-    assert follower.amplitude_um_pp(1.0) == 1.2
+    assert follower.level(1.0) == 1.2
 
 
 def test_the_plate_makes_the_texture_at_the_fingers_place(laboratory, plan):
@@ -254,8 +254,8 @@ def test_the_plate_makes_the_texture_at_the_fingers_place(laboratory, plan):
     class Looks(SimulatedPosition):
         def take(self):
             new = super().take()
-            if new and laboratory.plate.twin.drive.target_um_pp:
-                pairs.append((new[-1].values[0], laboratory.plate.vibration_um_pp()))
+            if new and laboratory.plate.twin.drive.target_level:
+                pairs.append((new[-1].values[0], laboratory.plate.vibration_level()))
             return new
 
     text = STUDY.replace("[0.0, 2.3]", "[0.0]").replace("lasers:/dev/nowhere", "simulated:noise=0")
@@ -274,7 +274,7 @@ def followed_errors(laboratory, a_plan, looks, pairs):
         person = SimulatedParticipant(
             seed=3,
             participant="01",
-            feel=plate.vibration_um_pp,
+            feel=plate.vibration_level,
             clock=clock,
             frame_s=0.002,
             answers=a_plan.simulated_answers(),
@@ -285,7 +285,7 @@ def followed_errors(laboratory, a_plan, looks, pairs):
             operator=UnattendedOperator(),
             sources={"position": NamedSource(spec="simulated", source=source)},
         )  # fmt: skip
-    return [abs(amplitude - WAVES.amplitude_at_um_pp(place)) for place, amplitude in pairs]
+    return [abs(amplitude - WAVES.level_at(place)) for place, amplitude in pairs]
 
 
 # Commands -------------------------------------------------------------------------------------
@@ -372,14 +372,14 @@ class Generator(MockPlate):
         self.sweeps += 1
 
     def take(self):
-        return [Sample(0.0, (self.twin.measure_um_pp(self.clock.now()),))]
+        return [Sample(0.0, (self.twin.measure_level(self.clock.now()),))]
 
 
 def tracked_run(laboratory, a_plan, plate, every_s):
     path = a_plan.journal_path(laboratory.folder)
     with Journal.create(path, plate.clock) as journal, plate:
         person = SimulatedParticipant(
-            seed=3, participant="01", feel=plate.vibration_um_pp, clock=plate.clock,
+            seed=3, participant="01", feel=plate.vibration_level, clock=plate.clock,
             answers=a_plan.simulated_answers(),
         )  # fmt: skip
         run_plan(

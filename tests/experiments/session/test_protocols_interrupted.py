@@ -180,7 +180,7 @@ def sit_down(laboratory):
                 answered,
                 seed=plan.seed,
                 participant=plan.participant,
-                feel=laboratory.plate.vibration_um_pp,
+                feel=laboratory.plate.vibration_level,
                 clock=laboratory.clock,
                 answers=plan.simulated_answers(),
             )

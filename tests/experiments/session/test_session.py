@@ -69,7 +69,7 @@ class Planned(UnattendedOperator):
 
 def test_a_session_ends_complete_with_the_plate_silent(laboratory):
     assert laboratory.run() == "complete"
-    assert laboratory.plate.twin.drive.target_um_pp in (None, 0.0)
+    assert laboratory.plate.twin.drive.target_level in (None, 0.0)
     assert laboratory.records(kind="end")
 
 
@@ -123,7 +123,7 @@ def test_a_disk_that_fails_ends_the_session_with_the_plate_silent(laboratory, sl
     slow_disk.fails_at = at
     with pytest.raises(UserError, match=r"all responses before the last are on disk.*resume$"):
         laboratory.run()
-    assert laboratory.plate.twin.drive.target_um_pp in (None, 0.0)
+    assert laboratory.plate.twin.drive.target_level in (None, 0.0)
     slow_disk.fails_at = None
     lost = laboratory.records()
     assert laboratory.run() == "complete"
@@ -140,7 +140,7 @@ def test_the_participant_is_never_handed_an_amplitude(laboratory):
 def test_the_operator_sees_no_amplitude(laboratory):
     operator = Planned({})
     laboratory.run(operator=operator)
-    assert {status.amplitude_um_pp for status in operator.told} == {None}
+    assert {status.level for status in operator.told} == {None}
     last = operator.told[-1]
     assert (last.state, last.done, last.planned) == ("done", 12, 12)
 
@@ -167,7 +167,7 @@ def test_escape_stops_cleanly_and_the_run_can_be_resumed(laboratory):
     answers = iter([*["18-25", "woman"], False, StopRequested()])
     script = lambda _plan: ScriptedParticipant(answers, laboratory.clock)  # noqa: E731
     assert laboratory.run(person=script) == "stopped"
-    assert laboratory.plate.twin.drive.target_um_pp in (None, 0.0)
+    assert laboratory.plate.twin.drive.target_level in (None, 0.0)
     assert laboratory.records(kind="stop")
     assert laboratory.run(person=lambda _: ScriptedParticipant(sensible, laboratory.clock)) == (
         "complete"
@@ -201,7 +201,7 @@ def test_no_rating_is_taken_of_a_surface_that_has_gone(laboratory):
 
     def answer(step):
         asked.append(step.name)
-        if step.name == "estimate" and laboratory.plate.vibration_um_pp() > 1 and not gone:
+        if step.name == "estimate" and laboratory.plate.vibration_level() > 1 and not gone:
             gone.append(step)
             laboratory.plate.twin.set_drive(
                 type(laboratory.plate.twin.drive)(), laboratory.clock.now()
@@ -239,8 +239,8 @@ def test_an_operator_who_unblinds_is_told_amplitudes_from_then_on_and_that_is_in
     blind = [status for status in operator.told if not status.unblinded]
     seeing = operator.told[len(blind) :]
     assert blind == operator.told[: len(blind)]
-    assert not [status for status in blind if status.amplitude_um_pp is not None]
-    assert {0.5, 1.2, 2.3} <= {status.amplitude_um_pp for status in seeing}
+    assert not [status for status in blind if status.level is not None]
+    assert {0.5, 1.2, 2.3} <= {status.level for status in seeing}
     [note] = laboratory.records(kind="note")
     assert note.data["text"].startswith("unblinded")
 
@@ -296,7 +296,7 @@ def test_an_exception_anywhere_silences_the_plate_and_is_journaled(laboratory):
 
     with pytest.raises(RuntimeError, match="a bug"):
         laboratory.run(person=lambda _: ScriptedParticipant(fail, laboratory.clock))
-    assert laboratory.plate.twin.drive.target_um_pp in (None, 0.0)
+    assert laboratory.plate.twin.drive.target_level in (None, 0.0)
     assert "a bug" in laboratory.records(kind="stop")[0].data["reason"]
 
 
@@ -330,7 +330,7 @@ def test_questions_are_asked_while_the_surface_stands(laboratory):
 
     def answer(step: Ask):
         if step.name in ("estimate", "difference_felt"):
-            felt.append((step.trial.number, laboratory.plate.vibration_um_pp()))
+            felt.append((step.trial.number, laboratory.plate.vibration_level()))
         return sensible(step)
 
     laboratory.run(person=lambda _: ScriptedParticipant(answer, laboratory.clock))
@@ -591,7 +591,7 @@ def test_a_question_is_asked_again_with_the_plate_silent_and_the_surface_before_
 
     def answer(step):
         if step.name == "gender":
-            still.append(laboratory.plate.twin.drive.target_um_pp)
+            still.append(laboratory.plate.twin.drive.target_level)
         return sensible(step)
 
     def wish(status):
@@ -670,7 +670,7 @@ def test_the_plate_moves_only_while_the_noise_is_at_its_level(laboratory):
             if self.state == "playing":
                 return
             laboratory.clock.sleep(0.5)
-            self.moved = self.moved or laboratory.plate.vibration_um_pp() > 0
+            self.moved = self.moved or laboratory.plate.vibration_level() > 0
             self.state = "playing"
 
         def stop(self):
@@ -715,7 +715,7 @@ def test_a_signal_that_a_library_swallows_ends_the_session_at_the_next_frame(lab
     with pytest.raises(EndedBySignal), signals_raise():
         laboratory.run(person=lambda _: Swallowing(sensible, laboratory.clock))
     assert laboratory.records()[-1].kind == "stop"
-    assert laboratory.plate.twin.drive.target_um_pp in (None, 0.0)
+    assert laboratory.plate.twin.drive.target_level in (None, 0.0)
     assert not laboratory.records(kind="done")
 
 

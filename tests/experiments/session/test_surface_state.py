@@ -16,33 +16,33 @@ from slipscale.stimuli.surface import VirtualSurface
 AMPLITUDES_UM_PP = (0.0, 0.5, 1.2, 2.3)
 
 
-def staged(amplitude_um_pp, limits=None, noise_um=0.0):
+def staged(level, limits=None, noise_um=0.0):
     """Return a surface on which a surface stands, and its plate."""
     clock = VirtualClock()
     plate = MockPlate(clock=clock, limits=limits, twin=Twin(noise_um=noise_um))
     plate.connect()
     surface = SurfaceState(plate, clock, lambda _: None, Following(plate, clock, place_known=False))
-    surface.present(Present(surface=VirtualSurface(amplitude_um_pp=amplitude_um_pp)))
+    surface.present(Present(surface=VirtualSurface(level=level)))
     return surface, plate
 
 
-def drift(plate, amplitude_um_pp):
+def drift(plate, level):
     """Have the plate vibrate with another amplitude, unasked."""
-    plate.twin.set_drive(Drive(target_um_pp=amplitude_um_pp), plate.clock.now())
+    plate.twin.set_drive(Drive(target_um_pp=level), plate.clock.now())
     plate.clock.sleep(0.1)
 
 
-@pytest.mark.parametrize("amplitude_um_pp", AMPLITUDES_UM_PP)
+@pytest.mark.parametrize("level", AMPLITUDES_UM_PP)
 @pytest.mark.parametrize("side", [-1, 1])
-def test_what_would_not_be_presented_is_not_taken_for_the_surface_later(amplitude_um_pp, side):
+def test_what_would_not_be_presented_is_not_taken_for_the_surface_later(level, side):
     limits = PlateLimits()
-    allowed = max(limits.tolerance * amplitude_um_pp, limits.tolerance_um)
-    if amplitude_um_pp + side * allowed < 0:
+    allowed = max(limits.tolerance * level, limits.deviation_level)
+    if level + side * allowed < 0:
         side = 1
-    surface, plate = staged(amplitude_um_pp)
-    drift(plate, amplitude_um_pp + 0.9 * side * allowed)
+    surface, plate = staged(level)
+    drift(plate, level + 0.9 * side * allowed)
     surface.confirm()
-    drift(plate, amplitude_um_pp + 1.1 * side * allowed)
+    drift(plate, level + 1.1 * side * allowed)
     with pytest.raises(NotReached, match="is measured"):
         surface.confirm()
 
@@ -60,7 +60,7 @@ def test_a_reading_breaks_a_surface_only_where_the_plate_knows_what_it_does(
     monkeypatch, kind, believed
 ):
     surface, plate = staged(1.2)
-    gone = Readback(amplitude_um_pp=None if kind == "none" else 0.3, kind=kind, time_s=0.0)
+    gone = Readback(level=None if kind == "none" else 0.3, kind=kind, time_s=0.0)
     monkeypatch.setattr(plate, "read_back", lambda: gone)
     if believed:
         with pytest.raises(NotReached):
@@ -71,8 +71,8 @@ def test_a_reading_breaks_a_surface_only_where_the_plate_knows_what_it_does(
 
 def test_a_vibrometers_noise_alone_never_breaks_a_surface():
     """A fifth of the tolerance, in a whole session's readings."""
-    for amplitude_um_pp in AMPLITUDES_UM_PP:
-        surface, plate = staged(amplitude_um_pp, noise_um=PlateLimits().tolerance_um / 5)
+    for level in AMPLITUDES_UM_PP:
+        surface, plate = staged(level, noise_um=PlateLimits().deviation_level / 5)
         for _ in range(500):
             plate.clock.sleep(0.1)
             surface.confirm()

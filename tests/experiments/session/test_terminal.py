@@ -231,7 +231,7 @@ def test_the_lines_tell_what_goes_on_and_what_the_keys_do():
                   "trial 2 will be repeated", "p pause"):  # fmt: skip
         assert words in said
     assert "µm" not in said
-    who.tell(SessionStatus(state="waiting", amplitude_um_pp=2.3))
+    who.tell(SessionStatus(state="waiting", level="2.3 µm p-p"))
     assert "2.3 µm p-p" in who.lines().plain
     who.tell(SessionStatus(state="done"))
     assert "pause" not in who.lines().plain
@@ -242,7 +242,7 @@ def test_no_line_breaks_in_a_terminal_of_the_usual_width():
     who.tell(
         SessionStatus(
             state="presenting", task="magnitudeestimation", trial=30, total=128, done=122,
-            planned=212, time_left_s=7384.0, faults=10, voided=12, amplitude_um_pp=1.2345,
+            planned=212, time_left_s=7384.0, faults=10, voided=12, level="1.2345 µm p-p",
         )
     )  # fmt: skip
     assert max(len(line) for line in who.lines().plain.splitlines()) <= 80

@@ -51,7 +51,7 @@ def test_the_papers_study_is_the_papers():
     """Biet 2007, Section IV-B: twelve volunteers, four amplitudes, descending series first."""
     study, _ = read_study("biet2007")
     assert study.participants == 12
-    assert study.amplitudes_um_pp == (0.0, 0.5, 1.2, 2.3)
+    assert study.levels == (0.0, 0.5, 1.2, 2.3)
     assert [t.protocol for t in study.tasks] == ["descending_difference", "magnitude_estimation"]
 
 
@@ -218,7 +218,7 @@ def test_a_study_that_windows_editors_marked_as_utf8_is_read(tmp_path):
 
 def test_a_negative_zero_is_zero():
     study = parse_study(GOOD.replace("[0, 1]", "[-0.0, 1]"), "study.toml")
-    assert str(study.amplitudes_um_pp[0]) == "0.0"
+    assert str(study.levels[0]) == "0.0"
 
 
 def test_no_such_study_names_the_shipped_ones():

@@ -47,8 +47,8 @@ GRATING = Grating(
     label="T1",
     spatial_period_mm=2.5,
     waveform="square",
-    mean_um_pp=1.2,
-    depth_um_pp=0.8,
+    mean_level=1.2,
+    depth_level=0.8,
     finger_speed_mm_s=50.0,
 )
 
@@ -134,7 +134,7 @@ def test_textures_must_be_distinct_presented_and_within_the_plate(old, new, comp
         parse_study(STUDY.replace(old, new, 1), "study.toml")
 
 
-@pytest.mark.parametrize("surface", [GRATING, VirtualSurface(amplitude_um_pp=1.2, label="S1")])
+@pytest.mark.parametrize("surface", [GRATING, VirtualSurface(level=1.2, label="S1")])
 def test_a_step_record_gives_its_surface_back(surface):
     record = json.loads(json.dumps(step_record(Present(surface=surface))))
     assert surface_from(record["surface"]) == surface
@@ -173,7 +173,7 @@ def test_a_texture_feels_like_its_mean_and_not_like_its_largest_amplitude(labora
     laboratory.plate.connect()
     laboratory.plate.present(GRATING)
     laboratory.person.perform(Explore(text=""), lambda: None)
-    (felt,) = laboratory.person.respondent.felt_um_pp
+    (felt,) = laboratory.person.respondent.felt_level
     assert felt == pytest.approx(1.2, abs=0.2)
 
 
@@ -195,13 +195,13 @@ def test_wherever_a_textured_pilot_is_interrupted_its_data_come_out_the_same(
         assert files(laboratory.folder) == expected, f"cut after record {kept - 1}"
 
 
-@pytest.mark.parametrize("depth_um_pp", [0.5, 1.2])
-def test_a_texture_that_has_gone_is_noticed_even_where_it_reaches_down_to_zero(depth_um_pp):
+@pytest.mark.parametrize("depth_level", [0.5, 1.2])
+def test_a_texture_that_has_gone_is_noticed_even_where_it_reaches_down_to_zero(depth_level):
     clock = VirtualClock()
     plate = MockPlate(clock=clock)
     plate.connect()
     stage = SurfaceState(plate, clock, lambda _: None, Following(plate, clock, place_known=False))
-    steady = Grating(spatial_period_mm=2.5, mean_um_pp=1.2, depth_um_pp=depth_um_pp, label="T1")
+    steady = Grating(spatial_period_mm=2.5, mean_level=1.2, depth_level=depth_level, label="T1")
     stage.present(Present(surface=steady))
     for _ in range(50):
         clock.sleep(0.0037)

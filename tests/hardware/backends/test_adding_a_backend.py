@@ -23,11 +23,11 @@ from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
 
 with open_plate("ourplate:" + sys.argv[1], clock=SystemClock()) as plate:
-    made = plate.present(VirtualSurface(amplitude_um_pp=1.2))
+    made = plate.present(VirtualSurface(level=1.2))
     try:
-        plate.present(VirtualSurface(amplitude_um_pp=9.0))
+        plate.present(VirtualSurface(level=9.0))
     except OverLimit:
-        print(json.dumps([plate.identity.model, made.readback.kind, made.commanded_um_pp]))
+        print(json.dumps([plate.identity.model, made.readback.kind, made.commanded_level]))
 """
 
 

@@ -102,7 +102,7 @@ class Watched(FunctionGenerator):
 
 
 def surface(amplitude_um_pp):
-    return VirtualSurface(amplitude_um_pp=amplitude_um_pp)
+    return VirtualSurface(level=amplitude_um_pp)
 
 
 def test_connecting_switches_the_output_off_before_anything_else():
@@ -128,7 +128,7 @@ def test_volts_of_every_convention_reach_the_generator_as_volts_peak_to_peak(dri
         assert float(plate._ask("FREQ?")) == 30_480
         assert presentation.settled_by == "wait"
         assert presentation.readback.kind == "applied"
-        assert presentation.readback.amplitude_um_pp == pytest.approx(2.3, rel=1e-5)
+        assert presentation.readback.level == pytest.approx(2.3, rel=1e-5)
         assert presentation.settle_time_s > 0.03
 
 
@@ -159,7 +159,7 @@ def test_zero_amplitude_is_output_off():
         plate.present(surface(1.2))
         presentation = plate.present(surface(0))
         assert plate.volts_pp()[1] is False
-        assert presentation.readback.amplitude_um_pp == 0
+        assert presentation.readback.level == 0
 
 
 def test_the_output_is_off_after_an_exception():
@@ -262,7 +262,7 @@ def test_the_spec_names_resource_calibration_and_gain(tmp_path):
     write_calibration(made, path)
     plate = open_plate(f"scpi:{RESOURCE},calibration={path},gain=20", clock=SystemClock())
     assert plate.resource == RESOURCE
-    assert plate.limits.amplitude_um_pp == pytest.approx(2.3)
+    assert plate.limits.level == pytest.approx(2.3)
     with pytest.raises(UserError, match="scpi:RESOURCE"):
         open_plate("scpi:", clock=SystemClock())
 
@@ -306,8 +306,8 @@ def test_every_make_gets_the_volts_on_the_channel_chosen(bench, monkeypatch, mak
         assert chosen.plate_vpp() == pytest.approx(3.0, rel=1e-5)
         assert chosen.frequency_hz == 30_480
         assert (chosen.function[:3], chosen.offset_v) == ("SIN", 0)
-        assert made.readback.amplitude_um_pp == pytest.approx(2.3, rel=1e-3)
-        assert plate.present(surface(0)).readback.amplitude_um_pp == 0
+        assert made.readback.level == pytest.approx(2.3, rel=1e-3)
+        assert plate.present(surface(0)).readback.level == 0
         assert not chosen.on
         plate.present(surface(1.0))
     assert not rig.vibrating()
@@ -541,7 +541,7 @@ def test_every_make_presents_from_its_own_smallest_voltage_on_and_refuses_less(m
     smallest_um_pp = SMALLEST_VPP[make] * 2.3 / 3
     with plate:
         made = plate.present(surface(1.001 * smallest_um_pp))
-        assert made.readback.amplitude_um_pp == pytest.approx(smallest_um_pp, rel=0.01)
+        assert made.readback.level == pytest.approx(smallest_um_pp, rel=0.01)
         with pytest.raises(OverLimit, match="from the generator, which makes"):
             plate.check_supported(surface(0.99 * smallest_um_pp))
         assert wire.generator.channel[1].on  # as it was
@@ -554,9 +554,7 @@ def test_an_amplifier_of_gain_100_does_not_turn_small_amplitudes_into_one():
         for amplitude_um_pp in (0.014, 0.005):
             with pytest.raises(OverLimit, match=r"makes 0\.002 to 20 V"):
                 plate.present(surface(amplitude_um_pp))
-        assert plate.present(surface(0.05)).readback.amplitude_um_pp == pytest.approx(
-            0.05, rel=0.01
-        )
+        assert plate.present(surface(0.05)).readback.level == pytest.approx(0.05, rel=0.01)
 
 
 def test_volts_that_no_generator_makes_are_refused_without_an_amplifier():
@@ -574,7 +572,7 @@ def test_a_generator_that_takes_long_for_each_command_presents(bench, monkeypatc
         GeneratorLine(rig.resource), clock=VirtualClock(), calibration=calibration_of(rig)
     )
     with plate:
-        assert plate.present(surface(1.2)).readback.amplitude_um_pp == pytest.approx(1.2, rel=0.01)
+        assert plate.present(surface(1.2)).readback.level == pytest.approx(1.2, rel=0.01)
 
 
 def test_the_presentation_reports_the_predicted_voltage_beside_the_applied_one():

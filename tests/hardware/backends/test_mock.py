@@ -13,7 +13,7 @@ PAPER = (0.0, 0.5, 1.2, 2.3)
 
 
 def surface(amplitude_um_pp):
-    return VirtualSurface(amplitude_um_pp=amplitude_um_pp)
+    return VirtualSurface(level=amplitude_um_pp)
 
 
 def session(plate, amplitudes, *, silent_between):
@@ -35,8 +35,8 @@ def test_the_papers_surfaces_are_reached_and_read_back(amplitude):
     with open_plate("mock", clock=VirtualClock(), seed=1) as plate:
         presentation = plate.present(surface(amplitude))
         assert presentation.readback.kind == "measured"
-        assert presentation.readback.amplitude_um_pp == pytest.approx(amplitude, abs=0.03)
-        assert plate.vibration_um_pp() == pytest.approx(amplitude, abs=1e-9)
+        assert presentation.readback.level == pytest.approx(amplitude, abs=0.03)
+        assert plate.vibration_level() == pytest.approx(amplitude, abs=1e-9)
 
 
 def test_nothing_waits_on_a_virtual_clock_but_its_time_passes():
@@ -52,7 +52,7 @@ def test_the_envelope_is_ramped_without_a_jump():
         def sleep(self, duration_s):
             for _ in range(8):
                 super().sleep(duration_s / 8)
-                amplitudes.append(plate.vibration_um_pp())
+                amplitudes.append(plate.vibration_level())
 
     amplitudes = [0.0]
     plate = open_plate("mock", clock=Watching())
@@ -70,7 +70,7 @@ def test_silence_leaves_nothing_after_a_few_time_constants():
     plate.present(surface(2.3))
     plate.silence()
     clock.sleep(0.01)
-    assert plate.vibration_um_pp() < 1e-6
+    assert plate.vibration_level() < 1e-6
 
 
 @pytest.mark.parametrize("silent_between", [True, False])
@@ -95,7 +95,7 @@ def test_looking_at_the_plate_does_not_change_it():
         plate.connect()
         plate.present(surface(1.2))
         for _ in range(looks):
-            plate.vibration_um_pp()
+            plate.vibration_level()
             plate.check()
         clock.sleep(1.0)
         return plate.read_back()
@@ -111,7 +111,7 @@ def test_a_finger_that_saturates_the_drive_is_a_fault_and_the_plate_falls_silent
     with pytest.raises(NotReached):
         plate.present(surface(2.3))
     clock.sleep(0.1)
-    assert plate.vibration_um_pp() < 1e-9
+    assert plate.vibration_level() < 1e-9
 
 
 @pytest.mark.parametrize("code", sorted(FAULTS))
@@ -132,9 +132,9 @@ def test_a_fault_on_order_comes_at_its_command_silences_and_is_over_after_a_reco
         trial()
     plate.silence()
     clock.sleep(0.1)
-    assert plate.vibration_um_pp() < 1e-9
+    assert plate.vibration_level() < 1e-9
     trial()
-    assert plate.vibration_um_pp() == pytest.approx(1.2)
+    assert plate.vibration_level() == pytest.approx(1.2)
 
 
 def test_a_lost_line_stays_lost_until_one_connects_again():
@@ -172,7 +172,7 @@ def test_a_silence_that_times_out_can_be_repeated():
         plate.silence()
     plate.silence()
     clock.sleep(0.1)
-    assert plate.vibration_um_pp() < 1e-9
+    assert plate.vibration_level() < 1e-9
 
 
 @pytest.mark.parametrize(

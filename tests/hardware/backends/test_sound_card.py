@@ -41,7 +41,7 @@ RATE_HZ = 192_000
 FULL_SCALE_V = 20.0
 RESONANCE_HZ = 30_500.0
 UM_PP_PER_V = 2.3 / 15
-SURFACE = VirtualSurface(amplitude_um_pp=1.2)
+SURFACE = VirtualSurface(level=1.2)
 BLOCK = 512
 
 
@@ -157,7 +157,7 @@ def test_a_surface_has_the_calibrations_volts_and_frequency(card, plate):
         assert card.opened["device"] == 3
         assert card.opened["samplerate"] == RATE_HZ
         assert presentation.readback.kind == "applied"
-        assert presentation.readback.amplitude_um_pp == pytest.approx(1.2)
+        assert presentation.readback.level == pytest.approx(1.2)
         wanted = 1.2 / UM_PP_PER_V / FULL_SCALE_V
         last = card.played[-2048:, 0].astype(float)
         times_s = np.arange(2048) / RATE_HZ
@@ -186,7 +186,7 @@ def test_silence_is_on_the_wire_when_silence_returns(card, plate):
         plate.silence()
         assert card.amplitude() == 0
         plate.present(SURFACE)
-        plate.present(VirtualSurface(amplitude_um_pp=0.0))
+        plate.present(VirtualSurface(level=0.0))
         assert card.amplitude() == 0
 
 
@@ -326,7 +326,7 @@ def test_a_device_that_is_not_there_or_refuses_the_rate_is_told(card):
 
 def test_a_texture_is_refused(card, plate):
     with plate, pytest.raises(UserError, match="cannot present the texture"):
-        plate.present(Grating(spatial_period_mm=2.5, mean_um_pp=1.2, depth_um_pp=0.8, label="T1"))
+        plate.present(Grating(spatial_period_mm=2.5, mean_level=1.2, depth_level=0.8, label="T1"))
 
 
 def test_options_are_read():

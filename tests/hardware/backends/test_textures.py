@@ -16,7 +16,7 @@ from slipscale.stimuli.texture import Grating
 
 
 def grating(**changes):
-    usual = {"spatial_period_mm": 5.0, "mean_um_pp": 1.2, "depth_um_pp": 0.8, "label": "T1"}
+    usual = {"spatial_period_mm": 5.0, "mean_level": 1.2, "depth_level": 0.8, "label": "T1"}
     return Grating(**usual | changes)
 
 
@@ -30,7 +30,7 @@ def felt(plate, seconds=0.2, every_s=0.0005):
     readings = []
     for _ in range(round(seconds / every_s)):
         plate.clock.sleep(every_s)
-        readings.append((plate.clock.now(), plate.vibration_um_pp()))
+        readings.append((plate.clock.now(), plate.vibration_level()))
     return np.array(readings).T
 
 
@@ -39,12 +39,12 @@ def test_a_finger_feels_the_wave_go_by():
     surface = grating()
     presentation = plate.present(surface)
     times_s, amplitudes = felt(plate)
-    expected = [surface.amplitude_at_um_pp(t * surface.finger_speed_mm_s) for t in times_s]
+    expected = [surface.level_at(t * surface.finger_speed_mm_s) for t in times_s]
     # Steps of 4 ms, edges of 2 ms, a ring of 0.6 ms: 10 Hz are passed but a little late.
     assert np.abs(amplitudes - expected).max() < 0.2
     assert amplitudes.mean() == pytest.approx(1.2, abs=0.01)
-    assert presentation.commanded_um_pp == 1.2
-    assert presentation.readback.amplitude_um_pp == pytest.approx(1.2, abs=0.03)
+    assert presentation.commanded_level == 1.2
+    assert presentation.readback.level == pytest.approx(1.2, abs=0.03)
 
 
 def test_the_plate_rings_between_the_steps_as_its_equation_says():
@@ -60,7 +60,7 @@ def test_the_plate_rings_between_the_steps_as_its_equation_says():
     steady = rate.conjugate() / abs(rate)
 
     def slope(t, envelope):
-        return rate * (steady * loop.at_um_pp(t) - envelope)
+        return rate * (steady * loop.at_level(t) - envelope)
 
     begin_s = times_s[0] - 40 * now.time_constant_s
     solved = solve_ivp(
@@ -77,10 +77,10 @@ def test_the_plate_rings_between_the_steps_as_its_equation_says():
 @pytest.mark.parametrize("spec, allowed_um", [("mock:noise=0", 1e-4), ("mock", 0.03)])
 def test_what_is_read_back_of_a_texture_is_its_mean(spec, allowed_um):
     plate = connected(spec)
-    plate.present(grating(mean_um_pp=0.8, waveform="sawtooth"))
+    plate.present(grating(mean_level=0.8, waveform="sawtooth"))
     for _ in range(50):
         plate.clock.sleep(0.0037)
-        assert plate.read_back().amplitude_um_pp == pytest.approx(0.8, abs=allowed_um)
+        assert plate.read_back().level == pytest.approx(0.8, abs=allowed_um)
 
 
 class OddSurface(VirtualSurface):
@@ -93,24 +93,24 @@ class OddSurface(VirtualSurface):
 @pytest.mark.parametrize(
     "changes, kind, said",
     [
-        ({"amplitudes_um_pp": (0.5, 2.6)}, OverLimit, r"2\.6"),
+        ({"levels": (0.5, 2.6)}, OverLimit, r"2\.6"),
         ({"step_s": 0.003}, UserError, "step_s is 0.003, expected 0.004 or more"),
         ({"edge_s": 0.001}, UserError, "edge_s is 0.001, expected 0.002 or more"),
-        ({"amplitudes_um_pp": (0.5,) * 65}, UserError, "65 amplitudes, expected 64 at most"),
+        ({"levels": (0.5,) * 65}, UserError, "65 amplitudes, expected 64 at most"),
     ],
 )
 def test_whoever_makes_the_loop_its_limits_are_the_plates(changes, kind, said):
     usual = {
-        "amplitudes_um_pp": (0.5, 1.5),
+        "levels": (0.5, 1.5),
         "step_s": 0.02,
         "edge_s": 0.002,
-        "mean_um_pp": 1.0,
+        "mean_level": 1.0,
     }
     OddSurface.played = Loop(**usual | changes)
     plate = connected()
     with pytest.raises(kind, match=said):
-        plate.present(OddSurface(amplitude_um_pp=1.5))
-    assert plate.vibration_um_pp() == 0
+        plate.present(OddSurface(level=1.5))
+    assert plate.vibration_level() == 0
 
 
 def test_what_is_felt_depends_on_the_time_alone():
@@ -120,9 +120,9 @@ def test_what_is_felt_depends_on_the_time_alone():
         plate.present(grating())
         for _ in range(looks):
             clock.sleep(0.003)
-            plate.vibration_um_pp()
+            plate.vibration_level()
         clock.set(7.3)
-        return plate.vibration_um_pp(), plate.read_back()
+        return plate.vibration_level(), plate.read_back()
 
     first, *others = [reading(began_s, looks) for began_s, looks in ((0, 0), (2, 9), (8, 30))]
     for amplitude, readback in others:
@@ -133,28 +133,28 @@ def test_what_is_felt_depends_on_the_time_alone():
 def test_the_next_command_ends_a_texture():
     plate = connected()
     plate.present(grating())
-    plate.present(VirtualSurface(amplitude_um_pp=0.5))
+    plate.present(VirtualSurface(level=0.5))
     _, amplitudes = felt(plate)
     assert amplitudes == pytest.approx(0.5)
     plate.present(grating())
     plate.silence()
     plate.clock.sleep(0.1)
-    assert plate.vibration_um_pp() < 1e-9
+    assert plate.vibration_level() < 1e-9
 
 
 def test_the_limit_holds_for_the_largest_amplitude_and_leaves_the_plate_as_it_was():
     plate = connected()
-    plate.present(VirtualSurface(amplitude_um_pp=0.5))
+    plate.present(VirtualSurface(level=0.5))
     with pytest.raises(OverLimit, match=r"2\.6"):
-        plate.present(grating(mean_um_pp=1.8))
-    assert plate.vibration_um_pp() == pytest.approx(0.5)
+        plate.present(grating(mean_level=1.8))
+    assert plate.vibration_level() == pytest.approx(0.5)
 
 
 def test_a_texture_too_fast_for_this_plate_is_refused_before_it_moves():
     plate = connected("mock:q=6000")
     with pytest.raises(UserError, match="the plate and its line follow"):
         plate.present(grating())
-    assert plate.vibration_um_pp() == 0
+    assert plate.vibration_level() == 0
 
 
 class OneAmplitude(MockPlate):
@@ -170,11 +170,11 @@ class OneAmplitude(MockPlate):
 def test_a_backend_that_cannot_modulate_refuses_and_leaves_the_plate_as_it_was():
     plate = OneAmplitude(clock=VirtualClock())
     plate.connect()
-    plate.present(VirtualSurface(amplitude_um_pp=0.5))
+    plate.present(VirtualSurface(level=0.5))
     with pytest.raises(UserError, match="'one amplitude' cannot present the texture 'T1'"):
         plate.present(grating())
-    assert plate.vibration_um_pp() == pytest.approx(0.5)
-    assert plate.present(grating(depth_um_pp=0.0)).commanded_um_pp == 1.2
+    assert plate.vibration_level() == pytest.approx(0.5)
+    assert plate.present(grating(depth_level=0.0)).commanded_level == 1.2
 
 
 def test_a_function_generator_does_not_claim_to_modulate():

@@ -128,9 +128,9 @@ def test_a_driver_refuses_what_was_not_calibrated(tmp_path):
     path = tmp_path / "plate.toml"
     write_calibration(narrow, path)
     with open_plate(f"mock:calibration={path}", clock=VirtualClock()) as driver:
-        driver.present(VirtualSurface(amplitude_um_pp=1.5))
+        driver.present(VirtualSurface(level=1.5))
         with pytest.raises(OverLimit, match=r"outside 0 to 1\.5"):
-            driver.present(VirtualSurface(amplitude_um_pp=1.6))
+            driver.present(VirtualSurface(level=1.6))
         assert driver.describe()["calibration"]["made"]["by"] == "a test"
 
 

@@ -90,7 +90,7 @@ def test_faults_on_order_can_be_forgotten(emulate):
     board.fault("unplug@present")
     board.no_faults()
     with open_plate(f"serial:{board.port}", clock=SystemClock()) as plate:
-        plate.present(VirtualSurface(amplitude_um_pp=1.0))
+        plate.present(VirtualSurface(level=1.0))
     assert board.state()["presented_um_pp"] == [1.0]
 
 
@@ -99,7 +99,7 @@ def test_a_board_comes_back_when_told(emulate):
     assert board.unplug()["plugged"] is False
     assert board.back()["plugged"] is True
     with open_plate(f"serial:{board.port}", clock=SystemClock()) as plate:
-        plate.present(VirtualSurface(amplitude_um_pp=1.0))
+        plate.present(VirtualSurface(level=1.0))
 
 
 @pytest.mark.parametrize("options", [[], ["--firmware"]])

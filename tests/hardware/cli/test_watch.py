@@ -22,7 +22,7 @@ def bar(text):
 
 @pytest.mark.parametrize("um_pp, filled", [(0.0, 0), (1.25, 30), (2.5, 60), (9.0, 60)])
 def test_a_bar_is_as_long_as_the_amplitude_and_no_longer_than_the_scale(um_pp, filled):
-    readback = Readback(amplitude_um_pp=um_pp, kind="measured", time_s=0.0)
+    readback = Readback(level=um_pp, kind="measured", time_s=0.0)
     drawn = bar(line(readback, 0.0, 0.0, 2.5))
     assert len(drawn) == COLUMNS + 1
     assert drawn[1:].count("#") == max(filled - 1, 0)
@@ -30,14 +30,14 @@ def test_a_bar_is_as_long_as_the_amplitude_and_no_longer_than_the_scale(um_pp, f
 
 
 def test_a_plate_that_measures_nothing_says_so():
-    readback = Readback(amplitude_um_pp=None, kind="none", time_s=0.0)
+    readback = Readback(level=None, kind="none", time_s=0.0)
     assert line(readback, 1.0, 1.0, 2.5).split() == ["1.0", "n/a", "none"]
 
 
 def test_readbacks_come_at_their_interval():
     clock = VirtualClock()
     with open_plate("mock", clock=clock) as plate:
-        plate.present(VirtualSurface(amplitude_um_pp=1.0))
+        plate.present(VirtualSurface(level=1.0))
         times_s = [each.time_s for each in readbacks(plate, clock, 0.5, 2.9)]
     assert len(times_s) == 6
     assert np.diff(times_s) == pytest.approx(0.5, abs=0.05)
@@ -46,7 +46,7 @@ def test_readbacks_come_at_their_interval():
 def test_a_fault_between_two_readbacks_comes_up():
     clock = VirtualClock()
     with open_plate("mock:fault=lost@check/3", clock=clock) as plate:
-        plate.present(VirtualSurface(amplitude_um_pp=1.0))
+        plate.present(VirtualSurface(level=1.0))
         with pytest.raises(ConnectionLost):
             list(readbacks(plate, clock, 10.0, 30.0))
 

@@ -249,7 +249,7 @@ class Forgetful(MockPlate):
         if self.wrong == "commanded only":
             return replace(made, readback=replace(made.readback, kind="commanded"))
         if self.wrong == "another commanded":
-            return replace(made, commanded_um_pp=made.commanded_um_pp * 2)
+            return replace(made, commanded_level=made.commanded_level * 2)
         return made
 
     def _silence(self):

@@ -17,7 +17,7 @@ from slipscale.stimuli.texture import Grating
 
 SOURCE = Path(__file__).with_name("third_board.c")
 TEXTURE = Grating(
-    spatial_period_mm=2.5, mean_um_pp=1.2, depth_um_pp=0.8, waveform="square", finger_speed_mm_s=50
+    spatial_period_mm=2.5, mean_level=1.2, depth_level=0.8, waveform="square", finger_speed_mm_s=50
 )
 
 
@@ -61,12 +61,12 @@ def test_the_driver_presents_surfaces_and_textures_on_it_and_follows(port):
     with SerialBoard(port, clock=SystemClock()) as plate:
         assert plate.identity.manufacturer == "Third"
         assert plate.watchdog_s == 0.6
-        for surface in (VirtualSurface(amplitude_um_pp=1.2), TEXTURE):
+        for surface in (VirtualSurface(level=1.2), TEXTURE):
             presented = plate.present(surface)
             assert presented.readback.kind == "none"  # it has no sensor
             assert presented.readback.voltage_v_peak == pytest.approx(1.2 * 15 / 2.3, abs=0.01)
             checked_for(plate, 0.3)
-        plate.present(VirtualSurface(amplitude_um_pp=1.2))
+        plate.present(VirtualSurface(level=1.2))
         for amplitude_um_pp in (0.4, 2.0, 0.0, 1.0):
             plate.follow(amplitude_um_pp)
             checked_for(plate, 0.15)
@@ -83,7 +83,7 @@ def checked_for(plate, duration_s):
 
 def test_a_host_that_hangs_is_noticed_by_its_watchdog(port):
     with SerialBoard(port, clock=SystemClock(), attention_s=0.2) as plate:
-        plate.present(VirtualSurface(amplitude_um_pp=1.2))
+        plate.present(VirtualSurface(level=1.2))
         time.sleep(1.2)
         plate.read_back()  # the heart beats again, and hears what happened
         with pytest.raises(PlateTimeout, match="heard nothing"):

@@ -30,7 +30,7 @@ class Moving:
 
 def virtual(finger=None, vibration_um_pp=0.0):
     return Surroundings(
-        clock=VirtualClock(), seed=1, finger=finger, vibration_um_pp=lambda: vibration_um_pp
+        clock=VirtualClock(), seed=1, finger=finger, vibration_level=lambda: vibration_um_pp
     )
 
 
@@ -122,7 +122,7 @@ def test_a_simulated_force_is_what_the_film_of_the_amplitude_leaves():
         source.begin()
         around.clock.sleep(0.1)
         normal_n, lateral_n = source.take()[-1].values
-        relative = VirtualSurface(amplitude_um_pp=amplitude_um_pp).predicted_relative_friction()
+        relative = VirtualSurface(level=amplitude_um_pp).predicted_relative_friction()
         assert normal_n == 0.5
         assert lateral_n / normal_n == pytest.approx(0.8 * relative, rel=1e-6)
 

@@ -10,7 +10,7 @@ from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
 from slipscale.hardware.plate.twin import Twin
 from slipscale.stimuli.modulation import Loop
 
-SQUARE = Loop(amplitudes_um_pp=(2.0, 0.4), step_s=0.02, edge_s=0.002, mean_um_pp=1.2)
+SQUARE = Loop(levels=(2.0, 0.4), step_s=0.02, edge_s=0.002, mean_level=1.2)
 
 
 class Bench:
@@ -241,9 +241,9 @@ def test_a_list_is_played_by_the_boards_own_time_and_read_as_its_mean():
         assert status.target_um_pp == pytest.approx(1.2)
         assert status.amplitude_um_pp == pytest.approx(1.2, abs=0.03)
         since_s = bench.now_s - begun_s
-        assert bench.board.commanded_um_pp(bench.now_s) == SQUARE.at_um_pp(since_s)
+        assert bench.board.commanded_level(bench.now_s) == SQUARE.at_level(since_s)
         if since_s % SQUARE.step_s > 0.012:  # what rings of an edge is gone
-            level = SQUARE.amplitude_um_pp(SQUARE.step_at(since_s))
+            level = SQUARE.level(SQUARE.step_at(since_s))
             assert bench.twin.amplitude_um_pp(bench.now_s) == pytest.approx(level, abs=1e-3)
     assert status.voltage_v == pytest.approx(2 / 2.3 * 15, abs=0.01)
 
@@ -302,18 +302,18 @@ def test_a_repeated_start_does_not_begin_the_list_anew(bench):
     begun_s = bench.now_s
     bench.wait(0.03, alive=False)
     assert bench.send(frame) == first
-    assert bench.board.commanded_um_pp(bench.now_s) == SQUARE.at_um_pp(bench.now_s - begun_s)
+    assert bench.board.commanded_level(bench.now_s) == SQUARE.at_level(bench.now_s - begun_s)
 
 
 def test_an_amplitude_after_a_list_is_ramped_to_from_where_the_list_was(bench):
     begun_s = bench.play(SQUARE)
     bench.wait(0.025)
-    due_um_pp = SQUARE.at_um_pp(bench.now_s - begun_s)
+    due_um_pp = SQUARE.at_level(bench.now_s - begun_s)
     assert due_um_pp == pytest.approx(0.4)
     bench.ask("AMPL 2.3")
-    assert bench.board.commanded_um_pp(bench.now_s) == pytest.approx(due_um_pp)
+    assert bench.board.commanded_level(bench.now_s) == pytest.approx(due_um_pp)
     bench.wait(0.005)
-    assert bench.board.commanded_um_pp(bench.now_s) == pytest.approx(0.58, abs=0.01)
+    assert bench.board.commanded_level(bench.now_s) == pytest.approx(0.58, abs=0.01)
     bench.wait(0.055)
     assert bench.status().state == "HOLD"
 
@@ -328,7 +328,7 @@ def test_what_silences_a_plate_silences_a_list(bench, why):
     bench.wait(1.1, alive=why != "WDOG")
     assert bench.status().state == why
     assert bench.twin.amplitude_um_pp(bench.now_s + 0.1) < 1e-6
-    assert bench.board.commanded_um_pp(bench.now_s) == 0
+    assert bench.board.commanded_level(bench.now_s) == 0
 
 
 def test_ridges_for_which_the_voltage_does_not_suffice_are_told():

@@ -26,11 +26,11 @@ PAGE = ROOT / "docs" / "reference" / "board-protocol.md"
 COMPILER = shutil.which("g++") or shutil.which("c++") or shutil.which("clang++")
 FLAGS = ["-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
 
-SQUARE = Loop(amplitudes_um_pp=(2.0, 0.4), step_s=0.02, edge_s=0.002, mean_um_pp=1.2)
+SQUARE = Loop(levels=(2.0, 0.4), step_s=0.02, edge_s=0.002, mean_level=1.2)
 WAVES = {
     "square": SQUARE,
     "sine": Grating(
-        spatial_period_mm=7.3, mean_um_pp=1.2, depth_um_pp=1.2, finger_speed_mm_s=83
+        spatial_period_mm=7.3, mean_level=1.2, depth_level=1.2, finger_speed_mm_s=83
     ).loop(),
 }
 TIME_CONSTANT_MS = 1000 * DEFAULT_MODULATOR.time_constant_s
@@ -184,12 +184,12 @@ def test_the_firmware_drives_what_a_loop_says(firmware, wave):
     driven, _ = on_the_plate(firmware([*playing(1, loop), *watched(2000)]))
     # The wire rounds a step to the microsecond.
     sent = Loop(
-        amplitudes_um_pp=loop.amplitudes_um_pp,
+        levels=loop.amplitudes_um_pp,
         step_s=round(loop.step_s, 6),
         edge_s=loop.edge_s,
-        mean_um_pp=loop.mean_um_pp,
+        mean_level=loop.mean_um_pp,
     )
-    due = [sent.at_um_pp(ms / 1000 + 1e-9) for ms in range(1, 2001)]
+    due = [sent.at_level(ms / 1000 + 1e-9) for ms in range(1, 2001)]
     assert np.abs(driven - due).max() < 2e-4
 
 

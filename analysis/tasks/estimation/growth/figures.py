@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.statistics.descriptives import student_intervals
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.tasks.estimation.growth.growth_models import MODELS
 from slipscale.analysis.writing.axes import LINES_AT_MOST, apart
 from slipscale.figure_style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, VERMILION, styled
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
     import pandas as pd

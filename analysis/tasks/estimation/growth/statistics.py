@@ -130,7 +130,7 @@ def predicted_reduction(amplitude_um_pp: float) -> float:
     """
     from slipscale.stimuli.surface import VirtualSurface  # noqa: PLC0415
 
-    return 1.0 - VirtualSurface(amplitude_um_pp=amplitude_um_pp).predicted_relative_friction()
+    return 1.0 - VirtualSurface(level=amplitude_um_pp).predicted_relative_friction()
 
 
 def _shared_load_reduction(amplitude_um_pp: float) -> tuple[float, float]:

@@ -105,7 +105,7 @@ def test_no_search_finds_likelier_parameters(curve, method):
         lower = {"two_interval": 0.5, "yes_no": theta[3], "comparison": theta[2]}[method]
         share = CURVES[curve].proportion(
             data.levels_um_pp,
-            threshold_um_pp=math.exp(theta[0]),
+            threshold_level=math.exp(theta[0]),
             slope=math.exp(theta[1]),
             guess=lower,
             lapse=theta[2],
@@ -185,7 +185,7 @@ def simulated(seed, levels, trials, lapse=0.02):
     rng = np.random.default_rng(seed)
     scale = 0.25 / math.log(2) ** 0.5
     share = CURVES["weibull"].proportion(
-        levels, threshold_um_pp=scale, slope=2.0, guess=0.5, lapse=lapse
+        levels, threshold_level=scale, slope=2.0, guess=0.5, lapse=lapse
     )
     correct = rng.binomial(trials, np.broadcast_to(share, (RUNS, len(levels)))).astype(float)
     u = np.broadcast_to(np.log(levels), correct.shape)

@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 from matplotlib.collections import PathCollection
 from scipy import optimize, special, stats
 
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.difference import sentences as apa_difference
 from slipscale.analysis.tasks.difference.step_size_curve import curve, psychometric, separated
 from slipscale.analysis.tasks.difference.verbal_coding import load_codebook
 from slipscale.analysis.tasks.difference.yes_no import analyse_differences, own_thresholds
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 STEPS = np.array([0.0, 0.5, 0.7, 1.1])
 

@@ -11,7 +11,6 @@ from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.reading.mapping import parse_mapping
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.groups import sentences as apa_groups
 from slipscale.analysis.tasks.groups.statistics import compare_groups
@@ -19,6 +18,7 @@ from slipscale.analysis.tasks.groups.welch import welch
 from slipscale.commands import main
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 pytestmark = pytest.mark.usefixtures("without_models")
 

@@ -12,7 +12,6 @@ from slipscale import commands
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.conclude import conclude
@@ -22,6 +21,7 @@ from slipscale.experiments.participants.simulated_people.population import Popul
 from slipscale.experiments.running.bare_dataset import why_sessions, write_simulated
 from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.study.file import study_text
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 pytestmark = pytest.mark.usefixtures("without_models", "without_simulated_fits")
 

@@ -105,7 +105,7 @@ def test_no_page_shows_an_amplitude_of_the_running_session(visitor, session, lab
 
 
 def test_a_session_that_was_told_to_unblind_shows_its_amplitude(visitor, session):
-    with session(replace(STATUS, amplitude_um_pp=1.2, unblinded=True)):
+    with session(replace(STATUS, level="1.2 µm p-p", unblinded=True)):
         assert "1.2 µm p-p" in words_of(visitor.see("/live"))
 
 

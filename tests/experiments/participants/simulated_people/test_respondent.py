@@ -76,12 +76,12 @@ def test_the_bare_path_turns_the_plate_as_a_full_session_does(tmp_path):
     for plan in plans:
         run_simulated(tmp_path, plan, "mock")
         turned = [
-            [um_pp for _, um_pp in record.data["answer"]["trace"]]
+            [level for _, level in record.data["answer"]["trace"]]
             for record in read_plan(plan.journal_path(tmp_path))[1]
             if record.kind == "done" and "trace" in (record.data["answer"] or {})
         ]
         bare = [
-            [um_pp for _, um_pp in answer.trace]
+            [level for _, level in answer.trace]
             for _, answer, _ in bare_run(plan, HABITUAL)
             if isinstance(answer, Adjusted)
         ]

@@ -34,7 +34,7 @@ def test_far_away_the_asymptotes_are_reached_without_a_warning(curve, z):
 @FAMILIES
 @given(level=st.floats(0.01, 5))
 def test_levels_and_coordinates_are_each_others_inverse(curve, level):
-    assert curve.level_um_pp(curve.coordinate(level)) == pytest.approx(level)
+    assert curve.level(curve.coordinate(level)) == pytest.approx(level)
 
 
 def test_the_weibull_function_is_watsons():
@@ -42,11 +42,11 @@ def test_the_weibull_function_is_watsons():
     x_db, t_db, slope, guess, lapse = -18.0, -21.0, 3.5, 0.5, 0.02
     expected = 1 - lapse - (1 - guess - lapse) * np.exp(-(10 ** (slope * (x_db - t_db) / 20)))
     found = CURVES["weibull"].proportion(
-        10 ** (x_db / 20), threshold_um_pp=10 ** (t_db / 20), slope=slope, guess=guess, lapse=lapse
+        10 ** (x_db / 20), threshold_level=10 ** (t_db / 20), slope=slope, guess=guess, lapse=lapse
     )
     assert found == pytest.approx(expected)
 
 
 def test_no_difference_is_answered_by_guessing():
-    share = CURVES["weibull"].proportion(0.0, threshold_um_pp=0.2, slope=3, guess=0.5, lapse=0.02)
+    share = CURVES["weibull"].proportion(0.0, threshold_level=0.2, slope=3, guess=0.5, lapse=0.02)
     assert share == 0.5

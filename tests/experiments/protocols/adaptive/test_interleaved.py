@@ -14,8 +14,8 @@ from slipscale.experiments.protocols.adaptive.track import Progress
 from slipscale.experiments.protocols.ordering.randomisation import Stream
 from slipscale.faults import UserError
 
-RULE = staircase(start_um_pp=1, lowest_um_pp=0.01, highest_um_pp=2.3, steps_up=(0.2,))
-QUEST = QuestPlus(levels_um_pp=(0.1, 0.2, 0.4), thresholds_um_pp=(0.1, 0.2, 0.3), slopes=(3.0,))
+RULE = staircase(start_level=1, lowest_level=0.01, highest_level=2.3, steps_up=(0.2,))
+QUEST = QuestPlus(levels=(0.1, 0.2, 0.4), threshold_levels=(0.1, 0.2, 0.3), slopes=(3.0,))
 
 
 def stream(number):
@@ -79,15 +79,15 @@ def test_a_track_that_is_over_leaves_the_others_their_turns():
 @given(st.lists(st.booleans(), min_size=1, max_size=39), st.integers(0, 39))
 def test_a_block_resumed_from_its_answers_is_the_same(answers, cut):
     whole = begun(2, Stopping(most_trials=20))
-    levels = [whole.level_um_pp]
+    levels = [whole.level]
     for correct in answers:
         whole = whole.answered(correct=correct)
-        levels += [] if whole.over else [whole.level_um_pp]
+        levels += [] if whole.over else [whole.level]
     resumed = begun(2, Stopping(most_trials=20))
     for correct in answers[:cut]:
         resumed = resumed.answered(correct=correct)
     for correct, level in zip(answers[cut:], levels[cut:], strict=False):
-        assert resumed.level_um_pp == level
+        assert resumed.level == level
         resumed = resumed.answered(correct=correct)
     assert resumed == whole
 
@@ -140,4 +140,4 @@ def test_asking_a_block_that_is_over_for_a_level_is_an_error():
     block = begun(1, Stopping(most_trials=1)).answered(correct=True)
     assert block.over
     with pytest.raises(IndexError):
-        _ = block.level_um_pp
+        _ = block.level

@@ -46,9 +46,7 @@ RUNS = {
 @pytest.mark.parametrize("name", RUNS)
 def test_the_papers_runs_are_replayed_trial_by_trial(name):
     slopes, lapses, levels, answers, mode = RUNS[name]
-    rule = QuestPlus(
-        levels_um_pp=AMPLITUDES, thresholds_um_pp=AMPLITUDES, slopes=slopes, lapses=lapses
-    )
+    rule = QuestPlus(levels=AMPLITUDES, threshold_levels=AMPLITUDES, slopes=slopes, lapses=lapses)
     track = rule.start()
     for level_db, sign in zip(levels.split(), answers, strict=True):
         assert DB[track.level_index] == -int(level_db)
@@ -78,17 +76,17 @@ def test_questplus_takes_the_same_levels(case):
         stim_scale="linear",
     )
     rule = QuestPlus(
-        levels_um_pp=tuple(levels),
-        thresholds_um_pp=tuple(thresholds),
+        levels=tuple(levels),
+        threshold_levels=tuple(thresholds),
         slopes=tuple(slopes),
         lapses=tuple(lapses),
         guess=guess,
     )
     track = rule.start()
-    true = {"threshold_um_pp": 0.3, "slope": 2.5, "guess": guess, "lapse": 0.02}
+    true = {"threshold_level": 0.3, "slope": 2.5, "guess": guess, "lapse": 0.02}
     for _ in range(50):
         chosen = theirs.next_stim["intensity"]
-        if chosen != track.level_um_pp:
+        if chosen != track.level:
             gain = information_gain(rule, track.posterior[None])[0]
             assert gain[np.flatnonzero(levels == chosen)] == gain.max()
         index = int(np.flatnonzero(levels == chosen)[0])
@@ -101,8 +99,8 @@ def test_questplus_takes_the_same_levels(case):
 
 
 RULE = QuestPlus(
-    levels_um_pp=tuple(np.geomspace(0.02, 2, 15)),
-    thresholds_um_pp=tuple(np.geomspace(0.05, 1, 11)),
+    levels=tuple(np.geomspace(0.02, 2, 15)),
+    threshold_levels=tuple(np.geomspace(0.05, 1, 11)),
     slopes=(1.0, 3.0),
     lapses=(0.01, 0.05),
     threshold_weights=tuple(float(w) for w in range(1, 12)),
@@ -140,7 +138,7 @@ def test_a_run_resumed_from_its_answers_is_the_same_to_the_bit(before, later):
         on = on.answered(correct=correct)
     whole = after(before + later)
     assert on.posterior.tobytes() == whole.posterior.tobytes()
-    assert (on.level_um_pp, on.progress) == (whole.level_um_pp, whole.progress)
+    assert (on.level, on.progress) == (whole.level, whole.progress)
 
 
 @given(ANSWERS, st.integers(0, 2**32 - 1))
@@ -153,7 +151,7 @@ def test_a_posterior_that_differs_in_its_last_bits_gives_the_same_level(answers,
     # A gain that lies within 1e-13 of a rounding edge may fall either way; no rounding helps that.
     exact = np.sort(gain)[-2:]
     if exact[1] - exact[0] > 1e-9 or exact[1] == exact[0]:
-        assert elsewhere.level_um_pp == track.level_um_pp
+        assert elsewhere.level == track.level
 
 
 @settings(max_examples=20)
@@ -164,7 +162,7 @@ def test_a_batch_takes_the_levels_of_single_runs(seed):
     singles = [RULE.start() for _ in range(7)]
     for _ in range(20):
         correct = rng.random(7) < 0.8
-        assert batch.levels_um_pp.tolist() == [track.level_um_pp for track in singles]
+        assert batch.levels.tolist() == [track.level for track in singles]
         batch = batch.answered(correct)
         singles = [
             track.answered(correct=bool(one)) for track, one in zip(singles, correct, strict=True)
@@ -180,8 +178,8 @@ def test_the_truth_is_recovered_over_400_runs():
     """
     rng = np.random.default_rng(3)
     rule = QuestPlus(
-        levels_um_pp=tuple(np.geomspace(0.02, 2, 30)),
-        thresholds_um_pp=tuple(np.geomspace(0.05, 1, 40)),
+        levels=tuple(np.geomspace(0.02, 2, 30)),
+        threshold_levels=tuple(np.geomspace(0.05, 1, 40)),
         slopes=(1.5, 2.5, 3.5),
         lapses=(0.0, 0.03),
     )
@@ -200,11 +198,11 @@ def test_the_truth_is_recovered_over_400_runs():
     "change,words",
     [
         ({"curve": "cubic"}, "expected one of weibull, logistic, normal"),
-        ({"levels_um_pp": ()}, "levels_um_pp is empty"),
-        ({"levels_um_pp": (0.2, 0.1)}, "levels_um_pp must be finite and rising"),
-        ({"levels_um_pp": (-0.1, 0.1)}, "levels_um_pp begins at -0.1, expected 0 or more"),
-        ({"levels_um_pp": (0.1, 0.1 + 1e-12)}, "the same at 9 decimals"),
-        ({"thresholds_um_pp": (0.0, 1.0)}, "thresholds_um_pp begins at 0, expected above 0"),
+        ({"levels": ()}, "levels is empty"),
+        ({"levels": (0.2, 0.1)}, "levels must be finite and rising"),
+        ({"levels": (-0.1, 0.1)}, "levels begins at -0.1, expected 0 or more"),
+        ({"levels": (0.1, 0.1 + 1e-12)}, "the same at 9 decimals"),
+        ({"threshold_levels": (0.0, 1.0)}, "thresholds begins at 0, expected above 0"),
         ({"slopes": (math.nan,)}, "slopes must be finite"),
         ({"lapses": (0.0, 0.6)}, "the largest lapse is 0.6, expected 0 to 0.5"),
         ({"guess": 0.99}, "guess is 0.99, expected 0 to 0.95"),
@@ -215,8 +213,8 @@ def test_the_truth_is_recovered_over_400_runs():
 )
 def test_a_grid_that_cannot_work_is_refused(change, words):
     options = {
-        "levels_um_pp": RULE.levels_um_pp,
-        "thresholds_um_pp": RULE.thresholds_um_pp,
+        "levels": RULE.levels,
+        "threshold_levels": RULE.threshold_levels,
         "slopes": RULE.slopes,
         "lapses": RULE.lapses,
     } | change
@@ -225,8 +223,8 @@ def test_a_grid_that_cannot_work_is_refused(change, words):
 
 
 def test_an_answer_that_no_parameters_allow_is_refused():
-    rule = QuestPlus(levels_um_pp=(10.0,), thresholds_um_pp=(0.1,), slopes=(5.0,), lapses=(0.0,))
-    with pytest.raises(UserError, match="allows a wrong answer at 10 um_pp; let lapses go above 0"):
+    rule = QuestPlus(levels=(10.0,), threshold_levels=(0.1,), slopes=(5.0,), lapses=(0.0,))
+    with pytest.raises(UserError, match="allows a wrong answer at 10; let lapses go above 0"):
         rule.start().answered(correct=False)
     with pytest.raises(UserError, match="allows an answer given"):
         QuestPlusBatch.start(rule, 2).answered(np.array([True, False]))

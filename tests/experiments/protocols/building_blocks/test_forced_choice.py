@@ -32,7 +32,7 @@ CONTEXT = Context(
     seed=1,
     participant="01",
     row=0,
-    amplitudes_um_pp=(1.2,),
+    levels=(1.2,),
     texts=Anything(),
     task="differencethreshold",
 )
@@ -57,7 +57,7 @@ def play(made, answer=lambda _trial: True, voids=None):
         Trials that are voided at the end of a trial, or at "screen 1", "screen 2", ...
     """
     voids = dict(voids or {})
-    run = ForcedChoice(made, CONTEXT, texts="difference_threshold.more", standard_um_pp=1.2)
+    run = ForcedChoice(made, CONTEXT, texts="difference_threshold.more", standard_level=1.2)
     steps, trials, screens, shown = run.steps(), [], 0, []
     step = next(steps)
     while True:
@@ -82,7 +82,7 @@ def play(made, answer=lambda _trial: True, voids=None):
 
 
 def of_track(trials, track):
-    return [t.factors["level_um_pp"] for t in trials if t.factors["track"] == track]
+    return [t.factors["track_level"] for t in trials if t.factors["track"] == track]
 
 
 def test_the_last_trial_knows_that_it_is_the_last_and_no_run_has_more_than_it_says():
@@ -100,7 +100,7 @@ def test_a_trial_voided_while_it_runs_comes_again_with_its_track_and_level():
     trials, _ = play(options(), voids={at: (at,)})
     voided, again = trials[at - 1], trials[at]
     assert again.repeats == at
-    for factor in ("track", "level_um_pp"):
+    for factor in ("track", "track_level"):
         assert again.factors[factor] == voided.factors[factor]
     assert len(trials) == len(undisturbed) + 1
     assert trials[-1].total == trials[-1].number
@@ -118,7 +118,7 @@ def test_an_answer_taken_back_later_is_as_if_it_had_not_been_given():
     kept = [t for t in trials if t.number != 3]
     levels, expected = of_track(kept, 1), of_track(undisturbed, 1)
     assert levels[:2] == expected[:2]
-    assert trials[4].factors["level_um_pp"] == expected[3]
+    assert trials[4].factors["track_level"] == expected[3]
     assert levels[3:] == expected[3:]
     assert len(trials) == 9
 
@@ -138,7 +138,7 @@ def test_practice_and_main_trials_voided_at_the_screen_come_again_in_their_own_p
 def test_a_timed_out_trial_comes_again_until_it_is_answered():
     trials, _ = play(options(), lambda trial: None if trial.number == 6 else True)
     assert trials[6].repeats == 6
-    assert trials[6].factors["level_um_pp"] == trials[5].factors["level_um_pp"]
+    assert trials[6].factors["track_level"] == trials[5].factors["track_level"]
 
 
 def test_who_never_answers_comes_to_an_end():
@@ -151,7 +151,7 @@ def test_catch_trials_are_at_the_highest_level_and_move_no_track():
     some, _ = play(options(catch_trials=3))
     none, _ = play(options(catch_trials=0))
     caught = [trial for trial in some if trial.factors["catch"]]
-    assert [trial.factors["level_um_pp"] for trial in caught] == [1.0] * 3
+    assert [trial.factors["track_level"] for trial in caught] == [1.0] * 3
     assert all(trial.factors["track"] is None for trial in caught)
     for track in (1, 2):
         assert of_track(some, track) == of_track(none, track)
@@ -174,10 +174,10 @@ def test_each_interval_holds_what_is_to_be_found_about_equally_often(intervals):
         assert abs(places.count(place) - each) < 3 * (each * (1 - 1 / intervals)) ** 0.5
     presented = [step for step in shown if isinstance(step, Present)]
     for step in presented:
-        level = step.trial.factors["level_um_pp"]
+        level = step.trial.factors["track_level"]
         found = step.interval == step.trial.factors["target_interval"]
         expected = round(1.2 + level, 9) if found else 1.2
-        assert step.surface.amplitude_um_pp == expected
+        assert step.surface.level == expected
 
 
 @pytest.mark.parametrize("rule", ["staircase", "weighted", "quest_plus"])
@@ -186,13 +186,13 @@ def test_a_track_without_an_answer_is_that_of_the_other_answers(rule):
     tracks = AnsweredTracks(made.begin(0.5, Stream))
     levels = []
     for trial in range(1, 9):
-        levels.append(tracks.now.level_um_pp)
+        levels.append(tracks.now.level)
         tracks.answer(trial, correct=trial % 3 > 0)
     tracks.take_back([2, 5])
     expected = made.begin(0.5, Stream).tracks[0]
     for trial in (1, 3, 4, 6, 7, 8):
-        expected = expected.answered(correct=trial % 3 > 0, at_um_pp=levels[trial - 1])
-    assert tracks.now.level_um_pp == expected.level_um_pp
+        expected = expected.answered(correct=trial % 3 > 0, at_level=levels[trial - 1])
+    assert tracks.now.level == expected.level
     assert tracks.now.tracks[0].progress == expected.progress
     assert tracks.now.tracks[0].progress.trials == 6
 

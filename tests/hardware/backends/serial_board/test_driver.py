@@ -45,9 +45,9 @@ from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.texture import Grating
 
-SURFACE = VirtualSurface(amplitude_um_pp=1.2)
+SURFACE = VirtualSurface(level=1.2)
 TEXTURE = Grating(
-    spatial_period_mm=2.5, waveform="square", mean_um_pp=1.2, depth_um_pp=0.8, label="T1"
+    spatial_period_mm=2.5, waveform="square", mean_level=1.2, depth_level=0.8, label="T1"
 )
 
 # What the host repairs by itself: the command runs once, nothing is recorded.
@@ -124,13 +124,13 @@ def test_a_surface_is_presented_held_and_silenced(emulate):
         assert plate.identity.model == "slipscale-plate-1"
         presentation = plate.present(SURFACE)
         assert presentation.readback.kind == "measured"
-        assert presentation.readback.amplitude_um_pp == pytest.approx(1.2, abs=0.03)
+        assert presentation.readback.level == pytest.approx(1.2, abs=0.03)
         assert board.state()["amplitude_um_pp"] == pytest.approx(1.2, abs=1e-3)
         for _ in range(80):  # longer than the watchdog: the heartbeat keeps it up
             time.sleep(0.01)
             plate.check()
         assert board.state()["state"] == "HOLD"
-        assert plate.vibration_um_pp() == pytest.approx(1.2, abs=0.03)
+        assert plate.vibration_level() == pytest.approx(1.2, abs=0.03)
         plate.silence()
         assert not board.state()["vibrates"]
         plate.present(SURFACE)
@@ -180,7 +180,7 @@ def _end_a_trial(board, plate, fault, phase):
     wait_for(lambda: not board.state()["vibrates"])
     if fault in AWAY:
         board.back()
-    presented_again(plate, VirtualSurface(amplitude_um_pp=0.5))
+    presented_again(plate, VirtualSurface(level=0.5))
     state = board.state()
     assert state["target_um_pp"] == 0.5, state
 
@@ -226,11 +226,11 @@ def test_unplugged_for_good_is_told_as_not_there(emulate):
 def test_a_texture_is_held_watched_and_ended_by_the_next_surface(board):
     with serial_plate(board) as plate:
         presentation = plate.present(TEXTURE)
-        assert presentation.commanded_um_pp == 1.2
+        assert presentation.commanded_level == 1.2
         for _ in range(80):  # longer than the watchdog: the heartbeat keeps it up
             time.sleep(0.01)
             plate.check()
-            assert plate.read_back().amplitude_um_pp == pytest.approx(1.2, abs=0.03)
+            assert plate.read_back().level == pytest.approx(1.2, abs=0.03)
         assert board.state()["state"] == "LIST"
         plate.present(SURFACE)
         assert board.state()["state"] == "HOLD"
@@ -241,7 +241,7 @@ def test_a_texture_is_held_watched_and_ended_by_the_next_surface(board):
 @pytest.mark.parametrize("waveform", ["sine", "square", "triangle", "sawtooth"])
 def test_the_board_makes_the_envelope_that_the_mock_makes(emulate, tmp_path, waveform):
     """To 0.02 µm, wherever in the period each began."""
-    texture = replace(TEXTURE, waveform=waveform, spatial_period_mm=3.3, depth_um_pp=1.2)
+    texture = replace(TEXTURE, waveform=waveform, spatial_period_mm=3.3, depth_level=1.2)
     log = tmp_path / "plate.csv"
     board = emulate("--log", str(log), "--noise", "0")
     with serial_plate(board) as plate:
@@ -271,7 +271,7 @@ def test_the_board_makes_the_envelope_that_the_mock_makes(emulate, tmp_path, wav
     off_by_um = [np.abs(mock_um_pp(offset_s) - made).max() for offset_s in offsets_s]
     assert min(off_by_um) < 0.02
     offset_s = offsets_s[np.argmin(off_by_um)]
-    due = [loop.at_um_pp(t + offset_s) for t in since_s]
+    due = [loop.at_level(t + offset_s) for t in since_s]
     assert np.abs(commanded - due).max() < 0.05
 
 
@@ -315,7 +315,7 @@ def test_a_plate_that_falls_silent_is_told_from_a_groove(board, monkeypatch):
         ),
     )
     with serial_plate(board) as plate:
-        plate.present(replace(TEXTURE, depth_um_pp=1.2))
+        plate.present(replace(TEXTURE, depth_level=1.2))
         with pytest.raises(NotReached, match=r"1\.2 µm p-p was commanded, 0\.000"):
             fault_within(plate)
 
@@ -367,18 +367,18 @@ def test_the_plates_q_bounds_what_the_board_is_asked_for(board):
 
 
 def test_limits_are_narrowed_to_the_boards(board):
-    wide = PlateLimits(amplitude_um_pp=9, voltage_v=99, frequency_max_hz=9e4, on_time_s=9e9)
+    wide = PlateLimits(level=9, voltage_v=99, frequency_max_hz=9e4, on_time_s=9e9)
     with SerialBoard(board.port, clock=SystemClock(), limits=wide) as plate:
         assert plate.limits == PlateLimits()
         assert plate.watchdog_s == 2.0
         with pytest.raises(OverLimit):
-            plate.present(VirtualSurface(amplitude_um_pp=2.6))
+            plate.present(VirtualSurface(level=2.6))
 
 
 def test_the_plate_can_be_driven_at_a_frequency_and_voltage_of_ones_own(board):
     with serial_plate(board) as plate:
-        on = plate.excite(frequency_hz=30_500, voltage_v=7.5).amplitude_um_pp
-        off = plate.excite(frequency_hz=30_500 + 30_500 / 120, voltage_v=7.5).amplitude_um_pp
+        on = plate.excite(frequency_hz=30_500, voltage_v=7.5).level
+        off = plate.excite(frequency_hz=30_500 + 30_500 / 120, voltage_v=7.5).level
     assert on == pytest.approx(1.15, abs=0.03)
     assert off == pytest.approx(1.15 / 2**0.5, abs=0.03)
 
@@ -499,7 +499,7 @@ def test_a_finger_that_rests_on_the_plate_costs_time_and_no_amplitude(emulate, o
     board = emulate("--finger", "--seed", "5", *options)
     with serial_plate(board) as plate:
         for amplitude_um_pp in (0.5, 1.0, 1.5, 2.0):
-            presentation = plate.present(VirtualSurface(amplitude_um_pp=amplitude_um_pp))
+            presentation = plate.present(VirtualSurface(level=amplitude_um_pp))
             assert board.state()["amplitude_um_pp"] == pytest.approx(amplitude_um_pp, rel=0.025)
             assert presentation.settled_by == "readback"
             plate.silence()
@@ -560,8 +560,8 @@ def test_a_finger_on_a_slow_texture_is_no_fault_while_the_board_corrects_its_mea
         checked_for(plate, 1.2)  # the first period tells nothing yet
         board.finger()
         checked_for(plate, 1.2)  # it is off, and the heartbeat has seen it
-        mean_um_pp = plate.read_back().amplitude_um_pp
-        assert mean_um_pp == pytest.approx(TEXTURE.mean_um_pp, rel=0.05)
+        mean_um_pp = plate.read_back().level
+        assert mean_um_pp == pytest.approx(TEXTURE.mean_level, rel=0.05)
         plate.check()
 
 
@@ -580,10 +580,10 @@ def test_a_plate_that_does_not_settle_again_is_a_fault(board, monkeypatch):
 def test_nothing_directly_after_a_surface_waits_for_the_plate_to_ring_down(board):
     with serial_plate(board) as plate:
         for _ in range(10):
-            plate.present(VirtualSurface(amplitude_um_pp=2.3))
+            plate.present(VirtualSurface(level=2.3))
             plate.silence()
-            silent = plate.present(VirtualSurface(amplitude_um_pp=0.0))
-            assert silent.readback.amplitude_um_pp <= 0.05
+            silent = plate.present(VirtualSurface(level=0.0))
+            assert silent.readback.level <= 0.05
 
 
 def test_a_board_without_a_sensor_measures_nothing_and_says_so(board, monkeypatch):
@@ -594,7 +594,7 @@ def test_a_board_without_a_sensor_measures_nothing_and_says_so(board, monkeypatc
     )
     with serial_plate(board) as plate:
         readback = plate.present(SURFACE).readback
-        assert (readback.kind, readback.amplitude_um_pp) == ("none", None)
+        assert (readback.kind, readback.level) == ("none", None)
         plate.check()
 
 
@@ -609,7 +609,7 @@ from slipscale.stimuli.surface import VirtualSurface
 plate = open_plate("serial:" + sys.argv[1], clock=SystemClock())
 with silent_on_signals(plate):
     plate.connect()
-    plate.present(VirtualSurface(amplitude_um_pp=2.3))
+    plate.present(VirtualSurface(level=2.3))
     print("presented", flush=True)
     if sys.argv[2] == "raise":
         raise ValueError
@@ -650,7 +650,7 @@ def test_a_broken_sensor_never_drives_the_plate_to_its_voltage_limit(emulate, se
     board = emulate("--noise", "0", "--sensor", str(sensor))
     with serial_plate(board) as plate:
         with pytest.raises(NotReached, match=r"0\.5 µm"):
-            plate.present(VirtualSurface(amplitude_um_pp=0.5))
+            plate.present(VirtualSurface(level=0.5))
         assert plate.output is Output.OFF
 
 

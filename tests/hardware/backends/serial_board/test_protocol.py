@@ -124,9 +124,7 @@ def test_a_value_that_tells_no_limits_of_lists_is_refused(value):
     st.floats(0.01, 1),
 )
 def test_every_list_fits_into_its_lines_and_arrives_whole(amplitudes, step_s, part):
-    loop = Loop(
-        amplitudes_um_pp=tuple(amplitudes), step_s=step_s, edge_s=part * step_s, mean_um_pp=1.0
-    )
+    loop = Loop(levels=tuple(amplitudes), step_s=step_s, edge_s=part * step_s, mean_level=1.0)
     *lines, play = list_commands(loop)
     assert all(len(command_frame(LAST_SEQUENCE, body)) <= LONGEST_LINE for body in (*lines, play))
     arrived = []

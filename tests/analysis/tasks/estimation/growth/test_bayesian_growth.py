@@ -13,7 +13,6 @@ from scipy import stats
 
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.log_transform import prepare
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.analysis.tasks.estimation.growth.bayesian_growth import bayesian_growth
@@ -27,6 +26,7 @@ from slipscale.analysis.tasks.estimation.growth.hierarchical_sampler import (
 )
 from slipscale.commands import main
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 AMPLITUDES = np.array([0.3, 0.6, 1.2, 2.3])
 PEOPLE = 10

@@ -1,0 +1,402 @@
+"""The quantity of the levels: the plate's amplitude in µm peak to peak, volts, m/s², or the data's.
+
+A level is a number in a quantity; no name in the code states its unit. The quantity gives names
+and words where a level enters or leaves: files, tables, sentences, axes. A text that is declared
+rather than computed has places for it, such as ``"pairs of {q.levels}"``.
+
+Three names for one thing:
+
+===============  ===================  ===================  ==============================
+in the code      in a file in µm      in a file in volts   which
+===============  ===================  ===================  ==============================
+standard_level   standard_um_pp       standard_v_peak      `in_code`, `in_um`
+level            amplitude_um_pp      voltage_v_peak       and `Quantity.key` from µm
+levels           amplitudes_um_pp     voltages_v_peak      to any other
+===============  ===================  ===================  ==============================
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import pandas as pd
+
+#: Behind a key that no model has.
+UNKNOWN = "?"
+#: Levels of a quantity of another make are told apart to so many significant digits.
+DIGITS = 9
+
+
+#: Names in a file in µm, and in the code; the first that fits counts. The places are filled in.
+NAMES = (
+    ("{interval}amplitude{when}_um_pp", "{interval}level{when}"),
+    ("amplitudes_um_pp", "levels"),
+    ("level_um_pp", "track_level"),  # of a track: a distance from the standard
+    ("tolerance_um", "deviation_level"),
+    ("comparisons_um_pp", "comparison_levels"),
+    ("references_um_pp", "reference_levels"),
+    ("{what}_um_pp", "{what}_level"),
+)
+PLACES = {
+    "interval": r"(?P<interval>(?:interval\d+_)?)",
+    "when": "(?P<when>(?:_before|_readback)?)",
+    "what": r"(?P<what>\w+)",
+}
+
+
+def in_code(name: str) -> str:
+    """Return how the code names what has a name in files that are in µm; others stay.
+
+    >>> in_code("standard_um_pp"), in_code("amplitude_before_um_pp"), in_code("trial")
+    ('standard_level', 'level_before', 'trial')
+    """
+    return _renamed(name, to_code=True)
+
+
+def in_um(name: str) -> str:
+    """Return the name in files that are in µm, the inverse of `in_code`.
+
+    >>> in_um("levels"), in_um("interval2_level"), in_um("highest_level")
+    ('amplitudes_um_pp', 'interval2_amplitude_um_pp', 'highest_um_pp')
+    """
+    return _renamed(name, to_code=False)
+
+
+@cache
+def _renamed(name: str, *, to_code: bool) -> str:
+    for in_file, inside in NAMES:
+        old, new = (in_file, inside) if to_code else (inside, in_file)
+        if found := re.fullmatch(old.format(**PLACES), name):
+            return new.format(**found.groupdict())
+    return name
+
+
+def renamed(data: Any, name: Callable[[str], str]) -> Any:
+    """Return plain data with the keys of all its tables renamed."""
+    if isinstance(data, dict):
+        return {name(key): renamed(value, name) for key, value in data.items()}
+    if isinstance(data, list | tuple) and data and not isinstance(data[0], float | int | str):
+        return [renamed(each, name) for each in data]
+    return data
+
+
+#: What names of fields and columns say of the quantity.
+IN_NAME = re.compile(r"amplitude_um_pp|um_pp|(?<=_)um$|amplitudes?")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class YesNoWords:
+    """What a task of yes and no is called: of a plate, steps down; elsewhere, single stimuli.
+
+    ``trials``, ``down`` (with a change) and ``catch`` (without) are singular and plural; "yes"
+    depends on ``size``, is listed for ``each``, and its sensitivity by ``kind``, ``at`` a value.
+    """
+
+    size: str
+    name: str = "yes and no"
+    task: str = "yes and no"
+    trials: tuple[str, str] = ("trial", "trials")
+    down: tuple[str, str] = ("stimulus", "stimuli")
+    catch: tuple[str, str] = ("catch trial", "catch trials")
+    each: str = "level"
+    kind: str = "level"
+    at: str = "at"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quantity:
+    """What the stimuli differed in, and how the report speaks of it.
+
+    Columns keep the name ``amplitude_um_pp`` inside the analysis, whatever the quantity; what is
+    written for a reader carries ``column``.
+
+    Parameters
+    ----------
+    name : str
+        A noun: "sound pressure".
+    unit : str
+        As it is written: "µPa"; may be empty.
+    convention : str
+        What the unit leaves open: "peak to peak"; may be empty.
+    column : str
+        Its column in the files that are written.
+    judged : str
+        What the participants judged: "loudness".
+    decimals : int or None
+        Levels are told apart to so many decimals; None: to `DIGITS` significant digits.
+    stimulus, stimuli : str
+        What has the quantity, and the plural.
+    noun, nouns : str
+        What names in files have in place of ``amplitude`` and ``amplitudes``.
+    suffix : str
+        What they have in place of ``um_pp``, where the column is noun and suffix; left out: the
+        whole column.
+    """
+
+    name: str
+    unit: str = ""
+    convention: str = ""
+    column: str
+    judged: str
+    decimals: int | None = None
+    stimulus: str = "stimulus"
+    stimuli: str = "stimuli"
+    noun: str = "stimulus"
+    nouns: str = "levels"
+    suffix: str = ""
+
+    @property
+    def makes(self) -> tuple[str, str, str]:
+        """What a plate of this quantity makes: two quantities with the same are one."""
+        return self.name, self.unit, self.convention
+
+    @property
+    def of_plate(self) -> bool:
+        """Whether this is the plate's amplitude: film, friction and the paper speak of it."""
+        return self == PLATE_AMPLITUDE
+
+    @property
+    def level(self) -> str:
+        """One of its values: "amplitude", "level of sound pressure"."""
+        return self.noun if self.suffix else f"level of {self.name}"
+
+    @property
+    def levels(self) -> str:
+        """The plural: "amplitudes", "levels of sound pressure"."""
+        return self.nouns if self.suffix else f"levels of {self.name}"
+
+    @property
+    def in_full(self) -> str:
+        """The name where it is introduced."""
+        return "vibration amplitude" if self.of_plate else self.name
+
+    @property
+    def in_full_title(self) -> str:
+        """The same at the beginning of a description."""
+        return capitalised(self.in_full)
+
+    @property
+    def perceived(self) -> str:
+        """What was judged where it is introduced."""
+        return "perceived slipperiness" if self.of_plate else self.judged
+
+    @property
+    def yes_no(self) -> YesNoWords:
+        """The words of a task of yes and no."""
+        return STEPS if self.of_plate else YesNoWords(size=self.name)
+
+    @property
+    def title(self) -> str:
+        """The name at the head of a column or an axis."""
+        return capitalised(self.name)
+
+    @property
+    def short_convention(self) -> str:
+        """The convention at the head of a column."""
+        return SHORT.get(self.convention, "")
+
+    @property
+    def short_unit(self) -> str:
+        """The unit at the head of a column."""
+        return ", ".join(part for part in (self.unit, self.short_convention) if part)
+
+    @property
+    def unit_in_full(self) -> str:
+        """The unit and what it leaves open: "µm peak to peak", "V peak"."""
+        return " ".join(part for part in (self.unit, self.convention) if part)
+
+    @property
+    def unit_in_short(self) -> str:
+        """The same on a screen and in a message: "µm p-p", "V peak"."""
+        short = SHORT.get(self.convention, self.convention)
+        return " ".join(part for part in (self.unit, short) if part)
+
+    @property
+    def behind(self) -> str:
+        """What the unit leaves open, behind a description: ", peak to peak"."""
+        return f", {self.convention}" if self.convention else ""
+
+    @property
+    def bids(self) -> str:
+        """The unit as BIDS writes it: "um", "m/s^2"."""
+        return self.unit.translate(BIDS)
+
+    def short(self, level: float) -> str:
+        """Return a level with its unit in short: "0.5 µm p-p"."""
+        return f"{level:g} {self.unit_in_short}".strip()
+
+    @property
+    def axis(self) -> str:
+        """The label of an axis."""
+        return capitalised(self.headed(self.in_full))
+
+    def headed(self, text: str) -> str:
+        """Return a text with the unit in parentheses behind it."""
+        unit = ", ".join(part for part in (self.unit, self.convention) if part)
+        return f"{text} ({unit})" if unit else text
+
+    @property
+    def per(self) -> str:
+        """Behind a slope: "per µm (peak to peak)"."""
+        unit = self.unit or f"unit of {self.name}"
+        return f"per {unit} ({self.convention})" if self.convention else f"per {unit}"
+
+    def key(self, name: str) -> str:
+        """Return how a field or column of ours is named in a file.
+
+        >>> loudness = Quantity(name="pressure", unit="Pa", column="pressure_Pa", judged="loudness")
+        >>> loudness.key("from_um_pp"), loudness.key("amplitude"), PLATE_AMPLITUDE.key("amplitude")
+        ('from_pressure_Pa', 'stimulus', 'amplitude')
+        """
+        if self.of_plate:
+            return name
+        words = {
+            "amplitude": self.noun,
+            "amplitudes": self.nouns,
+            "amplitude_um_pp": self.column,
+        }
+        return IN_NAME.sub(lambda found: words.get(found[0], self.suffix or self.column), name)
+
+    def named(self, name: str) -> str:
+        """Return how a file in this quantity names what the code calls ``name``.
+
+        >>> PLATE_AMPLITUDE.named("standard_level")
+        'standard_um_pp'
+        """
+        return self.key(in_um(name))
+
+    def columns(self, table: pd.DataFrame) -> pd.DataFrame:
+        """Return a table of ours under the names that its columns have in a file."""
+        return table.rename(columns=lambda name: self.key(str(name)))
+
+    def with_convention(self, levels: str) -> str:
+        """Return levels with their unit and what it leaves open: "0.5, 1.2 µm (peak to peak)"."""
+        behind = f" ({self.convention})" if self.convention else ""
+        return f"{self.value(levels)}{behind}"
+
+    def value(self, level: float | str) -> str:
+        """Return a level with its unit.
+
+        >>> PLATE_AMPLITUDE.value(0.5)
+        '0.5 µm'
+        """
+        number = level if isinstance(level, str) else f"{level:g}"
+        return f"{number} {self.unit}".strip()
+
+
+def capitalised(text: str) -> str:
+    """Return a text with its first letter as a capital."""
+    return text[:1].upper() + text[1:]
+
+
+#: How BIDS writes what units have beyond ASCII.
+BIDS = str.maketrans({"µ": "u", "²": "^2", "³": "^3", "°": "deg", "Ω": "Ohm"})
+#: How a heading shortens a convention.
+SHORT = {"peak to peak": "p-p"}
+#: How names in files write a convention.
+IN_KEYS = {"peak to peak": "pp", "peak": "peak", "RMS": "rms", "": ""}
+#: Amplitudes are told apart to 0.1 nm: 0.1 + 0.2 µm is 0.3 µm.
+AMPLITUDE_DECIMALS = 4
+PLATE_AMPLITUDE = Quantity(
+    name="amplitude",
+    unit="µm",
+    convention="peak to peak",
+    column="amplitude_um_pp",
+    judged="slipperiness",
+    decimals=AMPLITUDE_DECIMALS,
+    stimulus="surface",
+    stimuli="surfaces",
+    noun="amplitude",
+    nouns="amplitudes",
+    suffix="um_pp",
+)
+
+
+def made_by_plate(
+    name: str, unit: str, convention: str, judged: str = PLATE_AMPLITUDE.judged
+) -> Quantity:
+    """Return a quantity that a plate makes and a study's levels are in.
+
+    >>> made_by_plate("acceleration", "m/s²", "RMS").named("standard_level")
+    'standard_m_s2_rms'
+    """
+    if (name, unit, convention, judged) == (*PLATE_AMPLITUDE.makes, PLATE_AMPLITUDE.judged):
+        return PLATE_AMPLITUDE
+    ascii_unit = re.sub(r"\W+", "_", unit.translate(BIDS).replace("^", "")).strip("_").lower()
+    suffix = "_".join(part for part in (ascii_unit, IN_KEYS[convention]) if part)
+    noun = name.replace(" ", "_")
+    return replace(
+        PLATE_AMPLITUDE,
+        name=name,
+        unit=unit,
+        convention=convention,
+        column=f"{noun}_{suffix}",
+        judged=judged,
+        decimals=None,
+        noun=noun,
+        nouns=f"{noun}s",
+        suffix=suffix,
+    )
+
+
+STEPS = YesNoWords(
+    name="descending difference",
+    task="the descending difference",
+    trials=("step", "steps"),
+    down=("step down", "steps down"),
+    catch=("catch step", "catch steps"),
+    each="step down",
+    size="the size of the step",
+    kind="step size",
+    at="for steps of",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class FileNames:
+    """The keys of a file in one quantity, and the code's fields that they stand for.
+
+    Parameters
+    ----------
+    quantity : Quantity
+    fields : frozenset of str
+        The fields that hold levels.
+    tables : frozenset of str
+        Where they may be, besides the top of the file; words of other tables are left alone.
+    """
+
+    quantity: Quantity
+    fields: frozenset[str]
+    tables: frozenset[str]
+
+    def in_file(self, place: tuple[int | str, ...]) -> tuple[int | str, ...]:
+        """Return a place in the file, from one in the model: its keys by the file's names."""
+        if not (len(place) == 1 or (place[:1] and place[0] in self.tables)):
+            return place
+        return tuple(self._key(part) if isinstance(part, str) else part for part in place)
+
+    def to_code(self, table: dict[str, Any]) -> dict[str, Any]:
+        """Return a file's content with the names of fields as its keys."""
+        # A field's own name is no key: the file has the name with the unit.
+        field_of = {field: field + UNKNOWN for field in self.fields}
+        field_of |= {self._key(field): field for field in self.fields}
+        return self._renamed(table, lambda key: field_of.get(key, key))
+
+    def to_file(self, table: dict[str, Any]) -> dict[str, Any]:
+        """Return the content of a file, from one with fields as its keys."""
+        return self._renamed(table, self._key)
+
+    def _renamed(self, table: dict[str, Any], name: Callable[[str], str]) -> dict[str, Any]:
+        return {
+            name(key): renamed(value, name) if key in self.tables else value
+            for key, value in table.items()
+        }
+
+    def _key(self, field: str) -> str:
+        return self.quantity.named(field) if field in self.fields else field.removesuffix(UNKNOWN)

@@ -1,0 +1,33 @@
+"""The table ``[quantity]`` of a study file and of a plate file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, made_by_plate
+
+Text = Annotated[str, Field(strict=True, min_length=1)]
+
+
+class QuantityTable(BaseModel):
+    """What the plate makes, and so what a study's levels are in."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: Annotated[str, Field(strict=True, pattern=r"^[a-z]+( [a-z]+)*$")] = Field(
+        default=PLATE_AMPLITUDE.name, description="A noun in small letters, such as voltage."
+    )
+    unit: Text = Field(default=PLATE_AMPLITUDE.unit, description="As it is written: V, m/s², N.")
+    convention: Literal["peak to peak", "peak", "RMS", ""] = Field(
+        default="peak to peak", description="What the unit leaves open; may be empty."
+    )
+    judged: Text = Field(
+        default=PLATE_AMPLITUDE.judged, description="What the participants judge, a noun."
+    )
+
+    @property
+    def quantity(self) -> Quantity:
+        """The quantity with its names and words."""
+        return made_by_plate(self.name, self.unit, self.convention, self.judged)
