@@ -24,7 +24,7 @@ FOLDER = "distributions"
 def add_times(parser: ArgumentParser) -> None:
     """Add the options of many studies to those of one pilot."""
     group = parser.add_argument_group(
-        "many studies", "how far the results may vary; see docs/how-to/planning-distribution.md"
+        "many studies", "how far the results may vary; see docs/how-to/planning.md"
     )
     group.add_argument(
         "--times",

@@ -48,14 +48,13 @@ SOURCES: tuple[Callable[[], dict[str, str]], ...] = (
 )
 # Pages at the repository's root: where they stand in the site.
 AT_THE_ROOT = {
-    "README.md": "index.md",
     "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
 }
 # The menu: the folders of docs/, each with the pages that come first; the others follow by name.
 MENU: dict[str, tuple[str, ...]] = {
     "tutorials": ("tutorials/first-day.md",),
-    "how-to": ("how-to/magnitude-estimation.md",),
+    "how-to": ("how-to/install.md", "how-to/run-a-session.md", "how-to/laboratory-folder.md"),
     "studies": ("studies/index.md",),
     "explanation": (),
     "validation": ("validation/index.md",),
@@ -117,7 +116,7 @@ def on_page_markdown(markdown: str, *, page: Page, **_: object) -> str:
     """Show the name of a page's files, and doctests as what they are; rank the page in a search."""
     if page.file.src_uri.startswith(SPECIAL):
         page.meta["search"] = {"boost": 0.3}
-    markdown = markdown.replace("](../../README.md", "](../index.md").replace(".ipynb)", ".md)")
+    markdown = markdown.replace(".ipynb)", ".md)")
     # "output" marks what the tests compare; a fence of two words is none to Markdown.
     markdown = re.sub(r"^```(\w+) output$", r"```\1", markdown, flags=re.MULTILINE)
     markdown = re.sub(r"^```(\w+) file=(\S+)$", r'```\1 title="\2"', markdown, flags=re.MULTILINE)
