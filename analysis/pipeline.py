@@ -25,6 +25,7 @@ from slipscale.analysis.tasks.individuals import individuals
 from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.tasks.outside import guard
 from slipscale.analysis.tasks.table import KINDS, TRIALS
+from slipscale.experiments.dataset.hand_exclusions import excluded_by_hand
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 
@@ -166,19 +167,27 @@ def normalised(
 
 
 def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tuple[str, ...]]]:
-    """Return the data without the participants whom the study's rule excludes, and why."""
+    """Return the data without those whom the study's rule or somebody excludes, and why."""
     rules: list[str] = list(data.choices.exclusions)
-    if not rules:
-        return data, {}
-    out = flags.index[flags[rules].any(axis=1)]
-    why = {str(who): tuple(name for name in rules if bool(flags.loc[who, name])) for who in out}
+    by_hand = excluded_by_hand(data.folder) if data.folder else {}
+    why: dict[str, tuple[str, ...]] = {}
+    for who in map(str, flags.index):
+        broken = [name for name in rules if bool(flags.loc[who, name])]
+        if decision := by_hand.get(who.removeprefix("sub-")):
+            after = ", after results were shown" if decision.results_seen else ""
+            broken.append(f"by hand{after}: {decision.reason}")
+        if broken:
+            why[who] = tuple(broken)
     if why and len(why) == len(flags):
+        causes = [*rules, *(["by hand"] if by_hand else [])]
         raise UserError(
-            f"{data.name}: the study's exclusions ({', '.join(rules)}) leave no participant"
+            f"{data.name}: the study's exclusions ({', '.join(causes)}) leave no participant"
         )
+    if not why:
+        return data, {}
 
     def keep(rows: pd.DataFrame) -> pd.DataFrame:
-        if not why or not len(rows):
+        if not len(rows):
             return rows
         kept = rows[~rows[PARTICIPANT].isin(list(why))].reset_index(drop=True)
         people = kept[PARTICIPANT].cat.remove_unused_categories()

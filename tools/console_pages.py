@@ -163,6 +163,8 @@ SCENES: dict[str, tuple[Callable[[Stage], None], str, str]] = {
     "live-nothing": (nothing, "live", ""),
     "keys": (nothing, "", "[data-open=keys]"),
     "study": (nothing, "study", ""),
+    "person": (nothing, "person?label=08", ""),
+    "person-asks": (nothing, "person?label=01", "[data-do=withdraw]"),
     "screens": (nothing, "screens", ""),
     "screens-french": (nothing, "screens?screens=fr&size=1280x1024", ".screens a"),
     "settings": (nothing, "settings", ""),

@@ -332,7 +332,7 @@ def _write_samples(
     import numpy as np  # noqa: PLC0415
 
     from slipscale.analysis.reconstruction.data_sets.sampling import Sampler  # noqa: PLC0415
-    from slipscale.experiments.dataset.spreadsheet_cells import harmless_cell  # noqa: PLC0415
+    from slipscale.analysis.writing.spreadsheet_cells import harmless_cell  # noqa: PLC0415
 
     # All columns are checked before the first row is written.
     samplers = {

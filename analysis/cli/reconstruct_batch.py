@@ -7,7 +7,7 @@ import io
 from dataclasses import asdict, fields
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.dataset.spreadsheet_cells import harmless_cell
+from slipscale.analysis.writing.spreadsheet_cells import harmless_cell
 from slipscale.faults import ANSWER_IS_NO, DONE, UserError
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.dataset.spreadsheet_cells import harmless_cell
+from slipscale.analysis.writing.spreadsheet_cells import harmless_cell
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from slipscale.experiments.dataset.spreadsheet_cells import harmless_cell
+from slipscale.analysis.writing.spreadsheet_cells import harmless_cell
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -18,6 +18,7 @@ from slipscale.experiments.dataset.backup import KNOWN, backups
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.files import draft_of, write_file
 from slipscale.experiments.dataset.former_tables import with_former
+from slipscale.experiments.dataset.hand_exclusions import EVERY
 from slipscale.experiments.dataset.journals import Problem, journals, mode_of, read_runs
 from slipscale.experiments.dataset.lineage import note_merged, note_source
 from slipscale.experiments.dataset.rendering import README
@@ -176,7 +177,8 @@ def _own_files(one: Path, other: Path, chosen: dict[Path, Path]) -> Iterator[str
         path.relative_to(f) for f in (one, other) for path in f.glob("code/*") if path.is_file()
     }
     made = {place for place in code if re.fullmatch(r"study(_[0-9a-f]{8})?\.toml", place.name)}
-    for place in (Path(README), *sorted(code - made)):
+    decided = {path.relative_to(f) for f in (one, other) for path in f.glob(EVERY.as_posix())}
+    for place in (Path(README), *sorted((code - made) | decided)):
         found = [folder / place for folder in (one, other) if (folder / place).is_file()]
         if len({path.read_bytes() for path in found}) > 1:
             yield f"{place}: is not the same in both; make it so, it is yours"

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.journal.plan_and_progress import elapsed_s, read_usable
 from slipscale.experiments.journal.serialisation import in_own_names
+from slipscale.experiments.protocols.steps import CONSENT
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -65,6 +66,8 @@ class RunSummary:
         One for each presentation.
     doing : str
         The step that was begun last: its type, and the name of a question after a colon.
+    consent : {"", "yes", "no"}
+        The participant's last answer; empty where they were not asked.
     """
 
     trials: int = 0
@@ -74,6 +77,7 @@ class RunSummary:
     readings: tuple[PlateReading, ...] = ()
     events: tuple[Event, ...] = ()
     doing: str = ""
+    consent: str = ""
 
 
 # Kind of record -> the entry that has its words. A fault's code only: its sentence may name an
@@ -108,7 +112,19 @@ def _summary(path: Path, _inode: int, _changed_ns: int, _size: int) -> RunSummar
             if record.kind in EVENTS
         ),
         doing=_step(begun[-1]) if begun else "",
+        consent=_consent(records),
     )
+
+
+def _consent(records: list[Record]) -> str:
+    """Return the last answer to the question for consent; questions can be answered again."""
+    asked, given = "", ""
+    for record in records:
+        if record.kind in ("begin", "answered_again"):
+            asked = str(record.data["what"].get("name", ""))
+        if asked == CONSENT and (answer := record.data.get("answer")):
+            given = str(answer.get("value", given))
+    return given
 
 
 def _response_times(trial: TrialRecord) -> list[float]:

@@ -43,19 +43,17 @@ def quality(analysis: Analysis) -> ReportSection:
     data, counts = analysis.dataset, analysis.dataset.counts
     section.blocks += [html.paragraph(text) for text in _counted(counts, data.quantity.yes_no)]
     rules = ", ".join(data.choices.exclusions)
-    section.blocks.append(
-        html.paragraph(
-            f"Exclusion rule of the study file: {rules}. Excluded before anything was described: "
-            + (
-                "; ".join(f"{who} ({', '.join(why)})" for who, why in analysis.excluded.items())
-                or "nobody"
-            )
-            + "."
-            if rules
-            else "The study file sets no exclusion: nobody was excluded. Flags inform, they never "
-            "exclude by themselves."
-        )
+    excluded = "; ".join(f"{who} ({', '.join(why)})" for who, why in analysis.excluded.items())
+    set_by = (
+        f"Exclusion rule of the study file: {rules}"
+        if rules
+        else "The study file sets no exclusion"
     )
+    if rules or excluded:
+        sentence = f"{set_by}. Excluded before anything was described: {excluded or 'nobody'}."
+    else:
+        sentence = f"{set_by}: nobody was excluded. Flags inform, they never exclude by themselves."
+    section.blocks.append(html.paragraph(sentence))
     flags = analysis.flags
     flagged = flags[flags.any(axis=1)]
     rows = [

@@ -9,14 +9,32 @@ from __future__ import annotations
 import hashlib
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import ValidationError
 
 from slipscale.experiments.dataset.files import write_file
+from slipscale.experiments.dataset.hand_exclusions import decide
+from slipscale.experiments.dataset.withdrawal import sources_with, withdraw
 from slipscale.experiments.journal.plan_and_progress import is_mock
+from slipscale.experiments.lab.console.forms import (
+    Acknowledge,
+    Ask,
+    Begin,
+    Copy,
+    Exclude,
+    Form,
+    Nothing,
+    Pilot,
+    Resume,
+    Settings,
+    Study,
+    Test,
+    Unblind,
+    Withdraw,
+)
 from slipscale.experiments.lab.console.state import ended_runs
-from slipscale.experiments.lab.folder import FILE, LabFile, lab_text, write_settings
+from slipscale.experiments.lab.folder import FILE, lab_text, write_settings
 from slipscale.experiments.lab.unblinding import unblind
 from slipscale.experiments.running.run_state import studies
 from slipscale.experiments.session.mailbox import LiveRequest, TrialName, post
@@ -31,106 +49,8 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.console.state import Snapshot, State
     from slipscale.experiments.lab.roster import Person
 
-Label = Annotated[str, Field(pattern="^[A-Za-z0-9]{1,40}$")]
-Words = Annotated[str, Field(max_length=2000)]
-LARGEST_STUDY = 500_000
 # What may move the plate: one of these at a time.
 USING_THE_PLATE: tuple[Kind, ...] = ("session", "check", "test")
-
-
-class Form(BaseModel):
-    """What a page sends; anything else is refused."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Begin(Form):
-    """Begin a participant's session: ``participant`` is who the page said is next."""
-
-    participant: Label
-    pilot: bool = False
-
-
-class Resume(Form):
-    """Go on with an interrupted run."""
-
-    participant: Label
-    session: Annotated[str, Field(pattern="^[A-Za-z0-9]{0,40}$")]
-    run: Label
-    pilot: bool = False
-
-
-class Ask(Form):
-    """Ask the running session for what a key would."""
-
-    token: Annotated[str, Field(pattern="^[0-9a-f]{1,64}$")]
-    what: Literal[
-        "pause", "go_on", "void", "ask_again", "retry", "stop", "note", "answer", "unblind"
-    ]
-    reason: Words = ""
-    word: Words = ""
-    task: Annotated[str, Field(max_length=100)] = ""
-    trial: Annotated[int, Field(ge=0)] = 0
-    question: Annotated[str, Field(max_length=100)] = ""
-
-
-class Nothing(Form):
-    """Nothing needs to be said."""
-
-
-class Unblind(Form):
-    """``word`` is typed by hand: a click by mistake does not unblind."""
-
-    word: str
-
-
-class Acknowledge(Form):
-    """Somebody has read a session's warning."""
-
-    session: str
-    sentence: str
-
-
-class Settings(Form):
-    """The laboratory folder's settings, and the file's text that the page showed."""
-
-    settings: LabFile
-    before: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
-
-    @field_validator("settings", mode="before")
-    @classmethod
-    def _listed(cls, value: Any) -> Any:
-        """Take markers as they are typed: one word each."""
-        if isinstance(value, dict) and isinstance(value.get("markers"), str):
-            return value | {"markers": value["markers"].split()}
-        return value
-
-
-class Test(Form):
-    """Try a plate before it is written down."""
-
-    plate: Annotated[str, Field(min_length=1, max_length=300)]
-
-
-class Pilot(Form):
-    """Run a simulated pilot."""
-
-    participants: Annotated[int, Field(ge=1, le=500)]
-    seed: Annotated[int, Field(ge=0, le=2**31)]
-
-
-class Study(Form):
-    """A study's new text, and what the page was shown before it was edited."""
-
-    text: Annotated[str, Field(max_length=LARGEST_STUDY)]
-    before: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
-
-
-class Copy(Form):
-    """A copy of the study under another name."""
-
-    name: Annotated[str, Field(pattern="^[A-Za-z][A-Za-z0-9_-]{0,60}$")]
-    text: Annotated[str, Field(max_length=LARGEST_STUDY)]
 
 
 def text_hash(text: str) -> str:
@@ -163,6 +83,8 @@ class Actions:
             "test": (Test, self._test),
             "unblind": (Unblind, self._unblind),
             "analyse": (Nothing, self._analyse),
+            "exclude": (Exclude, self._exclude),
+            "withdraw": (Withdraw, self._withdraw),
             "pilot": (Pilot, self._pilot),
             "validate": (Study, self._validate),
             "save": (Study, self._save),
@@ -310,6 +232,36 @@ class Actions:
             post(live.visit.path, LiveRequest(token=live.status.token, what="note", reason=words))
         self._now()
         return "written down: results are shown from now on"
+
+    def _exclude(self, asked: Exclude) -> str:
+        found = self._now()
+        decide(
+            found.defaults.out(pilot=asked.pilot),
+            asked.participant,
+            excluded=asked.excluded,
+            reason=asked.reason,
+            results_seen=found.seen,
+        )
+        self._now()
+        done = "excluded" if asked.excluded else "included again"
+        return f"participant {asked.participant} is {done}; the next analysis follows it"
+
+    def _withdraw(self, asked: Withdraw) -> str:
+        found = self._free()
+        if asked.word.strip() != asked.participant:
+            raise UserError(f"expected the participant's label, {asked.participant}")
+        dataset = found.defaults.out(pilot=asked.pilot)
+        gone = withdraw(dataset, asked.participant)
+        self._now()
+        left = "".join(
+            f" {dataset} was merged from {source}, which may still hold them: withdraw there too."
+            for source in sources_with(dataset, asked.participant)
+        )
+        return (
+            f"participant {asked.participant} has withdrawn: {len(gone)} files and folders were "
+            "removed or rewritten, the results of all participants among them. Copies that you "
+            f"made elsewhere are yours to remove.{left}"
+        )
 
     def _analyse(self, _: Nothing) -> str:
         found = self._now()

@@ -14,6 +14,7 @@ from slipscale.analysis.preprocessing import data_quality
 from slipscale.analysis.preprocessing.data_quality import flags, measures
 from slipscale.analysis.preprocessing.log_transform import ZERO_RULES
 from slipscale.analysis.tasks.table import STATISTICS
+from slipscale.experiments.dataset.hand_exclusions import decide
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.bare_dataset import write_simulated
 from slipscale.experiments.running.pilot import pilot_plans
@@ -196,6 +197,25 @@ def test_the_study_s_rule_excludes_before_anything_is_described(dataset, page):
     assert set(analysis.table3["n"]) == {5}
     assert "sub-02 (constant)" in page(analysis)
     assert len(analysis.flags) == 6
+
+
+def test_who_is_excluded_by_hand_is_left_out_and_the_report_prints_the_reason(dataset, page):
+    folder = dataset()
+    for label, seen in (("03", False), ("05", True)):
+        (folder / f"sourcedata/sub-{label}").mkdir(parents=True, exist_ok=True)
+        decide(folder, label, excluded=True, reason="wore a glove", results_seen=seen)
+    analysis = analyse(folder)
+    assert analysis.excluded == {
+        "sub-03": ("by hand: wore a glove",),
+        "sub-05": ("by hand, after results were shown: wore a glove",),
+    }
+    assert set(analysis.table3["n"]) == {4}
+    told = (
+        "The study file sets no exclusion. Excluded before anything was described: sub-03 (by hand"
+    )
+    assert told in page(analysis)
+    decide(folder, "03", excluded=False, reason="it was 04", results_seen=True)
+    assert list(analyse(folder).excluded) == ["sub-05"]
 
 
 def test_thresholds_come_from_the_study(dataset):

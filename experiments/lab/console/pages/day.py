@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from slipscale.experiments.journal.plan_and_progress import is_mock
 from slipscale.experiments.lab.blind_summary import summary
 from slipscale.experiments.lab.console.history import deviations, history
-from slipscale.experiments.lab.console.pages.view import MOST_PEOPLE, View, failure, plan_of
+from slipscale.experiments.lab.console.pages.view import MOST_PEOPLE, View, failure, titles_of
 from slipscale.experiments.lab.console.state import changed_ns, findings
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def today(view: View) -> dict[str, Any]:
         "doing": _doing(found.live, t) if found.live else "",
         "pressing": _pressing(people),
         "most_rehearsals": MOST_REHEARSALS,
-        "titles": _titles(found),
+        "titles": titles_of(found),
     }
 
 
@@ -155,10 +155,3 @@ def _since_s(started_utc: str) -> float | None:
     if not started_utc:
         return None
     return (datetime.now(UTC) - datetime.fromisoformat(started_utc)).total_seconds()
-
-
-def _titles(found: Snapshot) -> dict[str, str]:
-    """Return the titles of the study's tasks, by their labels."""
-    if found.study is None:
-        return {}
-    return {protocol.task: protocol.title for protocol, _ in plan_of(found, "01").tasks()}

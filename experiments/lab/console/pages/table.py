@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.lab.console.pages.data import data, pilot
 from slipscale.experiments.lab.console.pages.day import live, today
+from slipscale.experiments.lab.console.pages.person import person
 from slipscale.experiments.lab.console.pages.screens import screens
 from slipscale.experiments.lab.console.pages.settings import settings
 from slipscale.experiments.lab.console.pages.study import study
@@ -20,9 +21,10 @@ PAGES: dict[str, Callable[[View], dict[str, Any]]] = {
     "live": live,
     "study": study,
     "screens": screens,
+    "person": person,
     "data": data,
     "pilot": pilot,
     "settings": settings,
 }
 # Pages that are reached from another one -> that page, which the navigation marks.
-WITHIN = {"screens": "study"}
+WITHIN = {"screens": "study", "person": "today"}

@@ -70,3 +70,10 @@ def plan_of(found: Snapshot, participant: str) -> RunPlan:
         language=found.defaults.language or found.study.language,
         mode="participant",
     )
+
+
+def titles_of(found: Snapshot) -> dict[str, str]:
+    """Return the titles of the study's tasks, by their labels."""
+    if found.study is None:
+        return {}
+    return {protocol.task: protocol.title for protocol, _ in plan_of(found, "01").tasks()}

@@ -110,6 +110,30 @@ def test_the_screens_of_a_study_are_looked_at_with_the_keyboard_alone(page, tmp_
     assert page.complaints == []
 
 
+def test_a_participant_is_excluded_and_withdraws_with_the_keyboard_alone(page, tmp_path):
+    init(tmp_path, {"study": "matching"}, None)
+    words = [sys.executable, "-P", "-m", "slipscale", "pilot", "matching", "--participants", "2"]
+    subprocess.run([*words, "--out", "data"], cwd=tmp_path, check=True, capture_output=True)
+    with console(tmp_path) as (_, address):
+        page.goto(address)
+        page.get_by_role("link", name="01", exact=True).press("Enter")
+        page.get_by_role("button", name="Exclude from the analysis").press("Enter")
+        confirm(page, "wore a glove")
+        page.locator("#exclusion").get_by_text("wore a glove").wait_for()
+        page.get_by_role("button", name="Include again").wait_for()
+        for typed, told in (
+            ("02", "expected the participant's label, 01"),
+            ("01", "has withdrawn"),
+        ):
+            page.get_by_role("button", name="Remove all their data").press("Enter")
+            confirm(page, typed)
+            page.locator("#said").get_by_text(told).wait_for()
+        page.get_by_text("This participant withdrew.").wait_for()
+    assert not list((tmp_path / "data").rglob("sub-01*"))
+    assert list((tmp_path / "data").rglob("sub-02*_journal.jsonl"))
+    assert page.complaints == []
+
+
 @pytest.fixture
 def page(display):
     with sync_api.sync_playwright() as play:

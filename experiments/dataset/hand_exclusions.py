@@ -1,0 +1,102 @@
+"""Participants whom somebody excluded from the analysis by hand, with the reason.
+
+The decisions about a participant are located next to their journals, in
+``sourcedata/sub-<label>/excluded.json``: a withdrawal removes them, a merge takes them along. The
+file is a list of all decisions in order; the last one counts. Each records whether results had been
+shown before, because an exclusion that depends on the results is no exclusion by plan.
+"""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from slipscale.experiments.dataset.files import write_file
+from slipscale.faults import UserError
+from slipscale.faults.validation import in_words
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+RECORD = "excluded.json"
+EVERY = Path("sourcedata", "sub-*", RECORD)
+
+
+class Decision(BaseModel):
+    """A decision to exclude a participant, or to include them again."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    excluded: bool
+    reason: Annotated[str, Field(min_length=1, max_length=2000)]
+    decided_utc: str
+    results_seen: bool
+
+
+DECISIONS = TypeAdapter(tuple[Decision, ...])
+
+
+def excluded_by_hand(dataset: Path) -> Mapping[str, Decision]:
+    """Return who is excluded by hand, by label.
+
+    Raises
+    ------
+    UserError
+        A participant's decisions cannot be read.
+    """
+    last = {
+        path.parent.name.removeprefix("sub-"): decisions(path)[-1]
+        for path in sorted(dataset.glob(EVERY.as_posix()))
+    }
+    return {label: decision for label, decision in last.items() if decision.excluded}
+
+
+def decide(
+    dataset: Path, participant: str, *, excluded: bool, reason: str, results_seen: bool
+) -> None:
+    """Write down that a participant is excluded by hand, or included again.
+
+    Raises
+    ------
+    UserError
+        The data set has nothing of them, there is no reason, it is so already, or the file cannot
+        be read or written.
+    """
+    path = dataset / "sourcedata" / f"sub-{participant}" / RECORD
+    if not path.parent.is_dir():
+        raise UserError(f"participant {participant}: {dataset} holds nothing of them")
+    known = decisions(path) if path.exists() else ()
+    if excluded == bool(known and known[-1].excluded):
+        state = "excluded already" if excluded else "not excluded by hand"
+        raise UserError(f"participant {participant} is {state}")
+    if not reason.strip():
+        raise UserError("expected a reason: it is printed in the report")
+    decision = Decision(
+        excluded=excluded,
+        reason=" ".join(reason.split()),
+        decided_utc=datetime.now(UTC).isoformat(timespec="seconds"),
+        results_seen=results_seen,
+    )
+    write_file(path, DECISIONS.dump_json((*known, decision), indent=2) + b"\n", durable=True)
+
+
+def decisions(path: Path) -> tuple[Decision, ...]:
+    """Return all decisions about a participant, the first one first.
+
+    Raises
+    ------
+    UserError
+        The file cannot be read, or is not such a list.
+    """
+    try:
+        found = DECISIONS.validate_json(path.read_bytes())
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read ({error.strerror})") from None
+    except ValidationError as error:
+        raise UserError(f"{path}: {in_words(error)}") from None
+    if not found:
+        raise UserError(f"{path}: is empty; expected at least one decision, or no file")
+    return found

@@ -1,0 +1,51 @@
+"""The page of a participant: runs, what happened in them, consent, exclusion and withdrawal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from slipscale.experiments.dataset.hand_exclusions import RECORD, decisions
+from slipscale.experiments.lab.blind_summary import summary
+from slipscale.experiments.lab.console.pages.data import Row
+from slipscale.experiments.lab.console.pages.view import titles_of
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from slipscale.experiments.dataset.hand_exclusions import Decision
+    from slipscale.experiments.lab.console.pages.view import View
+
+
+def person(view: View) -> dict[str, Any]:
+    """Return what the page of a participant shows, or of somebody's rehearsals."""
+    found, pilot = view.found, "pilot" in view.query
+    roster = found.rehearsals if pilot else found.roster
+    label = view.query.get("label", "")
+    who = roster.person(label) if roster else None
+    rows = [
+        Row(label=label, visit=visit, summary=summary(visit.path))
+        for visit in (who.visits if who else ())
+    ]
+    decided, fault = _decisions(found.defaults.out(pilot=pilot), label) if who else ((), "")
+    job = view.jobs.last("session")
+    return {
+        "label": label,
+        "pilot": pilot,
+        "person": who,
+        "rows": rows,
+        "titles": titles_of(found),
+        "decisions": decided[::-1],
+        "by_hand": bool(decided) and decided[-1].excluded,
+        "fault": fault,
+        "busy": bool(found.live or (job and job.running)),
+    }
+
+
+def _decisions(dataset: Path, label: str) -> tuple[tuple[Decision, ...], str]:
+    """Return the decisions to exclude somebody by hand, and why they cannot be read."""
+    path = dataset / "sourcedata" / f"sub-{label}" / RECORD
+    try:
+        return (decisions(path) if path.exists() else ()), ""
+    except UserError as error:
+        return (), str(error)
