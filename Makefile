@@ -28,15 +28,20 @@ pilot: set-pilot
 	@$(BIN)/slipscale pilot $(ARGS)
 
 WORKERS = 2
-test: set-test
-	@$(PYTHON) tools/system_packages.py
-	@# Lint uses the time in which tests wait for a window, a board or a process; with a third worker
-	@# on two cores, emulated boards answer too late. What tests start would compile every module
-	@# again if Python kept no bytecode.
+test:
 	@mkdir -p build
 	@echo "Lint runs next to the tests; its output is in build/lint.txt."
-	@nice $(LINT) >build/lint.txt 2>&1 & lint=$$!; \
-	env -u PYTHONDONTWRITEBYTECODE $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal $(ARGS); tests=$$?; \
+	@# Packages of system and Python are installed at the same time. Lint uses the time in which
+	@# these and tests wait; with a third worker on two cores, emulated boards answer too late. The
+	@# first collection compiles every module, once instead of once per worker; what tests start
+	@# would compile them again if Python kept no bytecode.
+	@unset PYTHONDONTWRITEBYTECODE; \
+	$(PYTHON) tools/system_packages.py & packages=$$!; \
+	$(PYTHON) tools/setup.py test || exit; \
+	nice $(LINT) >build/lint.txt 2>&1 & lint=$$!; \
+	[ -d .pytest_cache ] || $(BIN)/python -m pytest --collect-only -qq >build/collected.txt 2>&1; \
+	wait $$packages || exit; \
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal $(ARGS); tests=$$?; \
 	wait $$lint || { cat build/lint.txt; echo "Lint failed: see above."; exit 1; }; \
 	exit $$tests
 

@@ -18,7 +18,7 @@ from hypothesis import settings
 from slipscale.hardware.emulator.process import EmulatorProcess
 
 # Nothing is timed in a test: on a busy machine a deadline fails for no fault of the code.
-settings.register_profile("slipscale", deadline=None, max_examples=25)
+settings.register_profile("slipscale", deadline=None, max_examples=15)
 # More than every run needs: python -m pytest --hypothesis-profile=campaign
 settings.register_profile("campaign", deadline=None, max_examples=1000)
 settings.load_profile("slipscale")

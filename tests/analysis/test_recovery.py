@@ -9,7 +9,7 @@ import pytest
 from benchmarks.recovery import cases, measured
 
 #: So many runs of each; of studies of eight people, fewer.
-RUNS = {1: 24, 8: 5}
+RUNS = {1: 16, 8: 4}
 #: Intervals of .95 of which as few hold the truth come once in some thousand tables.
 LEAST = 0.7
 #: How far the mean may be from the truth: what 60 trials leave, and more than the fixed seed shows.

@@ -122,7 +122,8 @@ def marched_content(sigma, eps, delta, wave_number, *, cells, times, disturbed=0
         return np.diff(flow, prepend=0.0) / (sigma * dx)
 
     start = gap(middle, 0.0) * (1 + disturbed)
-    done = solve_ivp(slope, (0, times[-1]), start, method="BDF", t_eval=times, rtol=1e-7, atol=1e-9)
+    options = {"method": "LSODA", "lband": 1, "uband": 1, "rtol": 1e-7, "atol": 1e-9}
+    done = solve_ivp(slope, (0, times[-1]), start, t_eval=times, **options)
     return done.y, np.array([gap(middle, t) for t in times]).T
 
 

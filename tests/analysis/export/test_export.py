@@ -79,10 +79,12 @@ def differing(said):
 
 
 def with_a_wrong_number(exported, folder):
-    """Copy what the script reads; Friedman's χ² is reported too large."""
+    """Copy what the script reads, with two kinds of numbers; Friedman's χ² is too large."""
     for path in [*exported.glob("*.csv"), exported / "recompute.R"]:
         shutil.copy(path, folder)
     numbers = pd.read_csv(folder / "numbers.csv")
+    # The script computes no growth function and no reliability that is not listed.
+    numbers = numbers[numbers["name"].str.match(r"friedman\.|mixed_model\.")]
     wrong = numbers["name"] == "friedman.chi2"
     assert wrong.sum() == 1
     numbers["value"] = numbers["value"].where(~wrong, 1.001 * numbers["value"])

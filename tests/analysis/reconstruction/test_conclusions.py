@@ -147,8 +147,14 @@ def test_exponents_need_two_amplitudes_and_geometric_ones_no_zero(column):
     assert kinds(column, "1.50", (1.0, 2.0)) == ["rm_f", "exponent.arithmetic"]
 
 
-def test_exponents_of_table_3s_means_are_those_derived_by_hand_and_prototype():
-    found = {c.name: c for c in together([Sampler(one) for one in columns()])}
+@pytest.fixture(scope="module")
+def of_table_3():
+    """Return what Table III's columns conclude together, by name."""
+    return {c.name: c for c in together([Sampler(one) for one in columns()])}
+
+
+def test_exponents_of_table_3s_means_are_those_derived_by_hand_and_prototype(of_table_3):
+    found = of_table_3
     assert found["exponent.arithmetic"].low == pytest.approx(0.948, abs=5e-4)
     geometric = found["exponent.geometric"]
     assert (round(geometric.low, 3), round(geometric.high, 3)) == (0.994, 1.007)
@@ -157,9 +163,8 @@ def test_exponents_of_table_3s_means_are_those_derived_by_hand_and_prototype():
         assert np.polyfit(log_um, np.log(table).mean(axis=1), 1)[0] == pytest.approx(value)
 
 
-def test_the_least_f_is_attained_by_the_table_that_comes_with_it():
-    found = together([Sampler(one) for one in columns()])[0]
-    assert found.name == "rm_f"
+def test_the_least_f_is_attained_by_the_table_that_comes_with_it(of_table_3):
+    found = of_table_3["rm_f"]
     table = np.array(found.at_low).T[None]
     assert batched.repeated_measures_f(table)[0] == pytest.approx(found.low, rel=1e-12)
     assert found.low < found.high < np.inf

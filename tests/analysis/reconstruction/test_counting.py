@@ -62,7 +62,7 @@ def test_no_count_passes_its_bounds(whole, with_extreme, measure):
 
 
 def test_what_is_possible_beyond_a_word_is_bounded_closely(column):
-    tasks = Solutions(column(30, "50.00", "10.00")).problems
+    tasks = Solutions(column(16, "50.00", "10.00")).problems
     exact = count(tasks, "ordered")
     assert exact > WORD
     assert exact < largest_possible(tasks, "ordered") < exact * (1 + 1e-9)

@@ -14,6 +14,12 @@ import pytest
 
 PAGE = Path(__file__).parents[3] / "docs" / "extending" / "adding-a-protocol.md"
 BLOCK = re.compile(r"^```\w+ file=(\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+# Commands, one after another in one process: most of a short one's time is its imports.
+COMMANDS = """
+import shlex, sys
+from slipscale.commands import main
+sys.exit(max([main(shlex.split(line)) for line in sys.argv[1:]]))
+"""
 # A pilot without its analysis, which takes as long as all else.
 UNDISTURBED = """
 from pathlib import Path
@@ -53,12 +59,12 @@ def slipscale(package, display):
     """Return a function that runs a command with the package installed."""
     environment = {**os.environ, "PYTHONPATH": str(package / "site"), "COLUMNS": "200"}
 
-    def run(*words, wait=True, command=SLIPSCALE):
-        command = [str(command), *words]
+    def run(*words, wait=True):
         if not wait:
             return subprocess.Popen(
-                command, cwd=package, env=environment, stdout=subprocess.DEVNULL
+                [SLIPSCALE, *words], cwd=package, env=environment, stdout=subprocess.DEVNULL
             )
+        command = [sys.executable, "-c", *words]
         done = subprocess.run(
             command, cwd=package, env=environment, capture_output=True, text=True, check=False
         )
@@ -77,14 +83,19 @@ def tables(folder):
 
 
 def test_the_page_is_followed_from_validate_to_analyse(package, slipscale):
-    assert "no fault (3 tasks" in slipscale("study", "validate", "roughness.toml")
-    shown = slipscale("study", "show", "roughness.toml")
-    assert "Shrinking difference of roughness (coarse)" in shown
-    findings = slipscale("check", "roughness.toml", "--out", "data", "--json", "--windowed")
-    assert {"name": "plate", "passed": True}.items() <= next(
-        finding.items() for finding in json.loads(findings) if finding["name"] == "plate"
+    said = slipscale(
+        COMMANDS,
+        "study validate roughness.toml",
+        "study show roughness.toml",
+        "check roughness.toml --out data --json --windowed",
     )
-    slipscale("-c", UNDISTURBED, command=sys.executable)
+    assert "no fault (3 tasks" in said
+    assert "Shrinking difference of roughness (coarse)" in said
+    findings = json.loads(said[said.rindex("\n[") :])
+    assert {"name": "plate", "passed": True}.items() <= next(
+        finding.items() for finding in findings if finding["name"] == "plate"
+    )
+    slipscale(UNDISTURBED)
     whole = tables(package / "whole")
     coarse = whole["sub-01_task-coarse_run-01_beh.tsv"].decode().splitlines()
     assert len(coarse) == 1 + 6
@@ -105,10 +116,8 @@ def test_the_page_is_followed_from_validate_to_analyse(package, slipscale):
     pilot.send_signal(signal.SIGKILL)
     pilot.wait()
     assert '"kind":"end"' not in journal.read_text()
-    slipscale("resume", str(journal))
-    slipscale("data", "build", "killed")
+    said = slipscale(COMMANDS, f"resume {journal}", "data build killed", "analyse killed")
     assert tables(package / "killed") == whole
-    said = slipscale("analyse", "killed")
     assert "Shrinking differences: The last 4 differences of coarse were" in said
     out = package / "killed/derivatives/slipscale"
     own = json.loads((out / "inference.json").read_text())["own_last_differences"]

@@ -51,7 +51,9 @@ def test_a_pilot_begun_by_a_version_with_other_people_is_not_gone_on_with(labora
         run_simulated(laboratory.folder, plan(), "mock")
 
 
-def test_a_pilot_whose_plate_missed_its_amplitude_by_chance_is_gone_on_with_anywhere(tmp_path):
+def test_a_pilot_whose_plate_missed_its_amplitude_by_chance_is_gone_on_with_anywhere(
+    tmp_path, places
+):
     """A surface is made again at the time of the try that succeeded, not of one that failed."""
     study = tmp_path / "narrow.toml"
     narrow = "[plate]\ntolerance = 0.001\ntolerance_um_pp = 0.01\n\n[[tasks]]"
@@ -64,7 +66,7 @@ def test_a_pilot_whose_plate_missed_its_amplitude_by_chance_is_gone_on_with_anyw
     lines = plan.journal_path(whole).read_bytes().splitlines(keepends=True)
     kinds = [record.kind for record in read_plan(plan.journal_path(whole))[1]]
     assert "retry" in kinds
-    for kept in range(1, len(lines), 2):
+    for kept in places(lines):
         if kinds[kept - 1] in ("fault", "retry"):  # the try that failed is not made again
             continue
         path = plan.journal_path(tmp_path / f"cut{kept}")
