@@ -1,7 +1,7 @@
 """Bringing estimates to one scale: named rules, each with what it does to zeros.
 
 The paper says only that estimates "were multiplied in order to bring them to 100" (Section
-IV-B), which has many readings; docs/explanation/normalisation.md compares them. Every rule but
+IV-B), which has many readings; docs/how-to/your-data.md compares them. Every rule but
 ``modulus_equalisation`` is a division by a positive number, so zeros stay zeros and the exponent
 of a participant's power function stays as it is.
 """
