@@ -49,6 +49,9 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.mapping import TableMapping
     from slipscale.stimuli.quantity import Quantity
 
+#: Kinds whose sentences, tables and figures follow the quantity of the data.
+ANY_QUANTITY = ("estimates", "differences")
+
 
 def load(
     path: str | Path, mapping: TableMapping | None = None, *, task: str | None = None
@@ -94,10 +97,14 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
     faults: list[str] = []
     outside = [kind.trials for kind in installed_kinds(faults) if kind.trials is not None]
     faults.clear()  # a package that cannot be loaded is reported when its results would be
-    kinds = (*TRIALS, *outside)
+    paths = sorted(folder.glob("sub-*/**/beh/*_beh.tsv"))
+    quantity = metadata.one_quantity(paths, folder)
+    kinds = tuple(
+        kind for kind in (*TRIALS, *outside) if quantity.of_plate or kind.name in ANY_QUANTITY
+    )
     found: dict[str, dict[str, list[Entry]]] = {kind.name: {} for kind in kinds}
     others: dict[str, list[Entry]] = {}
-    for path in sorted(folder.glob("sub-*/**/beh/*_beh.tsv")):
+    for path in paths:
         match = TABLE_NAME.fullmatch(path.name)
         if match and path.relative_to(folder).parts[0] != f"sub-{match['sub']}":
             problems.add(f"{path.relative_to(folder)}: in another participant's folder; not read")
@@ -126,6 +133,11 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
     for kind in kinds:
         read[kind.name], read_sources = kind.read(files[kind.name], folder, problems, counts)
         sources += read_sources
+    if others and not quantity.of_plate:
+        problems.add(
+            f"{' and '.join(sorted(others))}: read and not analysed; in {quantity.unit_in_full} "
+            "magnitude estimation and descending difference are analysed"
+        )
     other_tasks, read_sources = read_others(others, folder, problems, counts)
     sources += read_sources
     # What the journals say and the tables do not: rows edited by hand, runs without tables.
@@ -157,6 +169,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
         sources=tuple(sources),
         folder=folder,
         others=other_tasks,
+        quantity=quantity,
     )
 
 

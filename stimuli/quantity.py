@@ -263,6 +263,18 @@ class Quantity:
         }
         return IN_NAME.sub(lambda found: words.get(found[0], self.suffix or self.column), name)
 
+    def in_um(self, column: str) -> str:
+        """Return the name in files in µm of a column of a file in this quantity.
+
+        >>> voltage = made_by_plate("voltage", "V", "peak")
+        >>> [voltage.in_um(name) for name in ("voltage_v_peak", "standard_v_peak", "trial")]
+        ['amplitude_um_pp', 'standard_um_pp', 'trial']
+        """
+        stem = column.removesuffix(f"_{self.suffix}")
+        if not self.suffix or stem == column:
+            return column
+        return re.sub(rf"^(interval\d+_)?{self.noun}(?=_|$)", r"\1amplitude", stem) + "_um_pp"
+
     def named(self, name: str) -> str:
         """Return how a file in this quantity names what the code calls ``name``.
 

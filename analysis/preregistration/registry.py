@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reporting.multiplicity import multiplicity
+from slipscale.experiments.dataset.schema import filled
 from slipscale.experiments.protocols.registry import load_protocol
 
 if TYPE_CHECKING:
@@ -58,7 +59,8 @@ def answers(plan: Manifest, analysis: Analysis, study: Study) -> list[tuple[str,
 def _manipulated(study: Study) -> str:
     levels = ", ".join(f"{level:g}" for level in study.levels)
     textures = ", ".join(each.label for each in study.gratings)
-    return f"Vibration amplitude of the plate: {levels} µm peak to peak" + (
+    q = study.quantity
+    return f"{q.in_full_title} of the plate: {levels} {q.unit_in_full}" + (
         f"; textures: {textures}." if textures else "."
     )
 
@@ -67,8 +69,9 @@ def _measured(study: Study) -> str:
     found = []
     for options in study.tasks:
         protocol = load_protocol(options.protocol).for_task(options)
-        main = protocol.response[protocol.answer].description
-        found.append(f"{protocol.task}: {main.rstrip('.')} (column {protocol.answer})")
+        main = filled(protocol.response[protocol.answer].description, study.quantity)
+        column = study.quantity.named(protocol.answer)
+        found.append(f"{protocol.task}: {main.rstrip('.')} (column {column})")
     return "; ".join(found) + "."
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import json
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
@@ -19,9 +20,13 @@ import pandas as pd
 from slipscale.analysis.reading.table_lines import Lines, complain, split
 from slipscale.analysis.reading.trial_tables import FREE_TEXT
 from slipscale.experiments.dataset.schema import MISSING as NO_VALUE
+from slipscale.experiments.dataset.schema import SIDECAR
+from slipscale.experiments.journal.serialisation import QUANTITY
 from slipscale.faults import UserError
 from slipscale.faults.toml_lines import Lines as TomlLines
 from slipscale.faults.validation import faults_in, sentences
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
+from slipscale.stimuli.quantity_table import QuantityTable
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
@@ -148,7 +153,7 @@ def read_tables(
     for number, path in enumerate(paths):
         content, source = read_source(path, root)
         sources.append(source)
-        lines = split(content, path, separator)
+        lines = split(content, path, separator).renamed(quantity_of(path).in_um, separator)
         if lines.names not in checked:
             check_names(lines.names, path, required)
             checked.add(lines.names)
@@ -166,6 +171,24 @@ def read_tables(
     if len(frames) > 1:
         everything = everything.sort_values(["file", "line"], ignore_index=True)
     return everything, sources
+
+
+def quantity_of(path: Path) -> Quantity:
+    """Return what a table's sidecar says its levels are in; without a word of it µm."""
+    sidecar = path.with_suffix(".json")
+    if not path.name.endswith("_beh.tsv") or not sidecar.is_file():
+        return PLATE_AMPLITUDE
+    content = read_bytes(sidecar)
+    if QUANTITY.encode() not in content:
+        return PLATE_AMPLITUDE
+    try:
+        stated = json.loads(content)[SIDECAR].get(QUANTITY)
+        return QuantityTable.model_validate(stated or {}).quantity
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        raise UserError(
+            f"{sidecar}: its {QUANTITY} cannot be read; expected name, unit and convention, as in "
+            "the study file"
+        ) from None
 
 
 def _read_group(

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from slipscale.analysis.reading.cleaning import labels
-from slipscale.analysis.reading.delimited import read_tables
+from slipscale.analysis.reading.delimited import quantity_of, read_tables
 from slipscale.analysis.reading.trial_tables import set_aside
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
@@ -84,9 +84,10 @@ IDENTITY_OF = {"sub": PARTICIPANT, "ses": "session", "task": "task", "run": "run
 
 
 def header_of(path: Path) -> frozenset[str]:
-    """Return the names of a table's columns."""
+    """Return the names of a table's columns, as in a file in µm."""
     with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
-        return frozenset(next(csv.reader(stream, delimiter="\t"), []))
+        names = next(csv.reader(stream, delimiter="\t"), [])
+    return frozenset(map(quantity_of(path).in_um, names))
 
 
 def kind_of(task: str, path: Path, kinds: Sequence[TaskTrials]) -> TaskTrials | None:

@@ -14,6 +14,7 @@ from slipscale.analysis.reading.delimited import (
     Source,
     digest,
     faults_of,
+    quantity_of,
     read_bytes,
     read_source,
     read_tables,
@@ -23,6 +24,7 @@ from slipscale.experiments.dataset.schema import NOTES, PARTICIPANT, SIDECAR
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import toml_table
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -93,6 +95,18 @@ def refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:
             f"{folder}: records of a pilot and of participants are mixed ({examples}); "
             "expected one kind: move the pilot's files to a folder of their own"
         )
+
+
+def one_quantity(tables: Sequence[Path], folder: Path) -> Quantity:
+    """Return what the levels of all tables are in. Raises UserError if they differ."""
+    found = {quantity_of(table): table for table in tables}
+    if len(found) > 1:
+        (one, first), (other, second) = list(found.items())[:2]
+        raise UserError(
+            f"{folder}: {first.name} is in {one.unit_in_full} and {second.name} in "
+            f"{other.unit_in_full}; expected data of one quantity: analyse them apart"
+        )
+    return next(iter(found), PLATE_AMPLITUDE)
 
 
 def participants(folder: Path, sources: list[Source], problems: Problems) -> pd.DataFrame:

@@ -7,7 +7,7 @@ so that lines without a row can be left out and named, and the others keep their
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,7 @@ import numpy as np
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -47,6 +47,13 @@ class Lines:
     names: tuple[str, ...]
     places: NDArray[np.int64]
     left_out: tuple[str, ...] = ()
+
+    def renamed(self, name: Callable[[str], str], separator: str) -> Lines:
+        """Return the table with other names of its columns."""
+        names = tuple(map(name, self.names))
+        if names == self.names:
+            return self
+        return replace(self, names=names, header=separator.join(names).encode())
 
 
 def split(content: bytes, path: Path, separator: str) -> Lines:

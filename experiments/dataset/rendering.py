@@ -21,12 +21,14 @@ from slipscale.experiments.dataset.schema import (
     SESSION,
     SIDECAR,
     columns,
+    filled,
     person_columns,
     session_columns,
     table_stem,
 )
 from slipscale.experiments.dataset.tsv import cell, sidecar, table
 from slipscale.experiments.journal.plan_and_progress import software
+from slipscale.experiments.journal.serialisation import QUANTITY
 from slipscale.experiments.protocols.steps import CONSENT
 from slipscale.experiments.study.file import study_hash
 
@@ -156,6 +158,7 @@ def _run_files(
             if plan.study.headphone_test
             else {}
         ),
+        **({} if plan.study.quantity.of_plate else {QUANTITY: plan.study.made.model_dump()}),
         "plate_spec": first["plate_spec"],
         "plate": first["plate"],
         "contact": first.get("contact", MISSING),
@@ -234,7 +237,7 @@ def _top(
         instructions = first.texts()[protocol.instructions].strip()
         content = {
             "TaskName": task,
-            "TaskDescription": protocol.description,
+            "TaskDescription": filled(protocol.description, first.study.quantity),
             "Instructions": instructions,
             **sidecar(columns(protocol, measured[task], first.study.quantity)),
         }

@@ -74,6 +74,8 @@ NOTES: Mapping[str, str] = {
     "headphone_test": "what came of the headphone test: passed, failed, not done (and why), broken "
     "off; how many tones were right, in which ear each noise was heard, what the operator decided; "
     "left out where the study has none",
+    "quantity": "what the levels are in: name, unit, convention, and what was judged; left out: "
+    "the vibration amplitude in µm peak to peak",
     "plate_spec": "the plate as it was named on the command line",
     "plate": "what the plate says of itself, its calibration included",
     "contact": "what measured the finger's place and forces, and how textures were made; n/a "
@@ -143,16 +145,17 @@ def columns(
 
 def _in(column: Column, quantity: Quantity) -> Column:
     """Return a column with the places in its unit and description filled in."""
-
-    def filled(text: str) -> str:
-        return text.format(q=quantity) if "{q." in text else text
-
     return replace(
         column,
-        description=filled(column.description),
-        units=filled(column.units),
-        levels={label: filled(meaning) for label, meaning in column.levels.items()},
+        description=filled(column.description, quantity),
+        units=filled(column.units, quantity),
+        levels={label: filled(meaning, quantity) for label, meaning in column.levels.items()},
     )
+
+
+def filled(text: str, quantity: Quantity = PLATE_AMPLITUDE) -> str:
+    """Return a declared text with its places for the quantity filled in."""
+    return text.format(q=quantity) if "{q." in text else text
 
 
 def _interval_columns(number: int) -> dict[str, Column]:

@@ -27,7 +27,7 @@ def header(
     quantity = plan.study.quantity
     return {
         "format": FORMAT,
-        **({} if quantity.of_plate else {QUANTITY: quantity.unit_in_full}),
+        **({} if quantity.of_plate else {QUANTITY: plan.study.made.model_dump()}),
         **told,
         "answered_by": answered_by,
         "masking_noise": masking,

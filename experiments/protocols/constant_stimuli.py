@@ -194,7 +194,7 @@ PROTOCOL = Protocol(
     task="constantstimuli",
     title="Constant stimuli",
     description=(
-        "A standard is compared with each of some fixed amplitudes, equally often: which of two "
+        "A standard is compared with each of some fixed {q.levels}, equally often: which of two "
         "surfaces was more slippery, or whether the second was."
     ),
     options=ConstantStimuli,

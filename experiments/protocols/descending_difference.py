@@ -208,7 +208,7 @@ PROTOCOL = Protocol(
     task=TASK,
     title="Descending difference",
     description=(
-        "The plate's amplitude steps down; after each step the participant says whether they "
+        "The plate's {q.name} steps down; after each step the participant says whether they "
         "feel a difference and what has been removed."
     ),
     options=DescendingDifference,

@@ -94,7 +94,7 @@ PROTOCOL = Protocol(
     task="differencethreshold",
     title="Difference threshold by forced choice",
     description=(
-        "Two or three surfaces are stroked, one of which has more (or less) amplitude than the "
+        "Two or three surfaces are stroked, one of which has more (or less) {q.name} than the "
         "standard; the participant says which one was more (or less) slippery. A rule chooses the "
         "differences."
     ),

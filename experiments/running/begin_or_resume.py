@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 from slipscale.experiments.journal.header import header, resume_data
 from slipscale.experiments.running.contact_sources import describe_contact
 from slipscale.experiments.session.session import Session
+from slipscale.faults import UserError
+from slipscale.hardware.backends.mock import MockPlate
 from slipscale.hardware.registry import open_plate
 
 if TYPE_CHECKING:
@@ -32,7 +34,15 @@ if TYPE_CHECKING:
 def plate_for(plan: RunPlan, spec: str, clock: Clock) -> PlateDriver:
     """Return the plate that a SPEC names, not connected, held as narrowly as the study wants."""
     driver = open_plate(spec, clock=clock, seed=plan.seed)
-    wanted = plan.study.plate
+    wanted, quantity = plan.study.plate, plan.study.quantity
+    if isinstance(driver, MockPlate) and driver.plate_file is None:
+        driver.adopt(quantity, wanted.level)
+    if (made := driver.limits.quantity).makes != quantity.makes:
+        raise UserError(
+            f"plate '{spec}' makes {made.name} in {made.unit_in_full}, the study's levels are "
+            f"{quantity.name} in {quantity.unit_in_full}; expected a plate file and a study with "
+            "the same [quantity]"
+        )
     driver.limits = driver.limits.held_to(
         tolerance=wanted.tolerance, deviation_level=wanted.tolerance_level
     )

@@ -24,7 +24,7 @@ from slipscale.experiments.participants.simulated_people.in_session import (
     GAVE_UP,
     SimulatedParticipant,
 )
-from slipscale.experiments.participants.simulated_people.population import Population
+from slipscale.experiments.participants.simulated_people.population import Population, people_for
 from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.running.contact_sources import (
     NOT_NAMED,
@@ -44,6 +44,7 @@ from slipscale.faults import UserError
 from slipscale.hardware.address import with_plate_file
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.contact.source import Surroundings
+from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.signals import signals_raise
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ def pilot_plans(
     if count < 1:
         raise UserError(f"--participants {count}: expected 1 or more")
     width = max(2, len(str(count)))
-    people = (population or Population()).model_dump_json()
+    people = people_for(study.quantity, study.plate.level, population).model_dump_json()
     return [
         RunPlan(
             study_name=study_name,
@@ -219,7 +220,9 @@ def run_simulated(
     spec = with_plate_file(_steady(spec, plan), plan.study.plate.file)
     path = plan.journal_path(folder)
     population = (
-        Population.model_validate_json(plan.population) if plan.population else Population()
+        Population.model_validate_json(plan.population)
+        if plan.population
+        else people_for(plan.study.quantity, plan.study.plate.level)
     )
     plan = replace(plan, population=population.model_dump_json())
     clock = VirtualClock()
@@ -279,7 +282,9 @@ def run_simulated(
 
 def _steady(spec: str, plan: RunPlan) -> str:
     """Return a mock that holds what the study asks of a plate; one with options stays as it is."""
-    wanted_um = plan.study.plate.tolerance_level
+    wanted_um, study = plan.study.plate.tolerance_level, plan.study
+    if wanted_um is not None and not study.quantity.of_plate:
+        wanted_um *= PlateLimits().level / study.plate.level  # as the mock scales its levels
     if spec != MOCK or wanted_um is None or wanted_um * PART_OF_TOLERANCE >= MOCK_NOISE_UM:
         return spec
     return f"{MOCK}:noise={wanted_um * PART_OF_TOLERANCE:g}"

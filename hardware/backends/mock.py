@@ -14,6 +14,9 @@ SPEC: ``mock`` or ``mock:option=value,...`` with
                 of these but check (called every frame)
 ==============  ==================================================================
 
+In another quantity than µm peak to peak the twin lends its dynamics only: its largest amplitude
+stands for the plate's largest level, and no drive voltage is told.
+
 A fault ``lost`` lasts until the next connect, every other one for one command. The board behind a
 lost line silences the plate, as a real one does.
 """
@@ -21,7 +24,7 @@ lost line silences the plate, as a real one does.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +32,7 @@ from slipscale.hardware import address as addresses
 from slipscale.hardware.backends.fault_injection import Injection, Schedule, parse_injections
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import FAULTS, ConnectionLost
+from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.plate.dynamics import FingerLoad, Resonator
 from slipscale.hardware.plate.twin import OFF, SETTLING_TIME_CONSTANTS, Drive, Twin
 from slipscale.hardware.records import PlateIdentity, Presentation, Readback
@@ -39,9 +43,9 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.calibration.record import Calibration
     from slipscale.hardware.clock import Clock
-    from slipscale.hardware.limits import PlateLimits
     from slipscale.hardware.plate_file import PlateFile
     from slipscale.stimuli.modulation import Loop
+    from slipscale.stimuli.quantity import Quantity
 
 RAMP_S = 0.025  # raised cosine: no click
 RAMP_STEPS = 16
@@ -116,9 +120,25 @@ class MockPlate(PlateDriver):
             raise ValueError(f"no fault '{fault}' or no phase '{phase}'")
         self._schedule.add(Injection(fault, phase, n))
 
+    def adopt(self, quantity: Quantity, largest_level: float) -> None:
+        """Make another quantity up to a level: a study's, where no plate file states one."""
+        if quantity.makes != self.limits.quantity.makes:
+            deviation_level = self.limits.deviation_level * largest_level / self.limits.level
+            self.limits = replace(
+                self.limits,
+                quantity=quantity,
+                level=largest_level,
+                deviation_level=deviation_level,
+            )
+
+    @property
+    def _um_per_level(self) -> float:
+        limits = self.limits
+        return 1.0 if limits.quantity.of_plate else PlateLimits().level / limits.level
+
     def vibration_level(self) -> float:
-        """Return the twin's true amplitude in µm p-p: what a finger feels, connected or not."""
-        return self.twin.amplitude_um_pp(self.clock.now())
+        """Return the twin's true level: what a finger feels, connected or not."""
+        return self.twin.amplitude_um_pp(self.clock.now()) / self._um_per_level
 
     def _connect(self) -> PlateIdentity:
         self._note_command("connect")
@@ -128,8 +148,9 @@ class MockPlate(PlateDriver):
             manufacturer="Slipscale", model="mock plate", serial="twin", firmware="1"
         )
 
-    def _drive(self, amplitude_um_pp: float) -> Presentation:
-        self._note_command("present", amplitude_um_pp)
+    def _drive(self, level: float) -> Presentation:
+        self._note_command("present", level)
+        amplitude_um_pp = level * self._um_per_level
         begun_s = self.clock.now()
         from_um_pp = self.twin.drive.target_um_pp or 0.0
         frequency_hz = self.twin.resonator.resonance_hz
@@ -141,21 +162,23 @@ class MockPlate(PlateDriver):
         self._settle()
         readback = self._measure()
         return Presentation(
-            commanded_level=amplitude_um_pp,
+            commanded_level=level,
             readback=readback,
             settled_by="readback",
             settle_time_s=readback.time_s - begun_s,
         )
 
     def _play(self, loop: Loop) -> None:
-        frequency_hz = self.twin.resonator.resonance_hz
-        self._set(Drive(frequency_hz=frequency_hz, target_um_pp=loop.mean_level, played=loop))
+        frequency_hz, scale = self.twin.resonator.resonance_hz, self._um_per_level
+        levels = tuple(level * scale for level in loop.levels)
+        played = replace(loop, levels=levels, mean_level=loop.mean_level * scale)
+        self._set(Drive(frequency_hz=frequency_hz, target_um_pp=played.mean_level, played=played))
         self._settle()
 
-    def _follow(self, amplitude_um_pp: float) -> None:
+    def _follow(self, level: float) -> None:
         self._require_line()
         frequency_hz = self.twin.resonator.resonance_hz
-        self._set(Drive(frequency_hz=frequency_hz, target_um_pp=amplitude_um_pp))
+        self._set(Drive(frequency_hz=frequency_hz, target_um_pp=level * self._um_per_level))
 
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
         self._note_command("present")
@@ -207,11 +230,12 @@ class MockPlate(PlateDriver):
 
     def _measure(self) -> Readback:
         now_s = self.clock.now()
+        voltage_v = round(self.twin.voltage_v(now_s), VOLTAGE_DIGITS)
         return Readback(
-            level=self.twin.measure_um_pp(now_s),
+            level=self.twin.measure_um_pp(now_s) / self._um_per_level,
             kind="measured",
             time_s=now_s,
-            voltage_v_peak=round(self.twin.voltage_v(now_s), VOLTAGE_DIGITS),
+            voltage_v_peak=voltage_v if self.limits.quantity.of_plate else None,
             temperature_c=round(self.twin.temperature_c(now_s), TEMPERATURE_DIGITS),
         )
 

@@ -46,6 +46,8 @@ from slipscale.faults.validation import in_words
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from slipscale.stimuli.quantity import Quantity
+
 # Biet 2007, Table III (page 2688 of the journal's volume 54).
 AMPLITUDE_UM_PP = (0.0, 0.5, 1.2, 2.3)
 MEAN_SENSATION = (12.75, 19.58, 56.25, 81.33)
@@ -204,8 +206,9 @@ class Population(BaseModel):
 
         At the two ends the sine's square is the exponent's part of what is the person's.
         """
-        low, high = (math.log1p(a / TURN_UM_PP) for a in self._ends)
-        at = math.log1p(self.within(level) / TURN_UM_PP)
+        turn = TURN_UM_PP * (self.levels[-1] / AMPLITUDE_UM_PP[-1] if self.unit else 1.0)
+        low, high = (math.log1p(a / turn) for a in self._ends)
+        at = math.log1p(self.within(level) / turn)
         largest = math.atan2(math.sqrt(self.own), math.sqrt(self.shared))
         return largest * (2 * (at - low) / (high - low) - 1)
 
@@ -288,6 +291,58 @@ PLACE = NormalDist()
 def curves(population: Population) -> Curves:
     """Return a population's curves, made once."""
     return Curves(population)
+
+
+# The exponent with which sensation grows from the level 0 to the largest, by unit.
+GROWTH = {
+    # Electrovibration: the electrostatic force on the finger, and so friction, grows with the
+    # square of the voltage (Bau and others 2010; Meyer and others 2013).
+    "V": 2.0,
+    # A vibrating contactor: Stevens' exponent for 60 Hz on the finger (Stevens 1975).
+    "m/s²": 0.95,
+}
+# Of any other: proportional.
+OTHER_GROWTH = 1.0
+STEPS = 12
+
+
+def people_for(
+    quantity: Quantity, largest_level: float, population: Population | None = None
+) -> Population:
+    """Return the people of a pilot in a quantity: a population, with curves for that quantity.
+
+    In another quantity than µm, the largest level is felt as the paper's largest amplitude is, 0 as
+    its 0, and sensation between them grows with a power of the level. The exponents have sources;
+    that the ends feel alike is our assumption, as is the spread between people.
+
+    Raises
+    ------
+    UserError
+        The population's own curve is in another quantity.
+    """
+    people = population or Population()
+    unit = "" if quantity.of_plate else quantity.unit_in_full
+    if people.unit == unit:
+        return people
+    if people.unit or people.levels != AMPLITUDE_UM_PP:
+        raise UserError(
+            f"population '{people.name}': its levels are in {people.unit or 'µm peak to peak'}, "
+            f"the study's in {quantity.unit_in_full}; expected a population in the study's unit"
+        )
+    import numpy as np  # noqa: PLC0415 - pilots only
+
+    exponent = GROWTH.get(quantity.unit, OTHER_GROWTH)
+    shares = [step / STEPS for step in range(STEPS + 1)]
+    low, high = MEAN_SENSATION[0], MEAN_SENSATION[-1]
+    means = tuple(low + (high - low) * share**exponent for share in shares)
+    return people.model_copy(
+        update={
+            "unit": unit,
+            "levels": tuple(share * largest_level for share in shares),
+            "mean_sensation": means,
+            "sd_sensation": tuple(float(np.interp(m, MEAN_SENSATION, SD_SENSATION)) for m in means),
+        }
+    )
 
 
 POPULATIONS: dict[str, Callable[[], Population]] = {

@@ -262,6 +262,6 @@ TEXTURE = {
     "texture": Column(
         value=lambda r: r.surface.name if isinstance(r.surface, Grating) else None,
         kind="label",
-        description="Name of the texture in the study file; n/a for a surface of one amplitude",
+        description="Name of the texture in the study file; n/a for a surface of one {q.name}",
     ),
 }
