@@ -328,7 +328,7 @@ def test_lost_keyboard_focus_is_noticed_and_comes_back_with_a_click(window):
     window.perform(
         Explore(text="Stroke.", maximum_s=0.2), lambda: shown.extend(window.display._shown)
     )
-    assert any("Le clavier n'écoute pas" in getattr(item, "content", "") for item in shown)
+    assert any("Le clavier n'est pas actif" in getattr(item, "content", "") for item in shown)
     window.perform(Explore(text="Stroke.", maximum_s=0.3), Hand("click 1"))
     assert window.focused
 
