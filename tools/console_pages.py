@@ -165,6 +165,7 @@ SCENES: dict[str, tuple[Callable[[Stage], None], str, str]] = {
     "study": (nothing, "study", ""),
     "person": (nothing, "person?label=08", ""),
     "person-asks": (nothing, "person?label=01", "[data-do=withdraw]"),
+    "study-template": (nothing, "study?from=matching", ""),
     "screens": (nothing, "screens", ""),
     "screens-french": (nothing, "screens?screens=fr&size=1280x1024", ".screens a"),
     "settings": (nothing, "settings", ""),
@@ -193,10 +194,11 @@ SCENES: dict[str, tuple[Callable[[Stage], None], str, str]] = {
         "live",
         "",
     ),
-    "live-unblinded": (lambda stage: stage.tell(unblinded=True, amplitude_um_pp=1.2), "live", ""),
+    "live-unblinded": (lambda stage: stage.tell(unblinded=True, level="1.2 µm"), "live", ""),
     "data": (Stage.unblind, "data", ""),
     "data-report": (nothing, "data/report", ""),
     "today-odd": (Stage.damage, "", ""),
+    "study-compared": (nothing, "study", ""),
     "study-gone": (Stage.lose, "", ""),
 }
 

@@ -330,7 +330,7 @@ class Actions:
         text = re.sub(r"(?m)^name\s*=.*$", f'name = "{label}"', asked.text, count=1)
         parse_whole(text, path.name)
         write_file(path, text)
-        return f'wrote {path}; write study = "{path}" into slipscale.toml to use it'
+        return f"wrote {path}; to use it, choose it on the page Settings"
 
 
 # What is typed to unblind, in the console's languages.

@@ -2,22 +2,43 @@
 
 from __future__ import annotations
 
-from typing import Any
+from difflib import unified_diff
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.experiments.lab.console.actions import text_hash, why_not_edited
 from slipscale.experiments.lab.console.pages.view import MOST_PEOPLE, View, plan_of
 from slipscale.experiments.lab.console.state import usual_duration_s
-from slipscale.experiments.study.file import study_text
+from slipscale.experiments.study.file import shipped_studies, study_text
+
+if TYPE_CHECKING:
+    from slipscale.experiments.lab.console.state import Snapshot
+
+CONTEXT = 2  # lines around each change
+KINDS = {"+": "now", "-": "before", "@": "gap"}
+
+
+class Line(NamedTuple):
+    """A line of a comparison: only in the file now, only in the version used before, or both."""
+
+    kind: str
+    words: str
 
 
 def study(view: View) -> dict[str, Any]:
     """Return what the page of the study shows; the file's text, without its texts files' words."""
     found = view.found
-    text = study_text(found.defaults.study) if found.study else ""
+    template = view.query.get("from", "")
+    template = template if template in shipped_studies() else ""
+    text = study_text(template or found.defaults.study) if found.study or template else ""
     shown: dict[str, Any] = {
         "text": text,
         "before": text_hash(text),
-        "not_edited": found.problem or why_not_edited(found),
+        "not_edited": "" if template else found.problem or why_not_edited(found),
+        "template": template,
+        "templates": shipped_studies(),
+        "used": "",
+        "compared": [],
         "timeline": [],
         "orders": [],
         "minutes": None,
@@ -29,7 +50,10 @@ def study(view: View) -> dict[str, Any]:
     context = plans[0].context()
     duration_s = usual_duration_s(found.roster) if found.roster else None
     duration_s = duration_s or (usual_duration_s(found.rehearsals) if found.rehearsals else None)
+    used, compared = _compared(found)
     return shown | {
+        "used": used,
+        "compared": compared,
         "timeline": [
             (protocol.title, protocol.trials(options, context))
             for protocol, options in plans[0].tasks()
@@ -40,3 +64,21 @@ def study(view: View) -> dict[str, Any]:
         ],
         "minutes": round(duration_s / 60) or 1 if duration_s else None,
     }
+
+
+def _compared(found: Snapshot) -> tuple[str, list[Line]]:
+    """Return whose run was the last with another version of the study, and what differs since."""
+    begun = [
+        (visit.started_utc, person.label, visit)
+        for person in (found.roster.people if found.roster else ())
+        for visit in person.visits
+        if visit.started_utc
+    ]
+    for _, label, visit in sorted(begun, key=lambda each: each[0], reverse=True):
+        plan, _ = read_usable(visit.path, most=1)
+        if plan is None or found.study is None or plan.study.name != found.study.name:
+            continue
+        before, now = plan.study_text.splitlines(), found.study_text.splitlines()
+        lines = list(unified_diff(before, now, n=CONTEXT, lineterm=""))[2:]
+        return label, [Line(KINDS.get(line[0], "same"), line[1:]) for line in lines]
+    return "", []

@@ -5,6 +5,7 @@
 const said = document.getElementById("said");
 const sure = document.getElementById("sure");
 const title = document.title;
+const PAUSE_MS = 400; // what is typed is judged once nobody has typed for so long
 const AGAIN_MS = 2000; // a refused stream is not tried again by the browser
 let state = document.getElementById("state").dataset.state;
 
@@ -187,16 +188,24 @@ if (study) {
     }));
     lines.scrollTop = text.scrollTop;
   };
-  const judge = async (action) => {
+  let typing = 0; // the timer that waits until nobody types
+  const judge = async (action, aloud = true) => {
+    clearTimeout(typing);
+    const judged = text.value;
     const fields = { text: text.value, ...(action === "copy" ? { name: study.elements.name.value } : { before: study.dataset.before }) };
     const { good, said: sentence } = await post(action, fields);
-    wrong = new Set([...sentence.matchAll(/^\s+line (\d+)/gm)].map((found) => Number(found[1])));
+    if (!aloud && judged !== text.value) return; // typed on meanwhile
+    wrong = new Set([...sentence.matchAll(/(?:^\s+|: )line (\d+)\b/gm)].map((found) => Number(found[1])));
     faults.textContent = good ? "" : sentence;
-    say(good ? sentence : "", false);
+    if (aloud) say(good ? sentence : "", false);
     number();
     if (good && action === "save") location.reload();
   };
-  text.addEventListener("input", number);
+  text.addEventListener("input", () => {
+    number();
+    clearTimeout(typing);
+    if (!text.readOnly) typing = setTimeout(() => judge("validate", false), PAUSE_MS);
+  });
   text.addEventListener("scroll", () => { lines.scrollTop = text.scrollTop; });
   for (const button of study.querySelectorAll("[data-study]")) {
     button.addEventListener("click", () => judge(button.dataset.study));

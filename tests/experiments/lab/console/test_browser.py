@@ -134,6 +134,27 @@ def test_a_participant_is_excluded_and_withdraws_with_the_keyboard_alone(page, t
     assert page.complaints == []
 
 
+def test_a_shipped_study_is_changed_and_its_faults_are_told_while_typing(page, tmp_path):
+    init(tmp_path, {"study": "biet2007"}, None)
+    with console(tmp_path) as (_, address):
+        page.goto(address)
+        page.get_by_role("link", name="Study", exact=True).press("Enter")
+        page.get_by_role("link", name="matching", exact=True).press("Enter")
+        page.get_by_text("This is the shipped study matching").wait_for()
+        text = page.get_by_role("textbox", name="The study file")
+        own = text.input_value().replace("participants = ", "participants = -")
+        text.fill(own)
+        page.locator("#study-faults").get_by_text("participants").wait_for()
+        assert page.locator("#study-lines b").count() == 1
+        text.fill(own.replace("participants = -", "participants = "))
+        sync_api.expect(page.locator("#study-faults")).to_be_empty()
+        page.get_by_label("Name of the copy").fill("own")
+        page.get_by_role("button", name="Save as a copy").press("Enter")
+        page.get_by_text("choose it on the page Settings").wait_for()
+    assert read_study(str(tmp_path / "own.toml"))[0].name == "own"
+    assert page.complaints == []
+
+
 @pytest.fixture
 def page(display):
     with sync_api.sync_playwright() as play:

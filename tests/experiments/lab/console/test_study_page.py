@@ -5,6 +5,7 @@ import re
 
 import pytest
 
+from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.languages.texts import to_translate
 from slipscale.experiments.study.file import study_text
 
@@ -82,3 +83,31 @@ def test_a_study_with_data_is_never_edited_and_a_copy_is_offered(visitor, record
 
 def test_a_shipped_study_is_not_edited(visitor):
     assert "comes with Slipscale" in visitor.see("/study")
+
+
+def test_any_shipped_study_is_the_beginning_of_ones_own(visitor, lab, words_of):
+    page = visitor.see("/study?from=matching")
+    assert "This is the shipped study matching" in words_of(page)
+    assert 'protocol = "matching"' in page.replace("&#34;", '"')
+    assert 'data-study="save"' not in page
+    assert "This is the shipped study" not in words_of(visitor.see("/study?from=../secret"))
+    assert visitor.ask("copy", name="own", text=study_text("matching"))[0] == 200
+    assert 'name = "own"' in (lab / "own.toml").read_text()
+
+
+def test_the_study_is_compared_with_the_version_of_the_last_run(visitor, recorded, lab, words_of):
+    path = next(recorded.rglob("sub-01*_journal.jsonl"))
+    used = read_plan(path)[0].study_text
+    (lab / "used.toml").write_text(used)
+    (lab / "slipscale.toml").write_text('study = "used.toml"\nplate = "serial:COM9"\n')
+    same = words_of(visitor.see("/study"))
+    assert re.search(r"The study is the one that participant 0[12] took part in last", same)
+    (lab / "used.toml").write_text(re.sub(r"(?m)^title = .*$", 'title = "<Other>"', used))
+    visitor.console.state.now(fresh=True)
+    page = visitor.see("/study")
+    [now] = re.findall(r'<li class="now">.*?<code>(.*?)</code>', page)
+    [before] = re.findall(r'<li class="before">.*?<code>(.*?)</code>', page)
+    assert now == "title = &#34;&lt;Other&gt;&#34;"
+    assert before.startswith("title = ")
+    assert before != now
+    assert "The study differs from the one" in words_of(page)
