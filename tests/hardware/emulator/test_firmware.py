@@ -45,7 +45,7 @@ class Bench:
         self.wait(0.12)
 
     def play(self, loop):
-        self.present(loop.mean_um_pp)
+        self.present(loop.mean_level)
         for body in wire.list_commands(loop):
             assert self.ask(body).code == 0
         return self.now_s
@@ -241,7 +241,7 @@ def test_a_list_is_played_by_the_boards_own_time_and_read_as_its_mean():
         assert status.target_um_pp == pytest.approx(1.2)
         assert status.amplitude_um_pp == pytest.approx(1.2, abs=0.03)
         since_s = bench.now_s - begun_s
-        assert bench.board.commanded_level(bench.now_s) == SQUARE.at_level(since_s)
+        assert bench.board.commanded_um_pp(bench.now_s) == SQUARE.at_level(since_s)
         if since_s % SQUARE.step_s > 0.012:  # what rings of an edge is gone
             level = SQUARE.level(SQUARE.step_at(since_s))
             assert bench.twin.amplitude_um_pp(bench.now_s) == pytest.approx(level, abs=1e-3)
@@ -302,7 +302,7 @@ def test_a_repeated_start_does_not_begin_the_list_anew(bench):
     begun_s = bench.now_s
     bench.wait(0.03, alive=False)
     assert bench.send(frame) == first
-    assert bench.board.commanded_level(bench.now_s) == SQUARE.at_level(bench.now_s - begun_s)
+    assert bench.board.commanded_um_pp(bench.now_s) == SQUARE.at_level(bench.now_s - begun_s)
 
 
 def test_an_amplitude_after_a_list_is_ramped_to_from_where_the_list_was(bench):
@@ -311,9 +311,9 @@ def test_an_amplitude_after_a_list_is_ramped_to_from_where_the_list_was(bench):
     due_um_pp = SQUARE.at_level(bench.now_s - begun_s)
     assert due_um_pp == pytest.approx(0.4)
     bench.ask("AMPL 2.3")
-    assert bench.board.commanded_level(bench.now_s) == pytest.approx(due_um_pp)
+    assert bench.board.commanded_um_pp(bench.now_s) == pytest.approx(due_um_pp)
     bench.wait(0.005)
-    assert bench.board.commanded_level(bench.now_s) == pytest.approx(0.58, abs=0.01)
+    assert bench.board.commanded_um_pp(bench.now_s) == pytest.approx(0.58, abs=0.01)
     bench.wait(0.055)
     assert bench.status().state == "HOLD"
 
@@ -328,7 +328,7 @@ def test_what_silences_a_plate_silences_a_list(bench, why):
     bench.wait(1.1, alive=why != "WDOG")
     assert bench.status().state == why
     assert bench.twin.amplitude_um_pp(bench.now_s + 0.1) < 1e-6
-    assert bench.board.commanded_level(bench.now_s) == 0
+    assert bench.board.commanded_um_pp(bench.now_s) == 0
 
 
 def test_ridges_for_which_the_voltage_does_not_suffice_are_told():

@@ -138,7 +138,7 @@ def said(sequence, body):
 
 def playing(sequence, loop=SQUARE):
     """Yield what has the board play a loop, about the amplitude at which it has settled."""
-    yield said(sequence, f"AMPL {loop.mean_um_pp}")
+    yield said(sequence, f"AMPL {loop.mean_level}")
     yield ". 120"
     for offset, body in enumerate(wire.list_commands(loop), 1):
         yield said(sequence + offset, body)
@@ -184,10 +184,10 @@ def test_the_firmware_drives_what_a_loop_says(firmware, wave):
     driven, _ = on_the_plate(firmware([*playing(1, loop), *watched(2000)]))
     # The wire rounds a step to the microsecond.
     sent = Loop(
-        levels=loop.amplitudes_um_pp,
+        levels=loop.levels,
         step_s=round(loop.step_s, 6),
         edge_s=loop.edge_s,
-        mean_level=loop.mean_um_pp,
+        mean_level=loop.mean_level,
     )
     due = [sent.at_level(ms / 1000 + 1e-9) for ms in range(1, 2001)]
     assert np.abs(driven - due).max() < 2e-4
