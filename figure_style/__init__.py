@@ -171,10 +171,14 @@ def save(figure: Figure, path: Path, suffixes: tuple[str, ...] = ()) -> list[Pat
         Of `FORMATS`; one file each, beside ``path``.
     """
     import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
+    from matplotlib.backend_bases import get_registered_canvas_class  # noqa: PLC0415
 
     paths = [path.with_suffix(suffix) for suffix in suffixes] or [path]
     lay_out(figure)
     with mpl.rc_context(STYLE):
         for each in paths:
-            figure.savefig(each, metadata=FORMATS[each.suffix])
+            # Not `savefig`, which draws once more for a layout that is already made.
+            figure.set_dpi(mpl.rcParams["savefig.dpi"])
+            backend: Any = get_registered_canvas_class(each.suffix[1:])(figure)
+            getattr(backend, f"print_{each.suffix[1:]}")(each, metadata=FORMATS[each.suffix])
     return paths
