@@ -389,9 +389,11 @@ class FileNames:
 
     def in_file(self, place: tuple[int | str, ...]) -> tuple[int | str, ...]:
         """Return a place in the file, from one in the model: its keys by the file's names."""
-        if not (len(place) == 1 or (place[:1] and place[0] in self.tables)):
-            return place
-        return tuple(self._key(part) if isinstance(part, str) else part for part in place)
+        renamed = len(place) if place[:1] and place[0] in self.tables else 1
+        return (
+            *(self._key(part) if isinstance(part, str) else part for part in place[:renamed]),
+            *place[renamed:],
+        )
 
     def to_code(self, table: dict[str, Any]) -> dict[str, Any]:
         """Return a file's content with the names of fields as its keys."""
