@@ -100,7 +100,7 @@ def test_the_screens_of_a_study_are_looked_at_with_the_keyboard_alone(page, tmp_
         page.goto(address)
         page.get_by_role("link", name="Français").press("Enter")
         page.get_by_role("link", name="Étude", exact=True).press("Enter")
-        page.get_by_role("link", name="Écrans de l'étude").press("Enter")
+        page.get_by_role("link", name="Écrans de l’étude").press("Enter")
         page.get_by_role("link", name="fr", exact=True).press("Enter")
         page.get_by_text("écrans sont lisibles").wait_for()
         small = page.get_by_role("img").nth(2).bounding_box()["width"]

@@ -9,13 +9,17 @@ from types import SimpleNamespace
 
 import pytest
 
+from slipscale.experiments.dataset.schema import FLAGS
+from slipscale.experiments.lab.blind_summary import EVENTS
 from slipscale.experiments.lab.console.jobs import Job, Jobs
 from slipscale.experiments.lab.console.page_texts import LANGUAGES, page_texts
 from slipscale.experiments.lab.console.plots import scatter
 from slipscale.experiments.lab.folder import LabFile
 from slipscale.experiments.lab.unblinding import unblinded
 from slipscale.experiments.languages.texts import blanks
-from slipscale.experiments.protocols.steps import Ask, NumberQuestion, Trial
+from slipscale.experiments.protocols.steps import Ask, EndBlock, NumberQuestion, Trial
+from slipscale.experiments.running.preflight import CHECKS
+from slipscale.experiments.running.screen_check import SHOWN
 from slipscale.experiments.session.operator import Request, SessionStatus
 from slipscale.experiments.study.file import study_text
 from slipscale.faults import UserError
@@ -52,6 +56,17 @@ def test_the_languages_say_the_same_with_the_same_blanks():
         assert {key: blanks(text) for key, text in other.items()} == {
             key: blanks(text) for key, text in first.items()
         }
+
+
+def test_no_page_shows_a_name_that_only_the_data_use(visitor, recorded, words_of):
+    names = [f"trial_flag.{flag}" for flag in FLAGS]
+    names += [f"check.{name}" for name in CHECKS] + [f"event.{kind}" for kind in EVENTS]
+    names += [f"screens.{step.__name__}" for step in (*SHOWN, EndBlock)]
+    for language in LANGUAGES:
+        assert [name for name in names if name not in page_texts(language)] == []
+    found = words_of(visitor.see("/person?label=01", **{"accept-language": "fr"}))
+    assert "passage 01 complet" in found
+    assert "run 01" not in found
 
 
 @pytest.mark.parametrize("path", PAGES)
