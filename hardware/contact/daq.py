@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
+from slipscale.hardware.backends.daq_library import load_library
 from slipscale.hardware.contact.source import FORCE, ContactSource, Sample, SensorFault
 
 if TYPE_CHECKING:
@@ -45,18 +46,6 @@ for _name in NAMES:
         f"{_name}_scale": addresses.number,
         f"{_name}_zero": addresses.number,
     }
-
-
-def load_library() -> Any:
-    """Return the module ``nidaqmx``. Raises `UserError` where it is not installed."""
-    try:
-        import nidaqmx  # noqa: PLC0415 - an extra, and it loads NI's driver
-    except ImportError:
-        raise UserError(
-            "--force daq: the library nidaqmx is not installed: pip install 'slipscale[daq]', and "
-            "NI's own driver (NI-DAQmx)"
-        ) from None
-    return nidaqmx
 
 
 class DaqForces(ContactSource):

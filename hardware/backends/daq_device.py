@@ -1,0 +1,102 @@
+"""A data acquisition device in memory, with the part of ``nidaqmx`` that the output uses.
+
+Its input reads what its output makes. It refuses what a device refuses: voltages beyond its range,
+and a second task on a channel. What is on the terminals outlives the task, as on a device.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from itertools import cycle, islice
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Self
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+RANGE_V = 10.0
+
+
+class Error(Exception):
+    """What the library raises."""
+
+
+class AcquisitionType(Enum):
+    """How long a task samples."""
+
+    FINITE = "finite"
+    CONTINUOUS = "continuous"
+
+
+errors = SimpleNamespace(Error=Error)
+constants = SimpleNamespace(AcquisitionType=AcquisitionType)
+
+
+class Terminals:
+    """What the device's output makes now, and whether it can be reached."""
+
+    def __init__(self) -> None:
+        self.output_v: list[float] = [0.0]
+        self.reserved = False
+        self.unplugged = False
+
+    def ask(self) -> None:
+        """Raise `Error` if the device cannot be reached."""
+        if self.unplugged:
+            raise Error("Device cannot be accessed.")
+
+
+TERMINALS = Terminals()
+
+
+class Task:
+    """A task on the device in memory; see the library's own documentation."""
+
+    def __init__(self) -> None:
+        TERMINALS.ask()
+        self.ao_channels = self.ai_channels = self.timing = self
+        self._reserves = False
+
+    def add_ao_voltage_chan(self, _channel: str, *, min_val: float, max_val: float) -> None:
+        """Reserve the output."""
+        if TERMINALS.reserved:
+            raise Error("The specified resource is reserved.")
+        if max(-min_val, max_val) > RANGE_V:
+            raise Error("Requested value is not a supported value for this property.")
+        self._reserves = TERMINALS.reserved = True
+
+    def add_ai_voltage_chan(self, _channel: str) -> None:
+        """Name the input."""
+
+    def cfg_samp_clk_timing(
+        self,
+        rate: float,
+        sample_mode: AcquisitionType = AcquisitionType.FINITE,
+        samps_per_chan: int = 1000,
+    ) -> None:
+        """Set the sample clock."""
+
+    def write(self, data: float | Sequence[float], *, auto_start: bool) -> None:  # noqa: ARG002
+        """Make one voltage, or repeat a buffer of them."""
+        TERMINALS.ask()
+        volts = [data] if isinstance(data, float) else list(data)
+        if max(map(abs, volts)) > RANGE_V:
+            raise Error("Attempted to write a sample beyond the valid range.")
+        TERMINALS.output_v = volts
+
+    def read(self, number_of_samples_per_channel: int) -> list[float]:
+        """Return what the output makes."""
+        TERMINALS.ask()
+        return list(islice(cycle(TERMINALS.output_v), number_of_samples_per_channel))
+
+    def close(self) -> None:
+        """Release the output; its voltage stays."""
+        if self._reserves:
+            TERMINALS.reserved = self._reserves = False
+        TERMINALS.ask()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.close()

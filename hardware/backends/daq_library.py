@@ -1,0 +1,19 @@
+"""The library of National Instruments' devices, which an output and a force sensor use."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from slipscale.faults import UserError
+
+
+def load_library() -> Any:
+    """Return the module ``nidaqmx``. Raises `UserError` where it is not installed."""
+    try:
+        import nidaqmx  # noqa: PLC0415 - an extra, and it loads NI's driver
+    except ImportError:
+        raise UserError(
+            "daq: the library nidaqmx is not installed: pip install 'slipscale[daq]', and "
+            "NI's own driver (NI-DAQmx)"
+        ) from None
+    return nidaqmx

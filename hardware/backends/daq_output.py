@@ -1,0 +1,222 @@
+"""A sine from an analogue output of a National Instruments device, in the plate's own quantity.
+
+For an electrovibrating screen behind an amplifier (volts) and for a vibrotactile actuator
+(acceleration or displacement, below 1 kHz). SPEC: ``daq:Dev1/ao0,plate=desk,...`` with
+
+==============  ==================================================================
+``plate``       the plate file: quantity and limits; required
+``frequency``   of the sine, Hz; required
+``per_volt``    the level per volt (peak) at the terminal: amplifier and actuator; required
+``readback``    a voltage input that is wired to the output, such as Dev1/ai0
+``rate``        samples per second (100 per period)
+==============  ==================================================================
+
+``per_volt`` is the user's own measurement at that frequency: nothing is known of the actuator
+beyond it. With ``readback`` the level is worked out from the sine at the terminal ("applied"),
+without it nothing is read back ("commanded"). ``emulated/ao0`` is a device in memory.
+
+The library (``nidaqmx``) is the extra ``slipscale[daq]``. **It was never tried on a device.** The
+device plays on by itself: if the computer dies, only an interlock at the amplifier switches it off.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipscale.faults import UserError
+from slipscale.hardware import address as addresses
+from slipscale.hardware.backends import daq_device
+from slipscale.hardware.backends.daq_library import load_library
+from slipscale.hardware.driver import PlateDriver
+from slipscale.hardware.errors import ConnectionLost, OverLimit, StillVibrating
+from slipscale.hardware.records import EMULATED, PlateIdentity, Presentation, Readback
+from slipscale.stimuli.modulation import along_edge
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.hardware.clock import Clock
+
+TERMINAL_V = 10.0  # what the device can make, peak
+RAMP_S, RAMP_STEPS = 0.05, 16  # raised cosine
+PERIODS = 10  # that the device repeats
+SAMPLES_PER_PERIOD = 100
+EMULATED_DEVICE = "emulated/"
+
+
+def _channel(text: str) -> str:
+    if "/" not in text:
+        raise ValueError("expected a channel such as Dev1/ai0")
+    return text
+
+
+OPTIONS: dict[str, Callable[[str], Any]] = {
+    "frequency": addresses.positive_number,
+    "per_volt": addresses.positive_number,
+    "rate": addresses.positive_number,
+    "readback": _channel,
+}
+
+
+class DaqOutput(PlateDriver):
+    """An actuator that is driven with a sine of one frequency.
+
+    Parameters
+    ----------
+    channel : str
+        The analogue output.
+    options : dict
+        See the module.
+    clock, plate
+        See `slipscale.hardware.driver.PlateDriver`.
+
+    Raises
+    ------
+    UserError
+        The frequency is outside the plate's band, or the rate cannot carry it.
+    """
+
+    name = "daq"
+
+    def __init__(
+        self, channel: str, options: dict[str, Any], *, clock: Clock, plate: addresses.Plate
+    ) -> None:
+        super().__init__(clock=clock, limits=plate.limits, plate_file=plate.file)
+        self._channel, self._readback = channel, options.get("readback")
+        self._level_per_v: float = options["per_volt"]
+        self._frequency_hz: float = options["frequency"]
+        self._rate_hz = options.get("rate", SAMPLES_PER_PERIOD * self._frequency_hz)
+        try:
+            self.limits.check_frequency(self._frequency_hz)
+        except OverLimit as error:
+            raise UserError(f"plate 'daq': {error}") from None
+        samples = PERIODS * self._rate_hz / self._frequency_hz
+        if samples < 4 * PERIODS or abs(samples - round(samples)) > 1e-6 * samples:
+            raise UserError(
+                f"plate 'daq': {self._rate_hz:g} samples per second do not fit {PERIODS} periods "
+                f"of {self._frequency_hz:g} Hz; expected a multiple of it, 4 times or more"
+            )
+        phase = 2 * math.pi * PERIODS * np.arange(round(samples)) / round(samples)
+        self._sine, self._cosine = np.sin(phase), np.cos(phase)
+        emulated = channel.startswith(EMULATED_DEVICE)
+        self._library: Any = daq_device if emulated else load_library()
+        self._serial = f"{EMULATED}-daq" if emulated else channel.partition("/")[0]
+        self._task: Any = None
+        self._level = 0.0
+
+    def _check_possible(self, level: float) -> None:
+        needed_v = level / self._level_per_v
+        if needed_v > TERMINAL_V:
+            raise OverLimit(
+                f"{self.limits.quantity.short(level)} needs {needed_v:.2f} V at the terminal, "
+                f"which makes {TERMINAL_V:g} V at most"
+            )
+
+    def _connect(self) -> PlateIdentity:
+        self._zero()
+        return PlateIdentity(
+            manufacturer="National Instruments",
+            model=f"analogue output {self._channel}",
+            serial=self._serial,
+            firmware="unknown",
+        )
+
+    def _drive(self, level: float) -> Presentation:
+        begun_s, before = self.clock.now(), self._level
+        if self._task is None:
+            self._task = self._asked(self._start)
+        for step in range(1, RAMP_STEPS + 1):
+            self._write(along_edge(before, level, step / RAMP_STEPS))
+            self.clock.sleep(RAMP_S / RAMP_STEPS)
+        self.clock.sleep(PERIODS / self._frequency_hz)
+        if level == 0:
+            self._zero()
+        readback = self._read_back()
+        return Presentation(
+            commanded_level=level,
+            readback=readback,
+            settled_by="wait",
+            settle_time_s=self.clock.now() - begun_s,
+        )
+
+    def _read_back(self) -> Readback:
+        if self._readback is None or self._task is None:
+            kind = "commanded" if self._readback is None else "applied"
+            return Readback(level=self._level, kind=kind, time_s=self.clock.now())  # type: ignore[arg-type]
+        volts = self._asked(self._measure)
+        amplitude_v = 2 * math.hypot(float(volts @ self._sine), float(volts @ self._cosine))
+        level = amplitude_v / len(volts) * self._level_per_v
+        return Readback(level=level, kind="applied", time_s=self.clock.now())
+
+    def _silence(self) -> None:
+        if self._task is None and self._level == 0:
+            return
+        try:
+            self._zero()
+        except ConnectionLost as error:
+            raise StillVibrating(
+                f"plate 'daq': {self._channel} did not confirm 0 V ({error}); switch the amplifier "
+                "off"
+            ) from error
+
+    def _close(self) -> None:
+        task, self._task = self._task, None
+        if task is not None:
+            self._asked(task.close)
+
+    def _start(self) -> Any:
+        task = self._library.Task()
+        task.ao_channels.add_ao_voltage_chan(self._channel, min_val=-TERMINAL_V, max_val=TERMINAL_V)
+        task.timing.cfg_samp_clk_timing(
+            self._rate_hz,
+            sample_mode=self._library.constants.AcquisitionType.CONTINUOUS,
+            samps_per_chan=len(self._sine),
+        )
+        return task
+
+    def _write(self, level: float) -> None:
+        self._level = max(self._level, level)  # until it is confirmed the larger may be there
+        samples = level / self._level_per_v * self._sine
+        self._asked(lambda: self._task.write(samples.tolist(), auto_start=True))
+        self._level = level
+
+    def _zero(self) -> None:
+        """End the sine and hold 0 V; both are confirmed, or `ConnectionLost` is raised."""
+        self._close()
+
+        def hold() -> None:
+            with self._library.Task() as task:
+                task.ao_channels.add_ao_voltage_chan(
+                    self._channel, min_val=-TERMINAL_V, max_val=TERMINAL_V
+                )
+                task.write(0.0, auto_start=True)
+
+        self._asked(hold)
+        self._level = 0.0
+
+    def _measure(self) -> Any:
+        with self._library.Task() as task:
+            task.ai_channels.add_ai_voltage_chan(self._readback)
+            task.timing.cfg_samp_clk_timing(self._rate_hz, samps_per_chan=len(self._sine))
+            return np.array(task.read(number_of_samples_per_channel=len(self._sine)))
+
+    def _asked(self, request: Callable[[], Any]) -> Any:
+        try:
+            return request()
+        except self._library.errors.Error as error:
+            raise ConnectionLost(f"plate 'daq': {str(error).partition(chr(10))[0]}") from error
+
+
+def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa: ARG001
+    """Return the output that an address names: the entry point ``daq``. Raises `UserError`."""
+    channel, options, plate = addresses.opened(address, DaqOutput.name, OPTIONS)
+    missing = [name for name in ("plate", "frequency", "per_volt") if name not in options]
+    if missing or "/" not in channel:
+        raise UserError(
+            f"plate 'daq:{address}': expected a channel such as Dev1/ao0, and "
+            "plate=FILE,frequency=HZ,per_volt=LEVEL"
+        )
+    return DaqOutput(channel, options, clock=clock, plate=plate)
