@@ -262,7 +262,7 @@ def test_the_fit_of_adaptive_levels_is_judged_by_runs_of_the_rule(name, more):
     """At the observed levels, 23 to 40 % of observers of the right family were rejected."""
     tracks = rule(name, **more)
     rng = np.random.default_rng(5)
-    runs = simulated_runs(tracks, weibull, 12, rng)
+    runs = simulated_runs(tracks, weibull, 8, rng)
     sets = [Answers.of_trials(*map(list, run)) for run in runs]
     found = [
         goodness_of_fit(

@@ -46,13 +46,13 @@ def trials(
 @pytest.mark.parametrize("method", ["two_interval", "three_interval"])
 def test_the_populations_threshold_and_weber_fraction_are_recovered(method):
     rng = np.random.default_rng(11)
-    truth = np.exp(rng.normal(np.log(0.1), 0.25, 12))
+    truth = np.exp(rng.normal(np.log(0.1), 0.25, 8))
     people = {f"sub-{number:02d}": value for number, value in enumerate(truth)}
     (found,) = thresholds(trials(people, method=method))
     own = np.array([each.function.threshold_um_pp.value for each in found.participants])
     error = np.log(own) - np.log(truth)
-    assert abs(error.mean()) < 3 * error.std(ddof=1) / np.sqrt(12)
-    assert found.population.n == 12
+    assert abs(error.mean()) < 3 * error.std(ddof=1) / np.sqrt(8)
+    assert found.population.n == 8
     assert found.weber_fraction.value == pytest.approx(
         found.population.threshold_um_pp.value / 1.2, rel=1e-9
     )
