@@ -95,7 +95,7 @@ def test_maximum_likelihood_and_psignifit_agree_where_data_are_plenty(curve):
 def test_no_search_finds_likelier_parameters(curve, method):
     rng = np.random.default_rng(4)
     guess = {"two_interval": 0.5, "yes_no": 0.1, "comparison": 0.03}[method]
-    truth = {"threshold_um_pp": 0.5, "slope": 4.0, "guess": guess, "lapse": 0.03}
+    truth = {"threshold_level": 0.5, "slope": 4.0, "guess": guess, "lapse": 0.03}
     data = drawn(curve, truth, np.linspace(0.1, 1.1, 8), 40, rng)
     found = fit_threshold(data, curve=curve, method=method)
     counts = likelihood.Counts(None, data.correct[None], data.trials[None])
@@ -224,7 +224,7 @@ def test_many_sets_fitted_at_once_are_each_fitted_as_alone():
 
 def test_the_deviance_of_much_data_is_chi_square_distributed():
     rng = np.random.default_rng(3)
-    truth = {"threshold_um_pp": 0.5, "slope": 6.0, "guess": 0.5, "lapse": 0.03}
+    truth = {"threshold_level": 0.5, "slope": 6.0, "guess": 0.5, "lapse": 0.03}
     data = drawn("normal", truth, np.linspace(0.1, 1.1, 8), 400, rng)
     found = fit_threshold(data, curve="normal", largest_lapse=0.2)
     fit = goodness_of_fit(found, data, largest_lapse=0.2, simulations=2000)
@@ -290,7 +290,7 @@ def test_simulated_runs_are_those_of_the_rule_itself():
     for number, start in enumerate(tracks.tracks):
         track = start
         for trial in range(20 * number, 20 * (number + 1)):
-            assert track.level_um_pp == levels[trial]
+            assert track.level == levels[trial]
             track = track.answered(correct=bool(answers[trial]))
 
 
@@ -413,7 +413,7 @@ def test_a_population_is_the_mean_of_its_participants_logarithms():
     truth = {"slope": 3.0, "guess": 0.5, "lapse": 0.0}
     levels = np.geomspace(0.05, 2, 9)
     fits = [
-        fit_threshold(drawn("weibull", {"threshold_um_pp": x, **truth}, levels, 60, rng))
+        fit_threshold(drawn("weibull", {"threshold_level": x, **truth}, levels, 60, rng))
         for x in (0.2, 0.3, 0.4, 0.5)
     ]
     found = population_threshold([*fits, NotComputed("ill")])
