@@ -67,7 +67,7 @@ def test_it_is_the_prior_weighted_by_the_likelihood(method, guess):
 def test_with_many_answers_it_is_the_likeliest_curve(method, curve):
     rng = np.random.default_rng(2)
     guess = {"two_interval": 0.5, "comparison": 0.02}[method]
-    truth = {"threshold_um_pp": 0.3, "slope": 3.0, "guess": guess, "lapse": 0.02}
+    truth = {"threshold_level": 0.3, "slope": 3.0, "guess": guess, "lapse": 0.02}
     levels = np.linspace(0.05, 0.8, 9)
     data = answers(rng.binomial(3000, CURVES[curve].proportion(levels, **truth)), 3000, levels)
     posterior = fit_threshold_by_posterior(data, method=method, curve=curve)
