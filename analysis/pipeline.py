@@ -48,7 +48,6 @@ def analyse(
     normalise: str | None = None,
     equivalence_ratio: float | None = None,
     bayesian: bool = False,
-    psignifit: bool = True,
     progress: Callable[[str], None] | None = None,
 ) -> Analysis:
     """Analyse a data set; `analysis.reporting.files.write_analysis` writes what was found.
@@ -64,8 +63,6 @@ def analyse(
         In place of the study's: within which ratio two amplitudes count as equal.
     bayesian : bool
         Whether to sample the hierarchical Bayesian power function too; needs the extra ``bayes``.
-    psignifit : bool
-        Whether to fit thresholds by psignifit too, which takes a second a participant and task.
     progress : callable, optional
         Called with a few words on what comes next.
 
@@ -107,7 +104,6 @@ def analyse(
         prepared,
         rule if prepared else None,
         bayesian=bayesian,
-        psignifit=psignifit,
         kinds=kinds,
     )
     analysis = Analysis(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from benchmarks import simulated_truths as truths
 from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
@@ -24,11 +25,10 @@ from slipscale.analysis.tasks.thresholds.population_threshold import (
     weber_fraction,
 )
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED, CURVE_OF
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
-
-    import pandas as pd
 
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
@@ -148,8 +148,14 @@ def measure_thresholds(data: Dataset, case: Case, runs: int) -> list[Row]:
         found = zip(ours, true, strict=True)
         shown.append(row("Weber fraction", "decades", (_weber(one, t, case) for one, t in found)))
     typical = _typical(case, two_sided=two_sided)
-    groups = [ours[first : first + PEOPLE] for first in range(0, runs - PEOPLE + 1, PEOPLE)]
-    populations = (_population(group, typical, log=not two_sided) for group in groups)
+    populations = (
+        _population(
+            pd.concat([rows_of[f"sub-{label(n + 1)}"] for n in range(first, first + PEOPLE)]),
+            typical,
+            method,
+        )
+        for first in range(0, runs - PEOPLE + 1, PEOPLE)
+    )
     shown.append(row(f"{name}, {PEOPLE} people", unit, populations))
     catches = data.trials["forced_choices"][data.trials["forced_choices"]["catch"]]
     if len(catches):
@@ -203,14 +209,13 @@ def _typical(case: Case, *, two_sided: bool) -> float:
     return float(np.exp(np.average(logs, weights=weights)))
 
 
-def _population(
-    group: list[PsychometricFunction | NotComputed], truth: float, *, log: bool
-) -> tuple[float, bool | None] | None:
-    found = population_threshold(group)
+def _population(rows: pd.DataFrame, truth: float, method: str) -> tuple[float, bool | None] | None:
+    curve = CURVE_OF.get(method, "weibull")
+    found = population_threshold(rows, AnalysisChoices(), method=method, curve=curve)
     if not found:
         return None
     estimate = found.threshold_um_pp
-    return compared(estimate.value, estimate.interval, truth, log=log)
+    return compared(estimate.value, estimate.interval, truth, log=method != COMPARED)
 
 
 def _catches(catches: pd.DataFrame, case: Case, *, two_sided: bool) -> Row:

@@ -8,7 +8,6 @@ EXTRA_OF = {
     "openpyxl": "analysis",
     "pandas": "analysis",
     "pingouin": "analysis",
-    "psignifit": "analysis",
     "pyreadstat": "analysis",
     "statsmodels": "analysis",
     "numpyro": "bayes",

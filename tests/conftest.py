@@ -85,15 +85,14 @@ def emulate():
 
 @contextmanager
 def _without_simulated_fits():
-    """Leave out goodness of fit, from 1,000 simulated data sets a threshold, and psignifit."""
+    """Leave out goodness of fit, from 1,000 simulated data sets per threshold."""
     from slipscale.analysis.statistics.not_computed import NotComputed  # noqa: PLC0415
 
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("goodness_of_fit", "fit_threshold_by_psignifit"):
-            patch.setattr(
-                f"slipscale.analysis.tasks.thresholds.statistics.{name}",
-                lambda *_, **__: NotComputed("left out of this test"),
-            )
+        patch.setattr(
+            "slipscale.analysis.tasks.thresholds.statistics.goodness_of_fit",
+            lambda *_, **__: NotComputed("left out of this test"),
+        )
         yield
 
 

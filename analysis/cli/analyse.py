@@ -129,11 +129,6 @@ def add_data(parser: ArgumentParser) -> None:
         help="also sample a hierarchical Bayesian power function with individual exponents (half a "
         "minute; needs pip install 'slipscale[bayes]')",
     )
-    parser.add_argument(
-        "--no-psignifit",
-        action="store_true",
-        help="do not fit thresholds by psignifit too, which takes a second a participant and task",
-    )
 
 
 def add_mapping(parser: ArgumentParser) -> None:
@@ -205,7 +200,6 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
         normalise=args.normalise,
         equivalence_ratio=args.equivalence,
         bayesian=args.bayesian,
-        psignifit=not args.no_psignifit,
         progress=progress,
     )
 

@@ -94,6 +94,9 @@ def settings(analysis: Analysis) -> pd.DataFrame:
         "zero_rule": choices.zero_rule,
         "standard_deviation": choices.standard_deviation,
         "equivalence_ratio": f"{choices.equivalence_ratio!r}",
+        "threshold_curve": choices.threshold_curve or "",
+        "threshold_share": f"{choices.threshold_share!r}",
+        "largest_lapse": f"{choices.largest_lapse!r}",
     }
     return pd.DataFrame(list(found.items()), columns=["name", "value"])
 

@@ -49,8 +49,6 @@ class Inputs:
         How they were normalised; None without estimates.
     bayesian : bool
         Whether to sample the hierarchical Bayesian power function, which takes half a minute.
-    psignifit : bool
-        Whether to fit thresholds by psignifit too: one second per participant and task.
     session_tables : callable
         Returns each measure of a participant's session, of every kind of task.
     found : Inference
@@ -61,7 +59,6 @@ class Inputs:
     prepared: Prepared | None
     rule: str | None
     bayesian: bool = False
-    psignifit: bool = True
     session_tables: Callable[[], Iterable[SessionTable]] = tuple
     found: Inference
 

@@ -24,7 +24,6 @@ def conclude(
     rule: str | None,
     *,
     bayesian: bool = False,
-    psignifit: bool = True,
     kinds: Sequence[TaskAnalysis] | None = None,
 ) -> Inference:
     """Compute every statistic that the study chose, and those that no study can leave out.
@@ -33,7 +32,7 @@ def conclude(
     ----------
     kinds : sequence of TaskAnalysis, optional
         Default: ours.
-    data, prepared, rule, bayesian, psignifit
+    data, prepared, rule, bayesian
         See `slipscale.analysis.statistics.statistic.Inputs`.
     """
 
@@ -54,7 +53,6 @@ def conclude(
                     prepared=prepared,
                     rule=rule,
                     bayesian=bayesian,
-                    psignifit=psignifit,
                     session_tables=session_tables,
                     found=found,
                 )

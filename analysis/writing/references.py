@@ -197,6 +197,15 @@ REFERENCES: dict[str, Reference] = {
         volume="24",
         pages="193-201",
     ),
+    "wichmann2001": Reference(
+        cited="Wichmann & Hill, 2001",
+        authors="Wichmann, F. A. and Hill, N. J.",
+        year=2001,
+        title="The psychometric function: I. Fitting, sampling, and goodness of fit",
+        journal="Perception & Psychophysics",
+        volume="63",
+        pages="1293-1313",
+    ),
     "liang1986": Reference(
         cited="Liang & Zeger, 1986",
         authors="Liang, K.-Y. and Zeger, S. L.",

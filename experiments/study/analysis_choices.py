@@ -60,6 +60,7 @@ Test = Literal[
     "exponent_and_weber",
 ]
 Primary = Literal["ranks", "logarithms"]
+ThresholdCurve = Literal["weibull", "log_logistic", "log_normal", "gumbel", "logistic", "normal"]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -182,6 +183,24 @@ class AnalysisChoices(BaseModel):
         default=None,
         description="Column of participants.tsv that tells the group of a participant, to compare "
         "groups; left out: group, where there is one.",
+    )
+    threshold_curve: ThresholdCurve | None = Field(
+        default=None,
+        description="Psychometric function of thresholds: weibull, log_logistic and log_normal are "
+        "functions of the level's logarithm; gumbel, logistic and normal of the level itself. Left "
+        "out: weibull, and normal for comparisons on both sides of a standard.",
+    )
+    threshold_share: Annotated[float, Field(gt=0, lt=1)] = Field(
+        default=0.5,
+        description="Where on the curve the threshold is, without guesses and lapses: 0.5 is "
+        "half-way between the asymptotes.",
+        json_schema_extra={"unit": "share, 0 to 1"},
+    )
+    largest_lapse: Annotated[float, Field(ge=0, lt=0.5)] = Field(
+        default=0.2,
+        description="Upper bound of the lapse rate that participants share in the model of the "
+        "population; catch trials inform it.",
+        json_schema_extra={"unit": "share, 0 to 0.5"},
     )
     codebook: str | None = Field(
         default=None,

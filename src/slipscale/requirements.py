@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from argparse import Namespace
     from collections.abc import Callable, Iterable, Iterator, Mapping
 
-ANALYSIS = ("pandas", "pingouin", "statsmodels", "psignifit", "joblib")
+ANALYSIS = ("pandas", "pingouin", "statsmodels", "joblib")
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,22 +7,33 @@ mean_and_ends <- function(x, confidence) mean(x) + c(0, -1, 1) * qt((1 + confide
 three <- function(name, values) setNames(values, paste0(name, c(".value", ".interval.0", ".interval.1")))
 person_means <- function(value, who, column) tapply(value, list(who, column), mean)
 
-# Psychometric functions: a Weibull function of the level, or of comparisons a normal one. ---------
+# Psychometric functions of the level, or of its logarithm. -----------------------------------------
 
 largest_lapse <- 0.06
-psychometric <- function(method) {
+families <- list(
+  gumbel = list(share = function(z) -expm1(-exp(pmin(z, 700))), inverse = function(p) log(-log1p(-p))),
+  logistic = list(share = plogis, inverse = qlogis), normal = list(share = pnorm, inverse = qnorm))
+psychometric <- function(method, settings) {
   compared <- method == "comparison"
   guess <- switch(method, two_interval = 1 / 2, three_interval = 1 / 3, NA)
+  name <- settings[["threshold_curve"]]
+  if (name == "") name <- if (compared) "normal" else "weibull"
+  logarithmic <- name %in% c("weibull", "log_logistic", "log_normal")
+  family <- families[[if (name == "weibull") "gumbel" else sub("log_", "", name)]]
+  offset <- family$inverse(as.numeric(settings[["threshold_share"]]))
   list(
-    compared = compared, guess = guess,
-    at = function(levels) if (compared) levels else log(ifelse(levels > 0, levels, 1e-300)),
-    share = function(away, slope) if (compared) pnorm(slope * away) else -expm1(-log(2) * exp(pmin(slope * away, 700))),
+    compared = compared, guess = guess, logarithmic = logarithmic,
+    largest_lapse = as.numeric(settings[["largest_lapse"]]),
+    at = function(levels) if (logarithmic) log(ifelse(levels > 0, levels, 1e-300)) else levels,
+    back = if (logarithmic) exp else identity,
+    share = function(away, slope) family$share(offset + slope * away),
     p_of = function(share, lapse) {
       low <- if (compared) lapse else guess
       pmin(pmax(low + (1 - low - lapse) * share, 1e-9), 1 - 1e-9)
     },
-    # Distance from 5 to 95 % of a curve with slope 1.
-    spread = if (compared) 2 * qnorm(0.95) else log(-log(0.05)) - log(-log(0.95)))
+    # Distance from 5 to 95 %, and half of that from 25 to 75 %, of a curve with slope 1.
+    spread = family$inverse(0.95) - family$inverse(0.05),
+    half_width = (family$inverse(0.75) - family$inverse(0.25)) / 2)
 }
 
 # Threshold, log slope and lapse rate by maximum likelihood; nothing of answers that jump.
@@ -54,7 +65,7 @@ likeliest <- function(curve, x, yes, n) {
 posterior <- function(curve, x, yes, n, confidence) {
   seen <- x[x > -600]
   span <- diff(range(seen))
-  usual <- if (curve$compared) curve$spread / span else 2
+  usual <- if (curve$logarithmic) 2 else curve$spread / span
   lapses <- (seq_len(12) - 0.5) / 12 * largest_lapse
   weights <- function(at, slopes) {
     value <- array(0, c(length(at), length(slopes), length(lapses)))
@@ -83,7 +94,7 @@ posterior <- function(curve, x, yes, n, confidence) {
   list(at = ends(at, apply(found, 1, sum)), slope = ends(slopes, apply(found, 2, sum)), lapse = sum(apply(found, 3, sum) * lapses))
 }
 
-threshold_of <- function(rows, method, standard, confidence) {
+threshold_of <- function(rows, method, standard, confidence, settings) {
   main <- rows[!rows$catch, ]
   catch <- rows[rows$catch, ]
   right <- function(part) {
@@ -95,10 +106,10 @@ threshold_of <- function(rows, method, standard, confidence) {
   levels <- sort(unique(main$level_um_pp))
   yes <- sapply(levels, function(level) sum(main$correct[main$level_um_pp == level]))
   n <- sapply(levels, function(level) sum(main$level_um_pp == level))
-  curve <- psychometric(method)
+  curve <- psychometric(method, settings)
   x <- curve$at(levels)
   if (length(x) < 2 || sum(yes) %in% c(0, sum(n))) return(out)
-  back <- if (curve$compared) identity else exp
+  back <- curve$back
   shared <- function(lapse) c(lapse = lapse, guess = if (curve$compared) lapse else curve$guess, trials = nrow(main), levels = length(x))
   ours <- posterior(curve, x, yes, n, confidence)
   out <- c(out, under("function.", c(
@@ -109,37 +120,106 @@ threshold_of <- function(rows, method, standard, confidence) {
     p <- curve$p_of(curve$share(x - best[1], exp(best[2])), best[3])
     own <- pmin(pmax(yes / n, 1e-9), 1 - 1e-9)
     gained <- sum(yes * log(own / p) + (n - yes) * log((1 - own) / (1 - p)))
-    out <- c(out, fit.deviance = 2 * gained, under("maximum_likelihood.", c(
-      threshold = back(best[1]), slope = exp(best[2]), shared(best[3]))))
+    out <- c(out, fit.deviance = 2 * gained)
   }
   if (is.na(standard)) return(out)
-  weber <- if (curve$compared) qnorm(0.75) / exp(ours$slope[c(1, 3, 2)]) else exp(ours$at)
+  weber <- if (curve$compared) curve$half_width / exp(ours$slope[c(1, 3, 2)]) else back(ours$at)
   c(out, three("weber_fraction", weber / standard))
 }
 
-thresholds <- function(choices, confidence, wanted) {
+# Everybody's answers in one model: thresholds of people are normal on the curve's axis, and of a
+# person's sessions again; slope and lapse rate are shared. Maximum marginal likelihood, both normal
+# variables summed on grids; intervals of the profile likelihood with Student's quantile.
+population_of <- function(rows, curve, standard, confidence) {
+  main <- rows[!rows$catch, ]
+  people <- in_code_order(main$participant_id)
+  n <- length(people)
+  if (n < 3) return(NULL)
+  main$session <- ifelse(is.na(main$session), "", main$session)
+  sessions <- in_code_order(main$session)
+  levels <- sort(unique(main$level_um_pp))
+  x <- curve$at(levels)
+  count <- function(which) lapply(sessions, function(s) {
+    here <- main[main$session == s & which, ]
+    unclass(table(factor(here$participant_id, people), factor(match(here$level_um_pp, levels), seq_along(levels))))
+  })
+  yes <- count(main$correct)
+  no <- count(!main$correct)
+  catch <- rows[rows$catch & (!curve$compared | rows$level_um_pp != rows$standard_um_pp), ]
+  right <- if (curve$compared) catch$correct == (catch$level_um_pp > catch$standard_um_pp) else catch$correct
+  grid <- function(count) {
+    nodes <- seq(-5, 5, length.out = count)
+    list(nodes = nodes, weights = dnorm(nodes, log = TRUE) - log(sum(dnorm(nodes))))
+  }
+  outer_grid <- grid(max(25, ceiling(6 * sqrt(max(table(main$participant_id))))))
+  inner_grid <- if (length(sessions) > 1) grid(11) else list(nodes = 0, weights = 0)
+  log_sums <- function(terms) {
+    peak <- apply(terms, 1, max)
+    peak + log(rowSums(exp(terms - peak)))
+  }
+  terms_of <- function(q) {
+    at <- as.vector(outer(q[1] + q[3] * outer_grid$nodes, q[4] * inner_grid$nodes, `+`))
+    p <- curve$p_of(curve$share(outer(x, at, `-`), exp(q[2])), q[5])
+    terms <- matrix(outer_grid$weights, n, length(outer_grid$nodes), byrow = TRUE)
+    for (s in seq_along(sessions)) {
+      within <- yes[[s]] %*% log(p) + no[[s]] %*% log1p(-p)
+      within <- sweep(within, 2, rep(inner_grid$weights, each = length(outer_grid$nodes)), `+`)
+      terms <- terms + matrix(log_sums(matrix(within, ncol = length(inner_grid$nodes))), n)
+    }
+    terms
+  }
+  minus <- function(q) {
+    lapse <- max(q[5], 1e-9)
+    -sum(log_sums(terms_of(q))) - sum(right) * log1p(-lapse) - sum(!right) * log(lapse)
+  }
+  seen <- x[x > -600]
+  span <- sd(seen)
+  low <- c(mean(seen) - 6 * span, log(curve$spread / 20 / span), 0, 0, 0)
+  high <- c(mean(seen) + 6 * span, log(curve$spread / 0.02 / span), 5 * span, if (length(sessions) > 1) 5 * span else 0, curve$largest_lapse)
+  fit <- function(start, place = NULL, value = NULL) {
+    start[3:4] <- pmin(pmax(start[3:4], 0.3 * span), high[3:4])
+    if (!is.null(place)) start[place] <- value
+    free <- setdiff(which(high > low), place)
+    found <- nlminb(start[free], function(q) minus(replace(start, free, q)), lower = low[free], upper = high[free], control = list(rel.tol = 1e-12))
+    list(par = replace(start, free, found$par), objective = found$objective)
+  }
+  starts <- expand.grid(lapse = pmin(c(0.005, 0.03, 0.1), curve$largest_lapse), width = c(3, 1.5, 0.8))
+  starts <- lapply(seq_len(nrow(starts)), function(i) c(mean(seen), log(curve$spread / starts$width[i] / span), 0.5 * span, min(0.3 * span, high[4]), starts$lapse[i]))
+  starts <- starts[order(sapply(starts, minus))[1:4]]
+  fits <- lapply(starts, fit)
+  best <- fits[[which.min(sapply(fits, `[[`, "objective"))]]
+  fall <- n / 2 * log(1 + qt((1 + confidence) / 2, n - 1)^2 / (n - 1))
+  end <- function(place, edge) {
+    beyond <- function(value) fit(best$par, place, value)$objective - best$objective - fall
+    if (beyond(edge) <= 0) return(sign(edge - best$par[place]) * Inf)
+    uniroot(beyond, sort(c(best$par[place], edge)), tol = 1e-4 * span)$root
+  }
+  ends <- function(place) c(best$par[place], end(place, low[place]), end(place, high[place]))
+  threshold <- curve$back(ends(1))
+  slope <- exp(ends(2))
+  shares <- exp(terms_of(best$par))
+  own <- best$par[1] + best$par[3] * as.vector(shares %*% outer_grid$nodes) / rowSums(shares)
+  half <- curve$half_width / slope[c(1, 3, 2)]
+  relative <- if (curve$compared) half else threshold
+  c(three("population.threshold", threshold), three("population.slope", slope),
+    population.sd = best$par[3] / (if (curve$logarithmic) log(10) else 1),
+    if (!curve$logarithmic) three("population.half_width", half),
+    population.lapse = best$par[5], population.n = n, population.answers = nrow(main),
+    setNames(curve$back(own), paste0("population.participants.", people)),
+    if (!is.na(standard)) three("weber_fraction", relative / standard))
+}
+
+thresholds <- function(choices, confidence, settings) {
   tasks <- in_code_order(choices$task)
   unlist(lapply(seq_along(tasks), function(i) {
     rows <- choices[choices$task == tasks[i], ]
     method <- rows$method[1]
     standard <- unique(rows$standard_um_pp[!is.na(rows$standard_um_pp)])
     standard <- if (length(standard) == 1 && standard > 0) standard else NA
-    people <- lapply(in_code_order(rows$participant_id), function(who) threshold_of(rows[rows$participant_id == who, ], method, standard, confidence))
-    place <- paste0("thresholds.", i - 1, ".")
-    # Who has a threshold the report says: answers that do not rise have none.
-    there <- paste0(place, "participants.", seq_along(people) - 1, ".function.threshold") %in% wanted
-    out <- c(standard = standard, numbered("participants.", people))
-    if (sum(there) >= 3) {
-      levels <- sapply(people[there], `[[`, "function.threshold")
-      values <- if (method == "comparison") levels else log(levels)
-      ends <- mean_and_ends(values, confidence)
-      out <- c(out, three("population.threshold", if (method == "comparison") ends else exp(ends)),
-               population.sd = sd(values) / (if (method == "comparison") 1 else log(10)),
-               population.n = sum(there), population.left_out = sum(!there))
-      if (!is.na(standard)) out <- c(out, three("weber_fraction", exp(mean_and_ends(
-        log(sapply(people[there], `[[`, "weber_fraction.value")), confidence))))
-    }
-    under(place, out)
+    people <- lapply(in_code_order(rows$participant_id), function(who) threshold_of(rows[rows$participant_id == who, ], method, standard, confidence, settings))
+    under(paste0("thresholds.", i - 1, "."), c(
+      standard = standard, numbered("participants.", people),
+      population_of(rows, psychometric(method, settings), standard, confidence)))
   }))
 }
 
@@ -154,7 +234,7 @@ agreement <- function(choices, exponents, found, confidence) {
     if (sum(both) < 3) next
     weber <- unname(found[names_there[both]])
     power <- unname(exponents[people[both]])
-    fraction <- exp(mean_and_ends(log(weber), confidence))
+    fraction <- unname(found[paste0("thresholds.", i - 1, ".weber_fraction", c(".value", ".interval.0", ".interval.1"))])
     out[[length(out) + 1]] <- c(
       standard = found[[paste0("thresholds.", i - 1, ".standard")]], three("exponent", mean_and_ends(power, confidence)),
       three("weber_fraction", fraction), three("expected_exponent", log(1.03) / log1p(fraction[c(1, 3, 2)])),
@@ -558,7 +638,7 @@ tasks <- function(settings, wanted, trials, logs) {
   out <- NULL
   choices <- read("trials_forced_choices.csv")
   if (!is.null(choices)) {
-    out <- thresholds(choices, confidence, wanted)
+    out <- thresholds(choices, confidence, settings)
     out <- c(out, agreement(choices, exponents, out, confidence))
   }
   each <- function(rows, keys) {

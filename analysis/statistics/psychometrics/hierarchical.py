@@ -19,10 +19,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.statistics.integrated_over_people import (
+    FLAT,
     Counted,
     IntegratedModel,
+    Interval,
     Maximum,
     Prediction,
+    students_fall,
 )
 from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
 
@@ -36,11 +39,12 @@ WIDEST, FARTHEST = 5.0, 6.0
 #: Slopes from a rise over 20 standard deviations of the levels to one within a fiftieth.
 SHALLOWEST, STEEPEST = 20.0, 0.02
 #: Nodes of people by the square root of a participant's answers; the fewest and the most.
-NODES, FEWEST_NODES, MOST_NODES = 6.0, 25, 161
+NODES, FEWEST_NODES, MOST_NODES = 4.0, 21, 161
 #: Nodes of a participant's deviations between conditions.
-INNER_NODES = 15
-#: Lapse rates where the search begins: the likelihood can have a peak for each.
-LAPSES = (0.005, 0.05)
+INNER_NODES = 9
+#: Lapse rates where the search begins: the likelihood can have a peak for each. And how many
+#: standard deviations of the levels the curve rises over there.
+LAPSES, WIDTHS = (0.005, 0.03, 0.1), (3.0, 1.5, 0.8)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,15 +131,22 @@ class HierarchicalFit:
         self.best = self._best()
 
     def _best(self) -> Maximum:
-        """Return the maximum from each lapse rate where a search begins."""
-        middle = np.linalg.lstsq(self._design, np.zeros(len(self._design)), rcond=None)[0]
-        slope = np.log(self.model.spread / 2)
+        """Return the likeliest of the maxima from each lapse rate where a search begins."""
         guess = sum(self._guess) / 2
+
+        def start(lapse: float, width: float) -> Array:
+            slope = np.log(self.model.spread / width)
+            lapse = min(lapse, self.model.largest_lapse)
+            return np.array([*np.zeros(self.coefficients), slope, 0.5, 0.3, lapse, guess])
+
         starts = [
-            [*middle, slope, 0.5, 0.3, min(lapse, self.model.largest_lapse), guess]
+            min(
+                (start(lapse, width) for width in WIDTHS),
+                key=lambda q: self._fitted.minus_log(q)[0],
+            )
             for lapse in LAPSES
         ]
-        return max(map(self._fitted.fit, map(np.array, starts)), key=lambda one: one.log_likelihood)
+        return max(map(self._fitted.fit, starts), key=lambda one: one.log_likelihood)
 
     def _catches(self, theta: Array) -> tuple[float, Array]:
         """Return the log likelihood of the catch trials, and its gradient."""
@@ -172,6 +183,55 @@ class HierarchicalFit:
 
         return Prediction(np.log(p), np.log1p(-p), gradient)
 
+    def coordinates(self, coefficient: Array) -> Array:
+        """Return coordinates of levels for values of a coefficient of the thresholds."""
+        return self._centre + self._scale * np.asarray(coefficient, float)
+
+    def interval(self, place: int, df: int, confidence: float) -> Interval:
+        """Return a parameter with its profile likelihood interval; the fit's own units.
+
+        Parameters
+        ----------
+        place : int
+            A coefficient's number, or ``slope`` (its natural logarithm).
+        df : int
+            Degrees of freedom between people.
+        """
+        fall = students_fall(self.people, df, confidence)
+        return self._fitted.profile(self.best, place, fall)
+
+    def p(self, coefficient: int, df: int) -> float:
+        """Return the p of a coefficient of 0: Student's t whose interval would just end there."""
+        from scipy import stats  # noqa: PLC0415 - half a second's import
+
+        fallen = max(self.fallen({coefficient: 0.0}), 0.0)
+        t = (df * np.expm1(2 * fallen / self.people)) ** 0.5
+        return float(2 * stats.t.sf(t, df))
+
     def fallen(self, held: dict[int, float]) -> float:
-        """Return how much less likely the best fit with parameters held is; own coordinates."""
+        """Return how much less likely the best fit with parameters held is."""
         return self.best.log_likelihood - self._fitted.fit(self.best.theta, held).log_likelihood
+
+    @property
+    def jumps(self) -> bool:
+        """Whether the steepest slope tried is as likely as any."""
+        steepest = self._fitted.bounds[self.slope][1]
+        return self.fallen({self.slope: steepest}) < FLAT
+
+    def deviations(self) -> Array:
+        """Return how far each person's threshold lies from the population's, coordinates.
+
+        Means given the person's answers and the fit: drawn towards 0, the more the fewer answers.
+        """
+        _, shares = self._fitted.posteriors(self.best.theta)
+        return np.asarray(self.sd * (shares @ self._fitted.outer))
+
+    @property
+    def sd(self) -> float:
+        """Standard deviation of people's thresholds, coordinates."""
+        return self._scale * float(self.best.theta[self.spread])
+
+    @property
+    def scale(self) -> float:
+        """How many coordinates one unit of the fit is."""
+        return self._scale

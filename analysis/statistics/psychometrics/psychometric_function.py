@@ -33,22 +33,19 @@ class Method:
         What is known of the lower asymptote.
     guess_rate : float
         Its value where it is fixed.
-    psignifit : str
-        psignifit's name of it.
     """
 
     guess: Guess
     guess_rate: float
-    psignifit: str
 
 
 METHODS: dict[str, Method] = {
-    "two_interval": Method(guess="fixed", guess_rate=1 / 2, psignifit="2AFC"),
-    "three_interval": Method(guess="fixed", guess_rate=1 / 3, psignifit="3AFC"),
+    "two_interval": Method(guess="fixed", guess_rate=1 / 2),
+    "three_interval": Method(guess="fixed", guess_rate=1 / 3),
     # "Was there a vibration?": yes without one is the participant's own.
-    "yes_no": Method(guess="free", guess_rate=0.0, psignifit="yes/no"),
+    "yes_no": Method(guess="free", guess_rate=0.0),
     # "Is the second more slippery?": a slip says either.
-    "comparison": Method(guess="equal to lapse", guess_rate=0.0, psignifit="equal asymptote"),
+    "comparison": Method(guess="equal to lapse", guess_rate=0.0),
 }
 
 
@@ -113,7 +110,7 @@ class PsychometricFunction:
 
     Parameters
     ----------
-    estimator : {"maximum likelihood", "posterior", "psignifit"}
+    estimator : {"maximum likelihood", "posterior"}
         How it was found.
     curve, method : str
         Keys of `slipscale.experiments.protocols.adaptive.curves.CURVES` and of `METHODS`.
@@ -131,7 +128,7 @@ class PsychometricFunction:
         How many.
     """
 
-    estimator: Literal["maximum likelihood", "posterior", "psignifit"]
+    estimator: Literal["maximum likelihood", "posterior"]
     curve: str
     method: str
     share: float

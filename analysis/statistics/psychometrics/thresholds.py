@@ -1,4 +1,4 @@
-"""Thresholds: a participant's psychometric function and its intervals, in three ways.
+"""Thresholds: a participant's psychometric function and its intervals, in two ways.
 
 Levels are µm peak to peak: an amplitude (detection) or a difference of amplitudes
 (discrimination). The definitions and figures measured stand in ``docs/explanation/thresholds.md``.
@@ -180,71 +180,6 @@ def fit_threshold_by_posterior(
         trials=int(answers.trials.sum()),
         levels=len(answers.levels_um_pp),
     )
-
-
-def fit_threshold_by_psignifit(
-    answers: Answers,
-    *,
-    method: str = "two_interval",
-    curve: str = "weibull",
-    share: float = 0.5,
-    confidence: float = 0.95,
-) -> PsychometricFunction | NotComputed:
-    """Fit a psychometric function by psignifit 4 (Schütt et al. 2016, Vision Res. 122, 105-123).
-
-    Bayesian, with overdispersion; the mode and percentiles of the posterior. Parameters and errors
-    as for `fit_threshold`; takes about a second.
-    """
-    try:
-        from psignifit import psignifit  # noqa: PLC0415 - loads scipy.stats and matplotlib
-    except ModuleNotFoundError:
-        return NotComputed("psignifit is not installed (it comes with slipscale[analysis])")
-    model = model_of(method, curve, share, LARGEST_LAPSE)
-    if why := _too_little(answers, model):
-        return NotComputed(why)
-    u = counts_of(answers, model).u[0]
-    seen = u[u > likelihood.FAR_BELOW]
-    lowest, highest = float(seen.min()), float(seen.max())
-    # 0 on a logarithmic axis: as far below as psignifit's grid of widths takes as far.
-    u = np.where(u > likelihood.FAR_BELOW, u, lowest - 20 * (highest - lowest))
-    with np.errstate(over="ignore"):  # of its Weibull function, far above the threshold
-        found = psignifit(
-            np.stack([u, answers.correct, answers.trials], axis=1),
-            sigmoid=_SIGMOIDS[curve],
-            experiment_type=METHODS[method].psignifit,
-            thresh_PC=share,
-            stimulus_range=(lowest, highest),
-            confP=(confidence,),
-            verbose=False,
-        )
-    value = found.get_parameter_estimate("MAP")
-    ends = {
-        name: next(iter(found.confidence_intervals[name].values()))
-        for name in ("threshold", "width")
-    }
-    return PsychometricFunction(
-        estimator="psignifit",
-        curve=curve,
-        method=method,
-        share=share,
-        threshold_um_pp=estimate(
-            model.curve.level([value["threshold"], *ends["threshold"]]), confidence
-        ),
-        # A width is the distance of 5 and 95 %: wide is shallow.
-        slope=_slope(
-            model.spread / np.array([value["width"], *reversed(ends["width"])]),
-            answers,
-            confidence,
-        ),
-        slope_value=model.spread / float(value["width"]),
-        lapse=float(value["lambda"]),
-        guess=float(value["gamma"]),
-        trials=int(answers.trials.sum()),
-        levels=len(answers.levels_um_pp),
-    )
-
-
-_SIGMOIDS = {"weibull": "weibull", "logistic": "logistic", "normal": "norm"}
 
 
 def model_of(method: str, curve: str, share: float, largest_lapse: float) -> Model:

@@ -60,8 +60,10 @@ class ExponentAndWeber:
         With which surfaces were compared, µm peak to peak.
     participants : tuple of OwnExponentAndWeber
         Whose they are.
-    exponent, weber_fraction : Estimate
-        Mean, and geometric mean, with Student's intervals.
+    exponent : Estimate
+        Mean, with Student's interval.
+    weber_fraction : Estimate
+        The population's (`TaskThresholds.weber_fraction`).
     expected_exponent : Estimate
         What the Weber fraction and its interval predict with k = 0.03.
     ekman_fraction : Estimate
@@ -133,18 +135,18 @@ def _task(
     own = np.array([each.exponent for each in people])
     weber = np.array([each.weber_fraction for each in people])
     exponent = mean_over_participants(own, confidence)
-    log_weber = mean_over_participants(np.log(weber), confidence)
     log_ekman = mean_over_participants(own * np.log1p(weber), confidence)
-    if not (exponent and log_weber and log_ekman):
-        return missing([exponent, log_weber, log_ekman])[0]
-    fraction = np.exp([log_weber.mean, *log_weber.interval])
+    whole = task.weber_fraction
+    if not (exponent and whole and log_ekman):
+        return missing([exponent, whole, log_ekman])[0]
+    fraction = np.array([whole.value, *whole.interval])
     ekman = np.expm1([log_ekman.mean, *log_ekman.interval])
     return ExponentAndWeber(
         task=task.task,
         standard_um_pp=task.standard_um_pp,
         participants=people,
         exponent=estimate(np.array([exponent.mean, *exponent.interval]), confidence),
-        weber_fraction=estimate(fraction, confidence),
+        weber_fraction=whole,
         # A larger Weber fraction goes with a smaller exponent.
         expected_exponent=estimate(np.log1p(EKMAN) / np.log1p(fraction[[0, 2, 1]]), confidence),
         ekman_fraction=estimate(ekman, confidence),

@@ -12,6 +12,7 @@ from slipscale.analysis.statistics.psychometrics.psychometric_function import ME
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED
 from slipscale.analysis.writing.axes import LINES_AT_MOST, tip
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.protocols.adaptive.curves import CURVES
 from slipscale.figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
 
 if TYPE_CHECKING:
@@ -26,8 +27,6 @@ BINS = 8
 ACROSS, PANEL = 3, (2.5, 1.7)
 #: More participants than this have no panel of their own.
 PANELS_AT_MOST = 24
-#: How far beside a participant's threshold the same answers stand, fitted in other ways.
-ASIDE = 0.28
 #: More thresholds than this stand without their participants' names.
 NAMED_AT_MOST = 30
 LEVEL = "Difference from the standard (µm, peak to peak)"
@@ -51,17 +50,18 @@ def functions(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
     figure = Figure(figsize=(5.6, 3.2 + rows), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[3.2, rows])
     compared = found.method == COMPARED
+    logarithmic = CURVES[found.curve].logarithmic
     levels = main["level_um_pp"].to_numpy(float)
-    levels = levels if compared else levels[levels > 0]
+    levels = levels[levels > 0] if logarithmic else levels
     there = [each.function.threshold_um_pp.value for each in people if each.function]
     low, high = min([levels.min(), *there]), max([levels.max(), *there])
     margin = 0.05 * (high - low)
     fine = (
-        np.linspace(low - margin, high + margin, 200)
-        if compared
-        else np.geomspace(low / 1.3, high * 1.3, 200)
+        np.geomspace(low / 1.3, high * 1.3, 200)
+        if logarithmic
+        else np.linspace(low - margin, high + margin, 200)
     )
-    _answers(top, main[main["level_um_pp"].isin(levels)], logarithmic=not compared)
+    _answers(top, main[main["level_um_pp"].isin(levels)], logarithmic=logarithmic)
     for each in people if len(people) <= LINES_AT_MOST else []:
         line = each.function
         if line:
@@ -75,7 +75,7 @@ def functions(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
     top.yaxis.set_major_formatter(PercentFormatter(1.0))
     top.set_ylabel("Called more slippery" if compared else "Correct")
     _thresholds(bottom, found)
-    if not compared:
+    if logarithmic:
         bottom.set_xscale("log")
         bottom.xaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 5)))
         bottom.xaxis.set_minor_locator(NullLocator())
@@ -136,23 +136,6 @@ def _thresholds(axes: Axes, found: TaskThresholds) -> None:
             markersize=4,
             gid=tip(f"{each.participant}: {estimate.value:.3g} µm [{low:.3g}, {high:.3g}]"),
         )
-        for offset, marker, other in (
-            (-ASIDE, "^", each.maximum_likelihood),
-            (ASIDE, "s", each.psignifit),
-        ):
-            if other:
-                low, high = other.threshold_um_pp.interval
-                axes.plot([low, high], [place + offset] * 2, color=PALE, linewidth=0.7, zorder=1)
-                axes.plot(
-                    [other.threshold_um_pp.value],
-                    [place + offset],
-                    marker,
-                    color=GREY,
-                    markersize=2.6,
-                    mfc="white",
-                    mew=0.7,
-                    gid=tip(f"{each.participant}, {other.estimator}: {low:.3g} to {high:.3g} µm"),
-                )
     if found.population:
         low, high = found.population.threshold_um_pp.interval
         axes.axvspan(low, high, color="#F6D7C7", linewidth=0, zorder=0)

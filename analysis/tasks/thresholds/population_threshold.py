@@ -3,22 +3,33 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
-from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.holm import holm
+from slipscale.analysis.statistics.not_computed import NotComputed, fold
+from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
+from slipscale.analysis.statistics.psychometrics.hierarchical import HierarchicalFit, Trials
 from slipscale.analysis.statistics.psychometrics.psychometric_function import (
+    METHODS,
     Estimate,
     PsychometricFunction,
     estimate,
 )
+from slipscale.analysis.statistics.psychometrics.thresholds import model_of
+from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.protocols.adaptive.curves import CURVES
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterator, Mapping
+
+    from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Model
+    from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 
 def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estimate | NotComputed:
@@ -55,51 +66,248 @@ def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estim
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LevelOfFactor:
+    """The threshold in one group or session."""
+
+    name: str
+    n: int
+    threshold_um_pp: Estimate
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Contrast:
+    """Two groups or sessions compared.
+
+    Parameters
+    ----------
+    first, second : str
+    change : Estimate
+        The second threshold over the first; on a curve of the level itself, less the first.
+    p, p_holm : float
+        Of no change, and corrected for all pairs of the factor.
+    """
+
+    first: str
+    second: str
+    change: Estimate
+    p: float
+    p_holm: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Factor:
+    """Thresholds by group, or by session."""
+
+    name: str
+    levels: tuple[LevelOfFactor, ...]
+    contrasts: tuple[Contrast, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PopulationThreshold:
-    """The threshold of a population, from its participants'.
+    """The threshold of a population, by a hierarchical model of everybody's answers.
 
     Parameters
     ----------
     threshold_um_pp : Estimate
-        Mean of the participants', geometric on a logarithmic curve, with Student's interval.
+        Of the typical participant: the centre of the people's normal distribution, on the axis of
+        the curve.
     sd : float
         Between participants: decades on a logarithmic curve, µm peak to peak on others.
-    n : int
-        Participants with a threshold.
-    left_out : int
-        Participants without one.
+    slope : Estimate or NotComputed
+        Of a participant's curve, shared by all.
+    half_width_um_pp : Estimate or NotComputed
+        Of a curve of the level itself: half the distance between its 25 and 75 %.
+    lapse : float
+        Shared by all.
+    n, answers : int
+        Participants, and their answers.
+    participants : Mapping of str to float
+        Each threshold in this fit, drawn towards the population's; µm peak to peak.
+    factors : tuple of Factor
+        By group and by session, if there are several.
     """
 
     threshold_um_pp: Estimate
     sd: float
+    slope: Estimate | NotComputed
+    half_width_um_pp: Estimate | NotComputed
+    lapse: float
     n: int
-    left_out: int
+    answers: int
+    participants: Mapping[str, float]
+    factors: tuple[Factor, ...] = ()
 
 
 def population_threshold(
-    fits: Sequence[PsychometricFunction | NotComputed], confidence: float = 0.95
+    rows: pd.DataFrame,
+    choices: AnalysisChoices,
+    *,
+    method: str,
+    curve: str,
+    group_of: Mapping[str, str] | None = None,
 ) -> PopulationThreshold | NotComputed:
-    """Return the population's threshold, every participant counting as one.
+    """Fit everybody's answers to one task.
 
-    Raises
-    ------
-    UserError
-        The fits are of several curves or thresholds.
+    Parameters
+    ----------
+    rows : DataFrame
+        `slipscale.analysis.tasks.thresholds.reading.read_choices`'s trials of the task.
+    method, curve : str
+        Keys of `METHODS` and of `CURVES`.
+    group_of : Mapping, optional
+        Participant -> group.
     """
-    from scipy import stats  # noqa: PLC0415 - half a second's import
-
-    there = [one for one in fits if one]
-    if len({(one.curve, one.share, one.method) for one in there}) > 1:
-        raise UserError("a population's threshold needs one curve, method and share of it for all")
-    if len(there) < FEWEST:
-        return NotComputed(few("participants with a threshold", len(there)))
-    family = CURVES[there[0].curve]
-    values = family.coordinate([one.threshold_um_pp.value for one in there])
-    mean, sd = float(values.mean()), float(values.std(ddof=1))
-    half = float(stats.t.ppf((1 + confidence) / 2, len(values) - 1)) * sd / len(values) ** 0.5
-    return PopulationThreshold(
-        threshold_um_pp=estimate(family.level([mean, mean - half, mean + half]), confidence),
-        sd=sd / float(np.log(10)) if family.logarithmic else sd,
-        n=len(there),
-        left_out=len(fits) - len(there),
+    model = model_of(method, curve, choices.threshold_share, choices.largest_lapse)
+    main = rows[~rows["catch"]]
+    main = main.assign(
+        who=main[PARTICIPANT].astype(str), session=main["session"].astype(object).fillna("")
     )
+    people = sorted(main["who"].unique())
+    if len(people) < FEWEST:
+        return NotComputed(few("participants", len(people)))
+    if main["level_um_pp"].nunique() < 2 or main["correct"].nunique() < 2:  # noqa: PLR2004
+        return NotComputed("one level, or the same answer to all: no curve rises between")
+    right = _right(rows[rows["catch"]], method)
+    counted = _counted(main, model)
+    fit = HierarchicalFit(model, _trials(counted, np.ones((len(counted), 1)), right))
+    df, confidence = len(people) - 1, choices.confidence
+    found = fit.interval(0, df, confidence)
+    if found.value is None:
+        return NotComputed("answers do not rise between the levels presented")
+    slope: Estimate | NotComputed = NotComputed("the answers jump between two levels")
+    half: Estimate | NotComputed = NotComputed("a curve of the level's logarithm has none")
+    if not fit.jumps:
+        three = fit.interval(fit.slope, df, confidence)
+        ends = np.exp([fit.best.theta[fit.slope], three.low, three.high]) / fit.scale
+        slope = estimate(ends, confidence)
+    if not model.curve.logarithmic:
+        low, high = model.curve.inverse(np.array([0.25, 0.75]))
+        half = _half_width(slope, float(high - low) / 2) if isinstance(slope, Estimate) else slope
+    levels = model.curve.level
+    own = fit.coordinates(np.array([found.value])) + fit.deviations()
+    return PopulationThreshold(
+        threshold_um_pp=estimate(levels(fit.coordinates(np.array(found))), confidence),
+        sd=fit.sd / float(np.log(10)) if model.curve.logarithmic else fit.sd,
+        slope=slope,
+        half_width_um_pp=half,
+        lapse=float(fit.best.theta[fit.lapse]),
+        n=len(people),
+        answers=len(main),
+        participants=dict(zip(people, levels(own).tolist(), strict=True)),
+        factors=tuple(_factors(model, counted, right, confidence, group_of or {})),
+    )
+
+
+def population_weber(
+    found: PopulationThreshold, method: str, standard_um_pp: float
+) -> Estimate | NotComputed:
+    """Return the population's just noticeable difference as a part of the standard."""
+    compared = METHODS[method].guess == "equal to lapse"
+    part = found.half_width_um_pp if compared else found.threshold_um_pp
+
+    def relative(each: Estimate) -> Estimate | NotComputed:
+        ends = np.array([each.value, *each.interval])
+        return estimate(ends / standard_um_pp, each.interval.confidence)
+
+    return fold(part, relative, NotComputed)
+
+
+def _half_width(slope: Estimate, of_slope_one: float) -> Estimate:
+    shallow, steep = slope.interval
+    with np.errstate(divide="ignore"):
+        values = of_slope_one / np.array([slope.value, steep, shallow])
+    return estimate(values, slope.interval.confidence)
+
+
+def _right(catches: pd.DataFrame, method: str) -> tuple[int, int]:
+    """Return how many catch trials, at a level that nobody misses, are right and wrong."""
+    correct = catches["correct"].astype(bool)
+    if METHODS[method].guess == "equal to lapse":
+        more = catches["level_um_pp"] - catches["standard_um_pp"]
+        correct, catches = correct[more != 0] == (more > 0)[more != 0], catches[more != 0]
+    return int(correct.sum()), len(catches) - int(correct.sum())
+
+
+def _counted(main: pd.DataFrame, model: Model) -> pd.DataFrame:
+    """Return a row per participant, session and level."""
+    keys = ["who", "session", "level_um_pp"]
+    counted = main.groupby(keys)["correct"].agg(["sum", "size"]).reset_index()
+    u = likelihood.coordinates(model.curve, counted["level_um_pp"].to_numpy(float))
+    return counted.assign(u=u)
+
+
+def _trials(counted: pd.DataFrame, design: Array, right: tuple[int, int]) -> Trials:
+    return Trials(
+        person=pd.factorize(counted["who"], sort=True)[0],
+        condition=pd.factorize(counted["session"], sort=True)[0],
+        design=design,
+        u=counted["u"].to_numpy(float),
+        yes=counted["sum"].to_numpy(float),
+        n=counted["size"].to_numpy(float),
+        catch_right=right[0],
+        catch_wrong=right[1],
+    )
+
+
+def _factors(
+    model: Model,
+    counted: pd.DataFrame,
+    right: tuple[int, int],
+    confidence: float,
+    group_of: Mapping[str, str],
+) -> Iterator[Factor]:
+    """Yield thresholds by group and by session, where each has as many people as a test needs."""
+
+    def fitted(some: pd.DataFrame, design: Array) -> HierarchicalFit:
+        return HierarchicalFit(model, _trials(some, design, right))
+
+    group = counted["who"].map(group_of)
+    for name, labels in (("group", group), ("session", counted["session"])):
+        there = labels.notna()
+        people = counted["who"][there].groupby(labels[there]).nunique()
+        if len(people) > 1 and people.min() >= FEWEST:
+            yield _factor(name, labels[there], counted[there], fitted, confidence)
+
+
+def _factor(
+    name: str,
+    labels: pd.Series[str],
+    counted: pd.DataFrame,
+    fitted: Callable[[pd.DataFrame, Array], HierarchicalFit],
+    confidence: float,
+) -> Factor:
+    names = sorted(labels.unique())
+    people = counted["who"].nunique()
+    df = people - (len(names) if name == "group" else 1)
+    columns = np.stack([(labels == each).to_numpy(float) for each in names], axis=1)
+
+    of_levels = fitted(counted, columns)
+    levels = []
+    for place, label in enumerate(names):
+        found = of_levels.interval(place, df, confidence)
+        value = of_levels.best.theta[place] if found.value is None else found.value
+        ends = of_levels.coordinates(np.array([value, found.low, found.high]))
+        levels.append(
+            LevelOfFactor(
+                name=label,
+                n=int(counted["who"][labels == label].nunique()),
+                threshold_um_pp=estimate(of_levels.model.curve.level(ends), confidence),
+            )
+        )
+    pairs, changes, ps = list(combinations(range(len(names)), 2)), [], []
+    for first, second in pairs:
+        # The first level's column stands for all: the second's is then the change from it.
+        design = columns.copy()
+        design[:, first] = 1.0
+        fit = fitted(counted, design)
+        low, high = fit.interval(second, df, confidence)[1:]
+        change = fit.scale * np.array([fit.best.theta[second], low, high])
+        change = np.exp(change) if fit.model.curve.logarithmic else change
+        changes.append(estimate(change, confidence))
+        ps.append(fit.p(second, df))
+    contrasts = tuple(
+        Contrast(first=names[one], second=names[other], change=change, p=p, p_holm=p_holm)
+        for (one, other), change, p, p_holm in zip(pairs, changes, ps, holm(ps), strict=True)
+    )
+    return Factor(name=name, levels=tuple(levels), contrasts=contrasts)

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.not_computed import all_computed, computed, fold
+from slipscale.analysis.statistics.not_computed import (
+    NotComputed,
+    all_computed,
+    computed,
+    fold,
+)
 from slipscale.analysis.tasks.thresholds import sentences as apa_thresholds
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED
 from slipscale.analysis.writing import html
@@ -17,6 +22,7 @@ from slipscale.analysis.writing.numbers import (
     significant,
     unit_number,
 )
+from slipscale.experiments.protocols.adaptive.curves import CURVES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -24,6 +30,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
     from slipscale.analysis.statistics.psychometrics.psychometric_function import (
+        Estimate,
         PsychometricFunction,
     )
     from slipscale.analysis.tasks.thresholds.statistics import ParticipantThreshold, TaskThresholds
@@ -34,6 +41,7 @@ COLUMNS = (
     TableColumn(title="Correct"),
     TableColumn(title="Threshold (µm)"),
     TableColumn(title="CI"),
+    TableColumn(title="In the population's fit"),
     TableColumn(title="Weber fraction"),
     TableColumn(title="Slope"),
     TableColumn(title="Lapses"),
@@ -41,18 +49,22 @@ COLUMNS = (
 )
 
 FITTED = {
-    False: "Weibull functions; the threshold is half-way between chance and the best",
-    True: "Cumulative normal functions; the threshold is the point of subjective equality",
+    False: "the threshold is half-way between chance and the best",
+    True: "the threshold is the point of subjective equality",
 }
-#: The table of the ways to fit.
-WAYS = (
-    TableColumn(title="Participant", left=True),
-    TableColumn(title="Fitted by", left=True),
+FACTOR = (
+    TableColumn(title="Threshold by", left=True),
+    TableColumn(title="Level", left=True),
+    TableColumn(title="Participants"),
     TableColumn(title="Threshold (µm)"),
     TableColumn(title="CI"),
-    TableColumn(title="Slope"),
+)
+CONTRASTS = (
+    TableColumn(title="Compared", left=True),
+    TableColumn(title="Change"),
     TableColumn(title="CI"),
-    TableColumn(title="Lapses"),
+    TableColumn(title="p"),
+    TableColumn(title="Holm's p"),
 )
 
 
@@ -69,13 +81,14 @@ def _task(task: TaskThresholds, svgs: Mapping[str, str], level: float) -> list[M
         *html.figure_if_drawn(svgs, f"thresholds_{task.task}", _caption(task, level), _alt(task)),
         html.table(
             list(COLUMNS),
-            [_row(each) for each in task.participants],
-            f"{FITTED[task.method == COMPARED]}. Medians and {level:g} % intervals of a "
-            "posterior in which the lapse rate is integrated. Lapses: 1 less the upper "
-            "asymptote, at most 6 %. Fit: deviance of the likeliest curve against 1,000 data "
-            "sets simulated from it.",
+            [_row(each, task) for each in task.participants],
+            f"{CURVES[task.curve].title}; {FITTED[task.method == COMPARED]}. Medians and "
+            f"{level:g} % intervals of a posterior in which the lapse rate is integrated. In the "
+            "population's fit: from the model of everybody's answers, drawn towards the "
+            "population's threshold. Lapses: 1 less the upper asymptote, at most 6 %. Fit: the "
+            "deviance of the likeliest curve against 1,000 simulated data sets.",
         ),
-        html.details("The same answers, fitted in three ways", [_ways(task)]),
+        *_factors(task),
         *html.figure_if_drawn(
             svgs,
             f"tracks_{task.task}",
@@ -86,32 +99,39 @@ def _task(task: TaskThresholds, svgs: Mapping[str, str], level: float) -> list[M
     ]
 
 
-def _ways(task: TaskThresholds) -> Markup:
-    """Return a row a participant and way to fit."""
-    rows = []
-    for each in task.participants:
-        for way, found in (
-            ("posterior", each.function),
-            ("maximum likelihood", each.maximum_likelihood),
-            ("psignifit", each.psignifit),
-        ):
-            fitted = fold(found, _fitted, lambda reason: [DASH, reason, DASH, DASH, DASH])
-            rows.append([each.participant, way, *fitted])
-    return html.table(
-        list(WAYS),
-        rows,
-        "Posterior: medians, lapse rate and all else integrated; what the report rests on. Maximum "
-        "likelihood: profile likelihood intervals, too narrow after short tracks. psignifit 4: "
-        "mode of a posterior that allows for overdispersion.",
-    )
+def _factors(task: TaskThresholds) -> list[Markup]:
+    """Return the tables of thresholds by group and session, if there are several."""
+    if isinstance(task.population, NotComputed):
+        return []
+    tables = []
+    change = "ratio" if CURVES[task.curve].logarithmic else "difference, µm"
+    for factor in task.population.factors:
+        rows = [
+            [factor.name, each.name, str(each.n), *_interval_cells(each.threshold_um_pp)]
+            for each in factor.levels
+        ]
+        tables.append(html.table(list(FACTOR), rows, "By the model of everybody's answers."))
+        compared = [
+            [
+                f"{each.second} against {each.first}",
+                *_interval_cells(each.change),
+                p_value(each.p),
+                p_value(each.p_holm),
+            ]
+            for each in factor.contrasts
+        ]
+        tables.append(html.table(list(CONTRASTS), compared, f"Change: {change} of thresholds."))
+    return tables
+
+
+def _interval_cells(found: Estimate) -> list[str]:
+    return [significant(found.value), bracketed(found.interval, significant)]
 
 
 def _fitted(found: PsychometricFunction) -> list[str]:
     return [
-        significant(found.threshold_um_pp.value),
-        bracketed(found.threshold_um_pp.interval, significant),
+        *_interval_cells(found.threshold_um_pp),
         cell(found.slope, lambda slope: significant(slope.value)),
-        cell(found.slope, lambda slope: bracketed(slope.interval, significant)),
         f"{100 * found.lapse:.1f} %",
     ]
 
@@ -121,11 +141,11 @@ def _caption(task: TaskThresholds, level: float) -> str:
         f"{'Called more slippery' if task.method == COMPARED else 'Correct answers'} against the "
         "level. Pale: participants' psychometric functions; blue: "
         "everybody's answers, gathered by level. Below: each participant's threshold with its "
-        f"{level:g} % interval (triangles: by maximum likelihood; squares: by psignifit)"
+        f"{level:g} % interval"
     )
     if computed(task.population) is None:
         return f"{text}."
-    return f"{text}; red: the population's, with Student's interval."
+    return f"{text}; red: the population's, by the model of everybody's answers."
 
 
 def _alt(task: TaskThresholds) -> str:
@@ -137,15 +157,22 @@ def _alt(task: TaskThresholds) -> str:
     return f"Psychometric functions; thresholds: {', '.join(shown)}"
 
 
-def _row(each: ParticipantThreshold) -> list[str]:
+def _row(each: ParticipantThreshold, task: TaskThresholds) -> list[str]:
     start = [each.participant, str(each.trials), str(each.correct)]
+    joint = fold(
+        task.population, lambda found: significant(found.participants[each.participant]), _dash
+    )
     weber = cell(each.weber_fraction, lambda found: unit_number(found.value, 3))
     fit = cell(each.fit, lambda found: p_value(found.p))
 
     def fitted(found: PsychometricFunction) -> list[str]:
-        threshold, interval, slope, _, lapse = _fitted(found)
-        return [*start, threshold, interval, weber, slope, lapse, fit]
+        threshold, interval, slope, lapse = _fitted(found)
+        return [*start, threshold, interval, joint, weber, slope, lapse, fit]
 
     return fold(
-        each.function, fitted, lambda reason: [*start, DASH, reason, DASH, DASH, DASH, DASH]
+        each.function, fitted, lambda reason: [*start, DASH, reason, joint, DASH, DASH, DASH, DASH]
     )
+
+
+def _dash(_reason: str) -> str:
+    return DASH

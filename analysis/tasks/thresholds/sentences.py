@@ -10,35 +10,28 @@ from slipscale.analysis.writing.numbers import (
     bracketed,
     counted,
     level_of,
+    p_value,
     significant,
     unit_number,
 )
+from slipscale.experiments.protocols.adaptive.curves import CURVES
 
 if TYPE_CHECKING:
     from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
 
-_HALF_WAY = (
-    "geometric mean of {people}, half-way between chance and the best of each participant's curve"
-)
+_HALF_WAY = "of the typical one of {people}, half-way between chance and the best of the curve"
 #: What a threshold is, by method: before the number, and after it.
 MEANT = {
     "two_interval": ("", f"{_HALF_WAY} (two intervals, forced choice)"),
     "three_interval": ("", f"{_HALF_WAY} (three intervals, forced choice)"),
     COMPARED: (
         "point of subjective equality ",
-        "mean of {people}, where the comparison is called more slippery half of the time",
+        "of the typical one of {people}, where half of the answers are “more slippery”",
     ),
 }
-#: Shown with every interval of a population: measured, see docs/validation/index.md.
-CAUTION = (
-    "With 60 trials each, such intervals held the true population's threshold in 92 to 100 % of "
-    "simulated studies of 8 people, by rule; a bias of some percent, which all people have in "
-    "common, weighs more the more people there are"
-)
 COMPARED_CAUTION = (
-    "Where sensation does not grow evenly over the comparisons, the point of equality is shifted: "
-    "in simulated studies of 8 people by 1 % of the standard, and the interval held the truth in "
-    "70 to 80 %"
+    "Where sensation does not grow evenly over the comparisons, the point of equality is shifted, "
+    "of simulated people by 1 % of the standard; the interval does not allow for it"
 )
 
 
@@ -99,6 +92,21 @@ def sentences(found: tuple[TaskThresholds, ...], confidence: float) -> list[str]
             for lacking in missing([each.function])
         ]
         if task.population:
-            parts.append(f"{COMPARED_CAUTION if task.method == COMPARED else CAUTION}.")
+            joint = task.population
+            parts.append(
+                f"By a hierarchical model of {joint.answers} answers with a shared slope and lapse "
+                f"rate ({100 * joint.lapse:.1f} %)."
+            )
+            parts += [
+                f"{factor.name.capitalize()} {each.second} against {each.first}: threshold "
+                f"{significant(each.change.value)} "
+                f"{'times' if CURVES[task.curve].logarithmic else 'µm higher'}, CI "
+                f"{bracketed(each.change.interval, significant)}, {p_value(each.p_holm)} after "
+                "Holm's correction."
+                for factor in joint.factors
+                for each in factor.contrasts
+            ]
+            if task.method == COMPARED:
+                parts.append(f"{COMPARED_CAUTION}.")
         texts.append(" ".join(parts))
     return texts

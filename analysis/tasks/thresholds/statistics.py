@@ -5,10 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
-from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.not_computed import NotComputed, computed, fold
 from slipscale.analysis.statistics.psychometrics.goodness_of_fit import (
     GoodnessOfFit,
     goodness_of_fit,
@@ -17,25 +14,26 @@ from slipscale.analysis.statistics.psychometrics.psychometric_function import (
     Answers,
     Estimate,
     PsychometricFunction,
-    estimate,
 )
 from slipscale.analysis.statistics.psychometrics.thresholds import (
     fit_threshold,
     fit_threshold_by_posterior,
-    fit_threshold_by_psignifit,
 )
-from slipscale.analysis.statistics.statistic import Statistic
+from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
+from slipscale.analysis.tasks.groups.statistics import membership
 from slipscale.analysis.tasks.thresholds.population_threshold import (
     PopulationThreshold,
     population_threshold,
+    population_weber,
     weber_fraction,
 )
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
 from slipscale.analysis.tasks.thresholds.rules import rules_of
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping
 
     import pandas as pd
 
@@ -60,8 +58,6 @@ class ParticipantThreshold:
         Trials that show whether attention holds; not part of the fit.
     function : PsychometricFunction or NotComputed
         Medians of a posterior, lapse rate and slope integrated: what all that follows rests on.
-    maximum_likelihood, psignifit : PsychometricFunction or NotComputed
-        The same answers fitted in the two ways that are usual, for comparison.
     weber_fraction : Estimate or NotComputed
         Threshold over standard.
     fit : GoodnessOfFit or NotComputed
@@ -74,8 +70,6 @@ class ParticipantThreshold:
     catch_trials: int
     catch_correct: int
     function: PsychometricFunction | NotComputed
-    maximum_likelihood: PsychometricFunction | NotComputed
-    psignifit: PsychometricFunction | NotComputed
     weber_fraction: Estimate | NotComputed
     fit: GoodnessOfFit | NotComputed
 
@@ -90,19 +84,22 @@ class TaskThresholds:
         The task's label in file names.
     method : str
         A key of `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`.
+    curve : str
+        A key of `slipscale.experiments.protocols.adaptive.curves.CURVES`.
     standard_um_pp : float or None
         With which surfaces were compared, µm peak to peak; None in detection, where the others
         are still, and where standards differ.
     participants : tuple of ParticipantThreshold
         In the order of their names.
     population : PopulationThreshold or NotComputed
-        Every participant counts as one; of a comparison the point of subjective equality.
+        By a hierarchical model; of a comparison the point of subjective equality.
     weber_fraction : Estimate or NotComputed
-        Geometric mean of the participants', with Student's interval.
+        The population's threshold, or half-width of a comparison's curve, over the standard.
     """
 
     task: str
     method: str
+    curve: str
     standard_um_pp: float | None
     participants: tuple[ParticipantThreshold, ...]
     population: PopulationThreshold | NotComputed
@@ -110,92 +107,87 @@ class TaskThresholds:
 
 
 def thresholds(
-    choices: pd.DataFrame,
-    confidence: float = 0.95,
+    trials: pd.DataFrame,
+    choices: AnalysisChoices | None = None,
     *,
     study_text: str = "",
-    psignifit: bool = False,
+    group_of: Mapping[str, str] | None = None,
 ) -> tuple[TaskThresholds, ...] | NotComputed:
     """Return the thresholds of every task of forced choice.
 
     Parameters
     ----------
-    choices : DataFrame
-        `slipscale.analysis.tasks.thresholds.reading.read_choices`'s trials.
+    trials : DataFrame
+        `slipscale.analysis.tasks.thresholds.reading.read_choices`'s.
+    choices : AnalysisChoices, optional
+        Confidence, curve, share and lapse rate.
     study_text : str
         The study file, which states the rules of adaptive tasks; empty if it is not known.
-    psignifit : bool
-        Whether to fit by psignifit too, which takes a second a participant and task.
+    group_of : Mapping, optional
+        Participant -> group.
     """
-    if not len(choices):
+    if not len(trials):
         return NotComputed("no trials of forced choice")
-    rules = rules_of(study_text) if choices["track"].notna().any() else {}
+    choices = choices or AnalysisChoices()
+    rules = rules_of(study_text) if trials["track"].notna().any() else {}
     return tuple(
-        _task(str(task), rows, confidence, rules.get(str(task)), psignifit=psignifit)
-        for task, rows in choices.groupby("task", sort=True)
+        _task(str(task), rows, choices, rules.get(str(task)), group_of)
+        for task, rows in trials.groupby("task", sort=True)
     )
 
 
 def _task(
     task: str,
     rows: pd.DataFrame,
-    confidence: float,
+    choices: AnalysisChoices,
     rule: Interleaved | None,
-    *,
-    psignifit: bool,
+    group_of: Mapping[str, str] | None,
 ) -> TaskThresholds:
     method = str(rows["method"].iloc[0])
+    curve = choices.threshold_curve or CURVE_OF.get(method, "weibull")
     standards = rows["standard_um_pp"].dropna().unique()
     standard = float(standards[0]) if len(standards) == 1 and standards[0] > 0 else None
-    people = tuple(
-        _participant(str(who), own, method, standard, confidence, rule=rule, psignifit=psignifit)
-        for who, own in rows.groupby(PARTICIPANT, observed=True)
-    )
-    population = population_threshold([each.function for each in people], confidence)
+    population = population_threshold(rows, choices, method=method, curve=curve, group_of=group_of)
     return TaskThresholds(
         task=task,
         method=method,
+        curve=curve,
         standard_um_pp=standard,
-        participants=people,
+        participants=tuple(
+            _participant(str(who), own, standard, rule, curve=curve, choices=choices)
+            for who, own in rows.groupby(PARTICIPANT, observed=True)
+        ),
         population=population,
-        weber_fraction=_mean_weber([each.weber_fraction for each in people], confidence),
+        weber_fraction=NotComputed("there is no one standard above 0")
+        if standard is None
+        else fold(population, lambda found: population_weber(found, method, standard), NotComputed),
     )
 
 
 def _participant(
     who: str,
     rows: pd.DataFrame,
-    method: str,
     standard: float | None,
-    confidence: float,
-    *,
     rule: Interleaved | None,
-    psignifit: bool,
+    *,
+    curve: str,
+    choices: AnalysisChoices,
 ) -> ParticipantThreshold:
+    method = str(rows["method"].iloc[0])
     catches, main = rows[rows["catch"]], rows[~rows["catch"]]
-    likeliest: PsychometricFunction | NotComputed = NotComputed("no main trials")
-    function = theirs = likeliest
+    function: PsychometricFunction | NotComputed = NotComputed("no main trials")
     fit: GoodnessOfFit | NotComputed = NotComputed("no function was fitted")
     weber: Estimate | NotComputed = NotComputed("no function was fitted")
     if len(main):
         answers = Answers.of_trials(main["level_um_pp"].tolist(), main["correct"].tolist())
-        curve = CURVE_OF.get(method, "weibull")
-        likeliest = fit_threshold(answers, method=method, curve=curve, confidence=confidence)
-        function = theirs = likeliest
-        if likeliest:
-            function = fit_threshold_by_posterior(
-                answers, method=method, curve=curve, confidence=confidence
-            )
-            theirs = (
-                fit_threshold_by_psignifit(
-                    answers, method=method, curve=curve, confidence=confidence
-                )
-                if psignifit
-                else NotComputed("not asked for")
-            )
+        share, confidence = choices.threshold_share, choices.confidence
+        function = fit_threshold_by_posterior(
+            answers, method=method, curve=curve, share=share, confidence=confidence
+        )
+        if function:
+            likeliest = fit_threshold(answers, method=method, curve=curve, share=share)
             adaptive = bool(main["track"].notna().any())
             fit = _fit(likeliest, function, answers, rule, adaptive=adaptive)
-        if function:
             weber = (
                 NotComputed("there is no one standard above 0")
                 if standard is None
@@ -208,15 +200,13 @@ def _participant(
         catch_trials=len(catches),
         catch_correct=_correct(catches, method),
         function=function,
-        maximum_likelihood=likeliest,
-        psignifit=theirs,
         weber_fraction=weber,
         fit=fit,
     )
 
 
 def _fit(
-    likeliest: PsychometricFunction,
+    likeliest: PsychometricFunction | NotComputed,
     function: PsychometricFunction | NotComputed,
     answers: Answers,
     rule: Interleaved | None,
@@ -224,6 +214,8 @@ def _fit(
     adaptive: bool,
 ) -> GoodnessOfFit | NotComputed:
     """Return how well the likeliest function fits, by the rule that chose the levels."""
+    if isinstance(likeliest, NotComputed):
+        return likeliest
     if not adaptive:
         return goodness_of_fit(likeliest, answers)
     if rule is None or isinstance(function, NotComputed):
@@ -239,28 +231,36 @@ def _correct(rows: pd.DataFrame, method: str) -> int:
     return int((rows["correct"] & (more > 0)).sum() + (~rows["correct"] & (more < 0)).sum())
 
 
-def _mean_weber(
-    fractions: Sequence[Estimate | NotComputed], confidence: float
-) -> Estimate | NotComputed:
-    from scipy import stats  # noqa: PLC0415 - half a second's import
+def _compute(inputs: Inputs) -> tuple[TaskThresholds, ...] | NotComputed:
+    groups = computed(membership(inputs.data))
+    return thresholds(
+        inputs.data.of(TRIALS),
+        inputs.data.choices,
+        study_text=inputs.data.study_text,
+        group_of={} if groups is None else {str(who): group for who, group in groups.items()},
+    )
 
-    logs = np.log([each.value for each in fractions if each])
-    if len(logs) < FEWEST:
-        return NotComputed(few("participants with a Weber fraction", len(logs)))
-    half = float(stats.t.ppf((1 + confidence) / 2, len(logs) - 1) * stats.sem(logs))
-    mean = float(logs.mean())
-    return estimate(np.exp([mean, mean - half, mean + half]), confidence)
+
+def _contrast_ps(found: tuple[TaskThresholds, ...]) -> list[float]:
+    return [
+        each.p
+        for task in found
+        if task.population
+        for factor in task.population.factors
+        for each in factor.contrasts
+    ]
 
 
 THRESHOLDS: Statistic[tuple[TaskThresholds, ...]] = Statistic(
     key="thresholds",
     meaning="thresholds of forced choice",
-    compute=lambda inputs: thresholds(
-        inputs.data.of(TRIALS),
-        inputs.data.choices.confidence,
-        study_text=inputs.data.study_text,
-        psignifit=inputs.psignifit,
-    ),
+    compute=_compute,
+    families=(Family(name="thresholds by group and session", corrected=True, read=_contrast_ps),),
+    methods="Thresholds come from psychometric functions with lapses [[wichmann2001]]. The "
+    "population's comes from a hierarchical model of everybody's answers: participants' thresholds "
+    "are normally distributed on the curve's axis and integrated, slope and lapse rate are shared, "
+    "catch trials inform the lapse rate. Intervals are of the profile likelihood, with Student's "
+    "quantile. A participant's own threshold is the median of a posterior.",
     headlines={
         r"([^ ]+)(?: - .+)?\.population\.threshold_um_pp\.value": "{0}: threshold, µm p-p",
         r"([^ ]+)(?: - .+)?\.population\.sd": "{0}: SD over people, log10 units",

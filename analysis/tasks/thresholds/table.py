@@ -40,19 +40,8 @@ def threshold_table(tasks: Sequence[TaskThresholds]) -> pd.DataFrame:
                 "slope": each.function.slope_value,
                 "lapse": each.function.lapse,
             }
-            for name, other in (
-                ("maximum_likelihood", each.maximum_likelihood),
-                ("psignifit", each.psignifit),
-            ):
-                if other:
-                    low, high = other.threshold_um_pp.interval
-                    row |= {
-                        f"{name}_threshold_um_pp": other.threshold_um_pp.value,
-                        f"{name}_threshold_ci_low": low,
-                        f"{name}_threshold_ci_high": high,
-                        f"{name}_slope": other.slope_value,
-                        f"{name}_lapse": other.lapse,
-                    }
+            if task.population:
+                row["in_the_populations_fit_um_pp"] = task.population.participants[each.participant]
             if each.weber_fraction:
                 row["weber_fraction"] = each.weber_fraction.value
             if each.fit:

@@ -127,26 +127,29 @@ class Curve:
         return np.asarray(guess + (1 - guess - lapse) * self.distribution(z))
 
 
+_FAMILIES = {
+    "gumbel": (_gumbel, _gumbel_inverse, _gumbel_density),
+    "logistic": (_logistic, _logistic_inverse, _logistic_density),
+    "normal": (_normal, _normal_inverse, _normal_density),
+}
+
+
+def _curve(title: str, family: str, *, logarithmic: bool) -> Curve:
+    distribution, inverse, density = _FAMILIES[family]
+    return Curve(
+        title=title,
+        logarithmic=logarithmic,
+        distribution=distribution,
+        inverse=inverse,
+        density=density,
+    )
+
+
 CURVES: dict[str, Curve] = {
-    "weibull": Curve(
-        title="Weibull function",
-        logarithmic=True,
-        distribution=_gumbel,
-        inverse=_gumbel_inverse,
-        density=_gumbel_density,
-    ),
-    "logistic": Curve(
-        title="logistic function",
-        logarithmic=False,
-        distribution=_logistic,
-        inverse=_logistic_inverse,
-        density=_logistic_density,
-    ),
-    "normal": Curve(
-        title="cumulative normal function",
-        logarithmic=False,
-        distribution=_normal,
-        inverse=_normal_inverse,
-        density=_normal_density,
-    ),
+    "weibull": _curve("Weibull function", "gumbel", logarithmic=True),
+    "log_logistic": _curve("logistic function of the logarithm", "logistic", logarithmic=True),
+    "log_normal": _curve("normal function of the logarithm", "normal", logarithmic=True),
+    "gumbel": _curve("Gumbel function", "gumbel", logarithmic=False),
+    "logistic": _curve("logistic function", "logistic", logarithmic=False),
+    "normal": _curve("cumulative normal function", "normal", logarithmic=False),
 }

@@ -66,7 +66,7 @@ standard_um_pp = 1.1
 """
 #: Drawn at random, searched along a profile, or of a curve that jumps: named, never passed over.
 NAMED = re.compile(
-    r"\.fit\.(p|simulations)$|consistency\.[\w-]+\.p$|maximum_likelihood\.\w+_ci\."
+    r"\.fit\.(p|simulations)$|consistency\.[\w-]+\.p$|population\.factors\."
     r"|differences\.(\w*interval|simulations)"
 )
 #: Reported 5 % too large, each of another kind.
@@ -102,7 +102,7 @@ def exported(tmp_path_factory, without_figures):
     with pytest.MonkeyPatch.context() as patch:
         # What depends on simulated data sets is named as not recomputed, however many there are.
         patch.setattr(statistics, "goodness_of_fit", partial(goodness_of_fit, simulations=20))
-        write_export(analyse(data, psignifit=False), out, ["scripts"])
+        write_export(analyse(data), out, ["scripts"])
     return out
 
 
@@ -119,8 +119,7 @@ def test_r_recomputes_every_task_sees_what_is_wrong_and_names_what_it_leaves(exp
     assert done.returncode == 1, done.stderr
     assert sorted(re.findall(r"^(\S+) .* DIFFERS$", done.stdout, re.MULTILINE)) == sorted(WRONG)
     left = re.findall(r"^not recomputed: (.+)$", done.stdout, re.MULTILINE)
-    jumping = {name.partition("maximum_likelihood")[0] for name in left if name.endswith("levels")}
-    assert len(jumping) <= 2
+    jumps = [name for name in left if name.endswith(".fit.deviance")]
+    assert len(jumps) <= 2
     for name in left:
-        of_a_jump = any(name.startswith(place) for place in jumping)
-        assert of_a_jump or NAMED.search(name), name
+        assert name in jumps or NAMED.search(name), name

@@ -94,7 +94,7 @@ def write(folder):
 def found(tmp_path_factory):
     folder = tmp_path_factory.mktemp("by_hand")
     write(folder)
-    analysis = analyse(folder, psignifit=False)
+    analysis = analyse(folder)
     files.write_analysis(analysis, folder / "out")
     tables = {path.stem: pd.read_csv(path) for path in (folder / "out").glob("*.csv")}
     inference = json.loads((folder / "out" / "inference.json").read_text(encoding="utf-8"))

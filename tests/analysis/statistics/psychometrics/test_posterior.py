@@ -1,7 +1,5 @@
 """Thresholds by a posterior: what it says, and that it is what its priors and the answers give."""
 
-import sys
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,6 @@ from slipscale.analysis.statistics.psychometrics.thresholds import (
     LARGEST_LAPSE,
     fit_threshold,
     fit_threshold_by_posterior,
-    fit_threshold_by_psignifit,
 )
 from slipscale.experiments.protocols.adaptive.curves import CURVES
 
@@ -94,9 +91,3 @@ def test_a_jump_between_two_levels_leaves_the_slope_an_interval():
 def test_answers_that_do_not_rise_have_no_threshold_here_either():
     falling = answers([20, 15, 12, 9, 9], 20)
     assert fit_threshold_by_posterior(falling) == fit_threshold(falling)
-
-
-def test_without_psignifit_a_sentence_says_so(monkeypatch):
-    monkeypatch.setitem(sys.modules, "psignifit", None)
-    found = fit_threshold_by_psignifit(FEW)
-    assert found == NotComputed("psignifit is not installed (it comes with slipscale[analysis])")

@@ -35,6 +35,16 @@ def estimates(exponents):
     return prepare(frame.assign(session="", run="1"), AnalysisChoices())
 
 
+def of_all(fractions):
+    there = np.log([each for each in fractions if each is not None])
+    if len(there) < 3:
+        return NONE
+    mean, half = there.mean(), 2.776 * there.std(ddof=1) / len(there) ** 0.5
+    low, high = (float(np.exp(mean + side * half)) for side in (-1, 1))
+    interval = ConfidenceInterval(low, high, 0.95)
+    return Estimate(value=float(np.exp(mean)), interval=interval)
+
+
 def task(fractions, standard=1.2):
     people = tuple(
         ParticipantThreshold(
@@ -44,8 +54,6 @@ def task(fractions, standard=1.2):
             catch_trials=0,
             catch_correct=0,
             function=NONE,
-            maximum_likelihood=NONE,
-            psignifit=NONE,
             weber_fraction=NONE
             if fraction is None
             else Estimate(value=fraction, interval=ConfidenceInterval(0, 1, 0.95)),
@@ -56,10 +64,11 @@ def task(fractions, standard=1.2):
     return TaskThresholds(
         task="difference",
         method="two_interval",
+        curve="weibull",
         standard_um_pp=standard,
         participants=people,
         population=NONE,
-        weber_fraction=NONE,
+        weber_fraction=of_all(fractions),
     )
 
 

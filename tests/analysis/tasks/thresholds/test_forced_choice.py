@@ -60,7 +60,7 @@ def test_the_populations_threshold_and_weber_fraction_are_recovered(method):
     assert low < np.exp(np.log(truth).mean()) / 1.2 < high
 
 
-def test_catch_trials_are_counted_and_take_no_part_in_the_fit():
+def test_catch_trials_are_counted_and_take_no_part_in_a_participants_own_fit():
     plain = trials({"sub-01": 0.1})
     catches = plain.head(6).assign(level_um_pp=5.0, correct=[False] * 5 + [True], catch=True)
     (found,) = thresholds(pd.concat([plain, catches], ignore_index=True))
@@ -70,13 +70,13 @@ def test_catch_trials_are_counted_and_take_no_part_in_the_fit():
     assert (one.trials, one.function) == (other.trials, other.function)
 
 
-def test_a_participant_without_a_threshold_is_named_and_the_others_counted():
+def test_a_participant_without_an_own_threshold_is_named_and_counts_in_the_populations():
     people = {"sub-01": 0.1, "sub-02": 0.12, "sub-03": 0.09, "sub-04": 1e-6}
     frame = trials(people)
     frame.loc[frame["participant_id"] == "sub-04", "correct"] = True
     (found,) = thresholds(frame)
     assert isinstance(found.participants[3].function, NotComputed)
-    assert (found.population.n, found.population.left_out) == (3, 1)
+    assert found.population.n == 4
 
 
 def test_two_participants_have_thresholds_and_no_population():

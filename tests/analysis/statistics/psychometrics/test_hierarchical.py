@@ -1,0 +1,203 @@
+"""The hierarchical psychometric model: as lme4 fits it, and true of simulated people."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from benchmarks.population_thresholds import OBSERVERS, study
+from slipscale.analysis.statistics.integrated_over_people import students_fall
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.hierarchical import HierarchicalFit, Trials
+from slipscale.analysis.statistics.psychometrics.thresholds import model_of
+from slipscale.analysis.tasks.thresholds.population_threshold import population_threshold
+from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
+
+R = json.loads(
+    (Path(__file__).parents[3] / "data" / "r_reference" / "psychometric.json").read_text()
+)
+TWO = model_of("two_interval", "weibull", 0.5, 0.2)
+
+
+def of_r(columns):
+    data = pd.DataFrame(R["data"])
+    return Trials(
+        person=data["person"].to_numpy(int) - 1,
+        condition=np.zeros(len(data), int),
+        design=np.stack([column(data) for column in columns], axis=1),
+        u=data["level"].to_numpy(float),
+        yes=data["yes"].to_numpy(float),
+        n=data["n"].to_numpy(float),
+    )
+
+
+def ones(data):
+    return np.ones(len(data))
+
+
+def second_group(data):
+    return (data["group"] == "b").to_numpy(float)
+
+
+def test_without_guesses_and_lapses_it_is_the_mixed_model_of_lme4():
+    fit = HierarchicalFit(model_of("comparison", "logistic", 0.5, 0.0), of_r([ones]))
+    equality = float(fit.coordinates(fit.best.theta[0]))
+    assert equality == pytest.approx(R["equality"], rel=1e-4)
+    assert np.exp(fit.best.theta[fit.slope]) / fit.scale == pytest.approx(R["slope"], rel=1e-3)
+    assert fit.sd == pytest.approx(R["sd"], rel=2e-3)
+    # lme4's are modes, ours means.
+    assert equality + fit.deviations() == pytest.approx(R["persons"], abs=1e-3)
+
+
+def test_a_groups_change_and_its_likelihood_are_those_of_lme4():
+    fit = HierarchicalFit(model_of("comparison", "logistic", 0.5, 0.0), of_r([ones, second_group]))
+    assert fit.scale * fit.best.theta[1] == pytest.approx(R["group_change"], rel=1e-3)
+    assert fit.fallen({1: 0.0}) == pytest.approx(R["log_likelihood_ratio_of_group"], rel=1e-3)
+
+
+@pytest.mark.parametrize("method", ["two_interval", "yes_no", "comparison"])
+def test_the_gradient_is_that_of_the_likelihoods_differences(method):
+    rng = np.random.default_rng(1)
+    trials = study(rng, 4, 0.05, OBSERVERS["Weibull"])
+    twice = Trials(
+        person=np.tile(trials.person, 2),
+        condition=np.repeat([0, 1], len(trials.person)),
+        design=np.tile(trials.design, (2, 1)),
+        u=np.tile(trials.u, 2),
+        yes=np.concatenate([trials.yes, rng.permutation(trials.yes)]),
+        n=np.tile(trials.n, 2),
+        catch_right=9,
+        catch_wrong=1,
+    )
+    model = HierarchicalFit(model_of(method, "weibull", 0.5, 0.2), twice)._fitted
+    theta = np.array([0.1, 0.6, 0.4, 0.3, 0.04, 0.3 if method == "yes_no" else 0.5])
+    if method == "comparison":
+        theta[-1] = 0.0
+    numeric = [
+        (model.minus_log(theta + step)[0] - model.minus_log(theta - step)[0]) / 2e-6
+        for step in 1e-6 * np.eye(6)
+    ]
+    free = [0, 1, 2, 3, 4, *([5] if method == "yes_no" else [])]
+    assert model.minus_log(theta)[1][free] == pytest.approx(np.array(numeric)[free], rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    "name,people,lapse", [("Weibull", 6, 0.05), ("normal on a log axis", 6, 0.1)]
+)
+def test_the_populations_interval_holds_the_truth_and_lapses_leave_no_bias(name, people, lapse):
+    """The campaign of 1,000 studies per cell is `benchmarks.population_thresholds`."""
+    observer, held, found = OBSERVERS[name], 0, []
+    model = model_of("two_interval", observer.fitted, 0.5, 0.2)
+    for seed in range(24):
+        fit = HierarchicalFit(model, study(np.random.default_rng(seed), people, lapse, observer))
+        truth = float(-fit.coordinates(np.array(0.0)) / fit.scale)
+        held += fit.fallen({0: truth}) <= students_fall(people, people - 1, 0.95)
+        found.append(float(fit.coordinates(fit.best.theta[0])))
+    assert held >= 20
+    assert abs(np.mean(found)) < 3 * np.std(found, ddof=1) / len(found) ** 0.5
+
+
+def test_catch_trials_tell_the_lapse_rate():
+    trials = study(np.random.default_rng(4), 6, 0.0, OBSERVERS["Weibull"])
+    caught = {"catch_right": 450, "catch_wrong": 50}
+    lapse = [
+        HierarchicalFit(TWO, each).best.theta[-2]
+        for each in (trials, Trials(**{**as_mapping(trials), **caught}))
+    ]
+    assert lapse[0] < 0.04
+    assert lapse[1] > 0.05
+
+
+def as_mapping(trials):
+    return {name: getattr(trials, name) for name in Trials.__slots__}
+
+
+def frame(people, *, seed=3, tau=0.2, curve="weibull", method="two_interval", sessions=("",)):
+    """Return trials as read from a data set: {participant: (typical threshold, by session)}."""
+    rng = np.random.default_rng(seed)
+    rows = []
+    for who, by_session in people.items():
+        own = np.exp(rng.normal(0, tau))
+        for session, typical in zip(sessions, by_session, strict=True):
+            for level in np.repeat([0.3, 0.6, 1.0, 1.6, 2.6], 12):
+                z = CURVES[curve].inverse(np.array(0.5)) + 2 * np.log(level / own / typical)
+                p = 0.5 + 0.48 * float(CURVES[curve].distribution(z))
+                rows.append((who, session, False, 1.2, level, bool(rng.random() < p)))
+    names = ["participant_id", "session", "catch", "standard_um_pp", "level_um_pp", "correct"]
+    return pd.DataFrame(rows, columns=names)
+
+
+CHOICES = AnalysisChoices()
+
+
+def test_groups_and_sessions_have_thresholds_and_the_change_between_them():
+    people = {f"p{i:02d}": (1.0, 0.6) if i < 4 else (2.0, 1.2) for i in range(8)}
+    groups = {who: "young" if first < 1.5 else "old" for who, (first, _) in people.items()}
+    rows = frame(people, sessions=("1", "2"), tau=0.1)
+    found = population_threshold(
+        rows, CHOICES, method="two_interval", curve="weibull", group_of=groups
+    )
+    by_group, by_session = found.factors
+    assert [(each.name, each.n) for each in by_group.levels] == [("old", 4), ("young", 4)]
+    for factor, truth in ((by_group, 1 / 2.0), (by_session, 0.6)):
+        (contrast,) = factor.contrasts
+        low, high = contrast.change.interval
+        assert low < truth < high
+        assert contrast.change.value == pytest.approx(truth, rel=0.25)
+        assert contrast.p < 0.05
+    first, second = (each.threshold_um_pp.value for each in by_session.levels)
+    assert second / first == pytest.approx(by_session.contrasts[0].change.value, rel=0.02)
+
+
+def test_equal_sessions_do_not_differ_and_people_vary_between_them():
+    rows = frame({f"p{i}": (1.0, 1.0) for i in range(6)}, sessions=("1", "2"), seed=8)
+    found = population_threshold(rows, CHOICES, method="two_interval", curve="weibull")
+    (factor,) = found.factors
+    (contrast,) = factor.contrasts
+    assert contrast.p > 0.05
+    assert contrast.change.interval.low < 1 < contrast.change.interval.high
+
+
+def test_each_person_is_drawn_towards_the_population():
+    found = population_threshold(
+        frame({f"p{i}": (1.0,) for i in range(5)}), CHOICES, method="two_interval", curve="weibull"
+    )
+    logs = np.log(list(found.participants.values()))
+    assert np.ptp(logs) < 1.0
+    assert logs.mean() == pytest.approx(np.log(found.threshold_um_pp.value), abs=0.05)
+    assert found.n == 5
+    assert found.answers == 300
+
+
+def test_the_share_moves_the_threshold_along_the_curve():
+    rows = frame({f"p{i}": (1.0,) for i in range(5)})
+    at = {
+        share: population_threshold(
+            rows,
+            AnalysisChoices(threshold_share=share),
+            method="two_interval",
+            curve="weibull",
+        )
+        for share in (0.5, 0.8)
+    }
+    moved = np.diff(CURVES["weibull"].inverse(np.array([0.5, 0.8])))[0] / at[0.5].slope.value
+    ratio = at[0.8].threshold_um_pp.value / at[0.5].threshold_um_pp.value
+    assert np.log(ratio) == pytest.approx(moved, rel=0.01)
+
+
+def test_answers_that_fall_or_never_change_have_no_threshold():
+    rows = frame({f"p{i}": (1.0,) for i in range(4)})
+    falling = rows.assign(correct=rows["level_um_pp"] < 1)
+    found = population_threshold(falling, CHOICES, method="two_interval", curve="weibull")
+    assert found == NotComputed("answers do not rise between the levels presented")
+    alike = population_threshold(
+        rows.assign(correct=True), CHOICES, method="two_interval", curve="weibull"
+    )
+    assert "same answer to all" in alike.reason
+    two = population_threshold(
+        rows[rows["participant_id"] < "p2"], CHOICES, method="two_interval", curve="weibull"
+    )
+    assert two == NotComputed("participants: 2 (at least 3 are needed)")
