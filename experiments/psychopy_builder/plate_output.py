@@ -44,7 +44,7 @@ class PlateOutput:
         """Ramp to the amplitude; return once it has settled, some tens of milliseconds later."""
         self._on = True
         made = self._plate.present(float(self.amplitude_um_pp))
-        self.readback_um_pp = made.readback.amplitude_um_pp
+        self.readback_um_pp = made.readback.level
 
     def check(self) -> None:
         """Raise the fault that has come up, if any."""
