@@ -237,7 +237,9 @@ class Respondent:
             self._trial, self._of_trial = step.trial, {}
             self.turned = self.felt_again = 0
         # A key of random numbers, the same in every quantity.
-        self._question = "" if isinstance(step, Explore) else in_um(step.name)
+        self._question = "" if isinstance(step, Explore) else step.name
+        if isinstance(step, Adjust):
+            self._question = in_um(step.name)
         place = _place(step)
         times = self._asked[place]
         if isinstance(step, Explore) and step is not self.now:

@@ -254,7 +254,7 @@ def test_the_plate_makes_the_texture_at_the_fingers_place(laboratory, plan):
     class Looks(SimulatedPosition):
         def take(self):
             new = super().take()
-            if new and laboratory.plate.twin.drive.target_level:
+            if new and laboratory.plate.twin.drive.target_um_pp:
                 pairs.append((new[-1].values[0], laboratory.plate.vibration_level()))
             return new
 
@@ -372,7 +372,7 @@ class Generator(MockPlate):
         self.sweeps += 1
 
     def take(self):
-        return [Sample(0.0, (self.twin.measure_level(self.clock.now()),))]
+        return [Sample(0.0, (self.twin.measure_um_pp(self.clock.now()),))]
 
 
 def tracked_run(laboratory, a_plan, plate, every_s):

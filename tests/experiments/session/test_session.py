@@ -69,7 +69,7 @@ class Planned(UnattendedOperator):
 
 def test_a_session_ends_complete_with_the_plate_silent(laboratory):
     assert laboratory.run() == "complete"
-    assert laboratory.plate.twin.drive.target_level in (None, 0.0)
+    assert laboratory.plate.twin.drive.target_um_pp in (None, 0.0)
     assert laboratory.records(kind="end")
 
 
@@ -123,7 +123,7 @@ def test_a_disk_that_fails_ends_the_session_with_the_plate_silent(laboratory, sl
     slow_disk.fails_at = at
     with pytest.raises(UserError, match=r"all responses before the last are on disk.*resume$"):
         laboratory.run()
-    assert laboratory.plate.twin.drive.target_level in (None, 0.0)
+    assert laboratory.plate.twin.drive.target_um_pp in (None, 0.0)
     slow_disk.fails_at = None
     lost = laboratory.records()
     assert laboratory.run() == "complete"
@@ -167,7 +167,7 @@ def test_escape_stops_cleanly_and_the_run_can_be_resumed(laboratory):
     answers = iter([*["18-25", "woman"], False, StopRequested()])
     script = lambda _plan: ScriptedParticipant(answers, laboratory.clock)  # noqa: E731
     assert laboratory.run(person=script) == "stopped"
-    assert laboratory.plate.twin.drive.target_level in (None, 0.0)
+    assert laboratory.plate.twin.drive.target_um_pp in (None, 0.0)
     assert laboratory.records(kind="stop")
     assert laboratory.run(person=lambda _: ScriptedParticipant(sensible, laboratory.clock)) == (
         "complete"
@@ -296,7 +296,7 @@ def test_an_exception_anywhere_silences_the_plate_and_is_journaled(laboratory):
 
     with pytest.raises(RuntimeError, match="a bug"):
         laboratory.run(person=lambda _: ScriptedParticipant(fail, laboratory.clock))
-    assert laboratory.plate.twin.drive.target_level in (None, 0.0)
+    assert laboratory.plate.twin.drive.target_um_pp in (None, 0.0)
     assert "a bug" in laboratory.records(kind="stop")[0].data["reason"]
 
 
@@ -591,7 +591,7 @@ def test_a_question_is_asked_again_with_the_plate_silent_and_the_surface_before_
 
     def answer(step):
         if step.name == "gender":
-            still.append(laboratory.plate.twin.drive.target_level)
+            still.append(laboratory.plate.twin.drive.target_um_pp)
         return sensible(step)
 
     def wish(status):
@@ -715,7 +715,7 @@ def test_a_signal_that_a_library_swallows_ends_the_session_at_the_next_frame(lab
     with pytest.raises(EndedBySignal), signals_raise():
         laboratory.run(person=lambda _: Swallowing(sensible, laboratory.clock))
     assert laboratory.records()[-1].kind == "stop"
-    assert laboratory.plate.twin.drive.target_level in (None, 0.0)
+    assert laboratory.plate.twin.drive.target_um_pp in (None, 0.0)
     assert not laboratory.records(kind="done")
 
 
