@@ -240,7 +240,7 @@ def test_an_operator_who_unblinds_is_told_amplitudes_from_then_on_and_that_is_in
     seeing = operator.told[len(blind) :]
     assert blind == operator.told[: len(blind)]
     assert not [status for status in blind if status.level is not None]
-    assert {0.5, 1.2, 2.3} <= {status.level for status in seeing}
+    assert {"0.5 µm p-p", "1.2 µm p-p", "2.3 µm p-p"} <= {status.level for status in seeing}
     [note] = laboratory.records(kind="note")
     assert note.data["text"].startswith("unblinded")
 
