@@ -98,7 +98,8 @@ def fit_population(analysis: Analysis) -> FittedPopulation:
         told |= dict.fromkeys(values, source)
     habits = {key.partition(".")[2]: found.pop(key) for key in list(found) if "." in key}
     population = Population.model_validate({"name": f"fitted to {name}", **found, "habits": habits})
-    every = {field for field in Population.model_fields if field not in ("name", "habits")}
+    # The levels are always fitted; `told` names them as a file in µm does.
+    every = set(Population.model_fields) - {"name", "habits", "levels"}
     return FittedPopulation(
         population=population, fitted=told, assumed=tuple(sorted(every - set(told)))
     )

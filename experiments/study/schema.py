@@ -41,7 +41,7 @@ def study_schema() -> Schema:
     Each property has a ``description``, and each number a ``unit``. A property that may be left
     out without a value has no ``default``: TOML has no null.
 
-    >>> study_schema()["properties"]["levels"]["unit"]
+    >>> study_schema()["properties"]["amplitudes_um_pp"]["unit"]
     'µm peak to peak'
     """
     options = {name: load_protocol(name).options for name in protocol_names()}

@@ -88,7 +88,7 @@ def test_every_protocol_takes_part_with_all_its_options():
         fields = type(options).model_fields
         unset = [name for name in fields if name not in options.model_fields_set]
         # A start of its own is one choice; a rule of levels knows reversals or certainty.
-        without = {"start_um_pp", "reversals", "threshold_sd_log10"}
+        without = {"start_level", "reversals", "threshold_sd_log10"}
         assert set(unset) <= without, options.protocol
 
 

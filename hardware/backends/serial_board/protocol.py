@@ -248,7 +248,7 @@ def list_commands(loop: Loop) -> list[str]:
     """Return what has the board play a loop about the amplitude at which it has settled.
 
     >>> from slipscale.stimuli.modulation import Loop
-    >>> list_commands(Loop(amplitudes_um_pp=(2, 0.4), step_s=0.025, edge_s=0.002, mean_um_pp=1.2))
+    >>> list_commands(Loop(levels=(2, 0.4), step_s=0.025, edge_s=0.002, mean_level=1.2))
     ['LIST:AMPL 1,2.0000,0.4000', 'LIST:PLAY 2,25.000,2.000']
     """
     amplitudes = [f"{each:.4f}" for each in loop.levels]

@@ -92,8 +92,16 @@ names <- sort(unique(pairs$chosen))
 both <- merge(pairs, pairs, by.x = c("chosen", "other"), by.y = c("other", "chosen"))
 both <- both[as.character(both$chosen) < as.character(both$other), ]
 x <- sapply(names, function(n) (both$chosen == n) - (both$other == n))
-fit <- glm(cbind(times.x, times.y) ~ x[, -1] - 1, binomial, both)
-scale <- c(0, coef(fit))
-scale <- scale - mean(scale)
+# Firth's: the likelihood times the square root of the information's determinant.
+minus <- function(b) {
+  z <- drop(x[, -1] %*% b)
+  information <- crossprod(x[, -1], (both$times.x + both$times.y) * dlogis(z) * x[, -1])
+  -sum(both$times.x * plogis(z, log.p = TRUE) + both$times.y * plogis(-z, log.p = TRUE)) -
+    as.numeric(determinant(information)$modulus) / 2
+}
+b <- rep(0, length(names) - 1)
+for (again in 1:4) b <- optim(b, minus, method = "BFGS",
+                              control = list(reltol = 1e-16, maxit = 1e4, ndeps = rep(1e-6, length(b))))$par
+scale <- c(0, b) - mean(c(0, b))
 write.csv(data.frame(field = names, scale = format(scale, digits = 12)), "r_figures_pairs.csv",
           row.names = FALSE, quote = FALSE)

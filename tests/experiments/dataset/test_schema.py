@@ -121,7 +121,7 @@ def test_the_columns_of_participants_are_those_no_question_may_take():
     assert (PARTICIPANT, *person_columns()) == TAKEN
 
 
-ABSENT = ("protocol", "notes", "headphone_test")
+ABSENT = ("protocol", "notes", "headphone_test", "quantity")
 
 
 def test_a_sidecar_holds_what_the_schema_lists(laboratory, plan):
@@ -132,5 +132,5 @@ def test_a_sidecar_holds_what_the_schema_lists(laboratory, plan):
     assert sidecars
     for path in sidecars:
         told = list(json.loads(path.read_text())["Slipscale"])
-        # No task has a label, nobody noted anything, and there is no headphone test.
+        # No task has a label, no notes, no headphone test, and levels are in µm.
         assert told == [name for name in NOTES if name not in ABSENT]

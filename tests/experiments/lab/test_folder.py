@@ -42,7 +42,7 @@ def test_what_the_command_line_leaves_open_is_asked(folder):
     "given, complaint",
     [
         ({"study": "nothing.toml"}, "nothing.toml.*expected a TOML file"),
-        ({"plate": "teapot:1"}, "plate: .*expected one of mock"),
+        ({"plate": "teapot:1"}, "plate: .*expected one of (daq, )?mock"),
         ({"language": "tlh"}, "language 'tlh': expected one of en, fr"),
         ({"screen": "left"}, "screen.*whole number"),
         ({"screen": "-1"}, "screen"),

@@ -23,6 +23,7 @@ from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.session.operator import UnattendedOperator
 from slipscale.experiments.study.file import study_text
 from slipscale.hardware.clock import SystemClock
+from slipscale.stimuli.quantity import in_um
 
 pytestmark = [
     pytest.mark.window,
@@ -217,7 +218,7 @@ def test_a_protocol_is_played_to_its_end_in_the_window(name, display, plan, tmp_
         ]
         assert len(rows) == made.planned_trials() if len(made.tasks()) == 1 else rows
         assert {row["response_time_source"] for row in rows} <= {"window", "ptb"}
-        answers = {row[protocol.answer] for row in rows}
+        answers = {row[in_um(protocol.answer)] for row in rows}
         if name == "matching":
             # Up twice, down once, a page of five down, and two notches of the wheel: two down.
             # The reference is felt again, and they are turned once more.

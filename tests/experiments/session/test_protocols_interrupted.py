@@ -210,7 +210,7 @@ def test_whenever_the_operator_pauses_all_intervals_are_felt_before_the_answer(
         turned += [record.data["answer"].get("trace", []) for record in discarded]
         poll += stride
     # What was turned until a pause is kept, though it is turned again from the start.
-    adjusts = disturbed.tasks()[0][0].answer == "matched_um_pp"
+    adjusts = disturbed.tasks()[0][0].answer == "matched_level"
     assert any(len(trace) > 1 for trace in turned) == adjusts
     assert poll > 20
 

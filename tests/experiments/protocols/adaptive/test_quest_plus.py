@@ -197,7 +197,7 @@ def test_the_truth_is_recovered_over_400_runs():
 @pytest.mark.parametrize(
     "change,words",
     [
-        ({"curve": "cubic"}, "expected one of weibull, logistic, normal"),
+        ({"curve": "cubic"}, "expected one of weibull, log_logistic"),
         ({"levels": ()}, "levels is empty"),
         ({"levels": (0.2, 0.1)}, "levels must be finite and rising"),
         ({"levels": (-0.1, 0.1)}, "levels begins at -0.1, expected 0 or more"),
