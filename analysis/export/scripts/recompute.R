@@ -540,10 +540,10 @@ profile_of <- function(size, kinds, place, felt, who, drop, far = 8) {
     nodes <- seq(-5.5, 5.5, length.out = count)
     list(nodes = nodes, weights = dnorm(nodes, log = TRUE) + log(nodes[2] - nodes[1]))
   }
-  first <- grid(81)
-  second <- if (differ) grid(25) else list(nodes = 0, weights = 0)
+  first <- grid(45)
+  second <- if (differ) grid(15) else list(nodes = 0, weights = 0)
   log_sums <- function(terms) {
-    peak <- apply(terms, 1, max)
+    peak <- terms[cbind(seq_len(nrow(terms)), max.col(terms, "first"))]
     peak + log(rowSums(exp(terms - peak)))
   }
   likelihood <- function(columns, z) yes[, columns, drop = FALSE] %*% pnorm(z, log.p = TRUE) +
@@ -569,7 +569,7 @@ profile_of <- function(size, kinds, place, felt, who, drop, far = 8) {
     first <- nlminb(start[free], of, lower = low[free], upper = high[free], control = list(rel.tol = 1e-13))
     # nlminb stops early on a narrow ridge: the other rule goes on from there.
     then <- optim(first$par, of, method = "L-BFGS-B", lower = low[free], upper = high[free],
-                  control = list(factr = 10, maxit = 1000))
+                  control = list(factr = 1e5, maxit = 1000))
     list(par = replace(start, free, then$par), objective = then$value)
   }
   best <- fit(c(rep(1, length(kinds)), 0.5, 0.5, 0.5))
@@ -577,8 +577,8 @@ profile_of <- function(size, kinds, place, felt, who, drop, far = 8) {
   for (end in ends) if (end$objective < best$objective) best <- end
   beyond <- function(value) fit(best$par, value)$objective - best$objective - drop
   out <- NULL
-  if (ends[[1]]$objective - best$objective > drop) out["ci.0"] <- uniroot(beyond, c(-far, best$par[place]), tol = 1e-6)$root
-  if (ends[[2]]$objective - best$objective > drop) out["ci.1"] <- uniroot(beyond, c(best$par[place], far), tol = 1e-6)$root
+  if (ends[[1]]$objective - best$objective > drop) out["ci.0"] <- uniroot(beyond, c(-far, best$par[place]), f.lower = ends[[1]]$objective - best$objective - drop, f.upper = -drop, tol = 1e-4)$root
+  if (ends[[2]]$objective - best$objective > drop) out["ci.1"] <- uniroot(beyond, c(best$par[place], far), f.lower = -drop, f.upper = ends[[2]]$objective - best$objective - drop, tol = 1e-4)$root
   if (min(ends[[1]]$objective, ends[[2]]$objective) - best$objective >= 1e-3) out["d_prime"] <- best$par[place]
   out
 }

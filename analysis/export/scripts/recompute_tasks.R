@@ -151,10 +151,10 @@ population_of <- function(rows, curve, standard, confidence) {
     nodes <- seq(-5, 5, length.out = count)
     list(nodes = nodes, weights = dnorm(nodes, log = TRUE) - log(sum(dnorm(nodes))))
   }
-  outer_grid <- grid(max(25, ceiling(6 * sqrt(max(table(main$participant_id))))))
-  inner_grid <- if (length(sessions) > 1) grid(11) else list(nodes = 0, weights = 0)
+  outer_grid <- grid(max(25, ceiling(3 * sqrt(max(table(main$participant_id))))))
+  inner_grid <- if (length(sessions) > 1) grid(7) else list(nodes = 0, weights = 0)
   log_sums <- function(terms) {
-    peak <- apply(terms, 1, max)
+    peak <- terms[cbind(seq_len(nrow(terms)), max.col(terms, "first"))]
     peak + log(rowSums(exp(terms - peak)))
   }
   terms_of <- function(q) {
@@ -177,22 +177,25 @@ population_of <- function(rows, curve, standard, confidence) {
   low <- c(mean(seen) - 6 * span, log(curve$spread / 20 / span), 0, 0, 0)
   high <- c(mean(seen) + 6 * span, log(curve$spread / 0.02 / span), 5 * span, if (length(sessions) > 1) 5 * span else 0, curve$largest_lapse)
   fit <- function(start, place = NULL, value = NULL) {
-    start[3:4] <- pmin(pmax(start[3:4], 0.3 * span), high[3:4])
+    start[3:4] <- pmin(pmax(start[3:4], 0.1 * span), high[3:4])
     if (!is.null(place)) start[place] <- value
     free <- setdiff(which(high > low), place)
-    found <- nlminb(start[free], function(q) minus(replace(start, free, q)), lower = low[free], upper = high[free], control = list(rel.tol = 1e-12))
+    found <- nlminb(start[free], function(q) minus(replace(start, free, q)), lower = low[free], upper = high[free], control = list(rel.tol = 1e-9))
     list(par = replace(start, free, found$par), objective = found$objective)
   }
   starts <- expand.grid(lapse = pmin(c(0.005, 0.03, 0.1), curve$largest_lapse), width = c(3, 1.5, 0.8))
   starts <- lapply(seq_len(nrow(starts)), function(i) c(mean(seen), log(curve$spread / starts$width[i] / span), 0.5 * span, min(0.3 * span, high[4]), starts$lapse[i]))
-  starts <- starts[order(sapply(starts, minus))[1:4]]
+  starts <- starts[order(sapply(starts, minus))[1:3]]
   fits <- lapply(starts, fit)
   best <- fits[[which.min(sapply(fits, `[[`, "objective"))]]
   fall <- n / 2 * log(1 + qt((1 + confidence) / 2, n - 1)^2 / (n - 1))
   end <- function(place, edge) {
     beyond <- function(value) fit(best$par, place, value)$objective - best$objective - fall
-    if (beyond(edge) <= 0) return(sign(edge - best$par[place]) * Inf)
-    uniroot(beyond, sort(c(best$par[place], edge)), tol = 1e-4 * span)$root
+    far <- beyond(edge)
+    if (far <= 0) return(sign(edge - best$par[place]) * Inf)
+    # It is known at both ends: -fall at the best value.
+    if (edge < best$par[place]) uniroot(beyond, c(edge, best$par[place]), f.lower = far, f.upper = -fall, tol = 1e-3 * span)$root
+    else uniroot(beyond, c(best$par[place], edge), f.lower = -fall, f.upper = far, tol = 1e-3 * span)$root
   }
   ends <- function(place) c(best$par[place], end(place, low[place]), end(place, high[place]))
   threshold <- curve$back(ends(1))
