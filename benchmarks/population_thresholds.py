@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from slipscale.analysis.statistics.integrated_over_people import students_fall
 from slipscale.analysis.statistics.psychometrics.hierarchical import HierarchicalFit, Trials
+from slipscale.analysis.statistics.psychometrics.integrated_over_people import students_fall
 from slipscale.analysis.statistics.psychometrics.thresholds import model_of
 from slipscale.experiments.protocols.adaptive.curves import CURVES
 from slipscale.experiments.study.analysis_choices import AnalysisChoices

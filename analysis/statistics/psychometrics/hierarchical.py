@@ -7,8 +7,8 @@
 lapse rate are shared: they are then determined by everybody's answers, and a participant's few
 answers need neither a prior nor a bound near the truth. Catch trials, at a level that nobody
 misses, are wrong by lapses alone and count in the likelihood. The fit is by maximum marginal
-likelihood (`slipscale.analysis.statistics.integrated_over_people`); no package on PyPI fits a
-psychometric function with lapses and random thresholds.
+likelihood (see `integrated_over_people`); no package on PyPI fits a psychometric function with
+lapses and random thresholds.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.analysis.statistics.integrated_over_people import (
+from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
+from slipscale.analysis.statistics.psychometrics.integrated_over_people import (
     FLAT,
     Counted,
     IntegratedModel,
@@ -27,7 +28,6 @@ from slipscale.analysis.statistics.integrated_over_people import (
     Prediction,
     students_fall,
 )
-from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -21,13 +21,13 @@ import numpy as np
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval, key_of
-from slipscale.analysis.statistics.integrated_over_people import (
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.integrated_over_people import (
     Counted,
     IntegratedModel,
     Prediction,
     students_fall,
 )
-from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 
 from benchmarks.population_thresholds import OBSERVERS, study
-from slipscale.analysis.statistics.integrated_over_people import students_fall
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.hierarchical import HierarchicalFit, Trials
+from slipscale.analysis.statistics.psychometrics.integrated_over_people import students_fall
 from slipscale.analysis.statistics.psychometrics.thresholds import model_of
 from slipscale.analysis.tasks.thresholds.population_threshold import population_threshold
 from slipscale.experiments.protocols.adaptive.curves import CURVES

@@ -7,13 +7,13 @@ import pytest
 from scipy.stats import norm, ttest_1samp
 
 from slipscale.analysis.json_form import record
-from slipscale.analysis.statistics.integrated_over_people import (
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.integrated_over_people import (
     Counted,
     IntegratedModel,
     Prediction,
     students_fall,
 )
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.difference.probit import _Probit, d_primes
 from slipscale.analysis.tasks.difference.proportions import clustered_interval, exact_interval
 from slipscale.analysis.tasks.difference.yes_no import Sensitivity, _mean_of_own
