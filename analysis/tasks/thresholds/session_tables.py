@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
-from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
+from slipscale.analysis.statistics.psychometrics.thresholds import threshold_values
 from slipscale.analysis.tasks.declared.session_tables import by_task
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
 from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF
@@ -33,11 +33,15 @@ def _thresholds(rows: pd.DataFrame) -> pd.DataFrame:
     main = rows[~rows["catch"]]
     method = str(rows["method"].iloc[0])
     keys = [main[PARTICIPANT].astype(str), main["session"].astype(str)]
+    answers = {
+        key: Answers.of_trials(own["level_um_pp"].tolist(), own["correct"].tolist())
+        for key, own in main.groupby(keys)
+    }
+    values = threshold_values(
+        list(answers.values()), method=method, curve=CURVE_OF.get(method, "weibull")
+    )
+    logs = np.log10(np.where(values > 0, values, np.nan))
     found: dict[str, dict[str, float]] = {}
-    for (who, session), own in main.groupby(keys):
-        answers = Answers.of_trials(own["level_um_pp"].tolist(), own["correct"].tolist())
-        fitted = fit_threshold(answers, method=method, curve=CURVE_OF.get(method, "weibull"))
-        threshold = fitted.threshold_um_pp.value if fitted else np.nan
-        log = float(np.log10(threshold)) if threshold > 0 else np.nan
-        found.setdefault(str(session), {})[str(who)] = log
+    for (who, session), log in zip(answers, logs, strict=True):
+        found.setdefault(str(session), {})[str(who)] = float(log)
     return pd.DataFrame(found)
