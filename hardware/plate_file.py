@@ -12,15 +12,15 @@ import json
 from datetime import date
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import read_toml
 from slipscale.hardware.calibration.soundness import BOUNDS, implausible
 from slipscale.hardware.calibration.stored import read_calibration
 from slipscale.hardware.limits import PlateLimits
-from slipscale.stimuli.quantity import PLATE_AMPLITUDE, FileNames
-from slipscale.stimuli.quantity_table import QuantityTable
+from slipscale.stimuli.quantity import FileNames
+from slipscale.stimuli.quantity_table import QuantityTable, stated_quantity
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -170,7 +170,7 @@ class PlateFile(PlateTable):
     @model_validator(mode="after")
     def _stated(self) -> Self:
         quantity, limits = self.quantity.quantity, self.limits
-        left_out = {"level", "deviation_level"} - limits.model_fields_set
+        left_out = LEVELS - limits.model_fields_set
         if left_out and not quantity.of_plate:
             names = " and ".join(sorted(quantity.named(each) for each in left_out))
             raise ValueError(f"[limits]: expected {names}, since the plate makes {quantity.name}")
@@ -248,11 +248,7 @@ def checksum(plate: PlateFile) -> str:
 
 
 def _names(table: dict[str, Any]) -> FileNames:
-    try:
-        quantity = QuantityTable.model_validate(table.get("quantity", {})).quantity
-    except ValidationError:
-        quantity = PLATE_AMPLITUDE  # the file's own validation reports it
-    return FileNames(quantity, LEVELS, frozenset({"limits"}))
+    return FileNames(stated_quantity(table), LEVELS, frozenset({"limits"}))
 
 
 def _read_signed(path: Path) -> _Signed:

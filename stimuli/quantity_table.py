@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, made_by_plate
 
@@ -31,3 +31,14 @@ class QuantityTable(BaseModel):
     def quantity(self) -> Quantity:
         """The quantity with its names and words."""
         return made_by_plate(self.name, self.unit, self.convention, self.judged)
+
+
+def stated_quantity(table: dict[str, Any]) -> Quantity:
+    """Return the quantity that a file's content states, before the content is validated.
+
+    A wrong ``[quantity]`` is taken for the plate's amplitude: validation reports it.
+    """
+    try:
+        return QuantityTable.model_validate(table.get("quantity", {})).quantity
+    except ValidationError:
+        return PLATE_AMPLITUDE

@@ -111,7 +111,7 @@ def task_trials(analysis: Analysis) -> dict[str, pd.DataFrame]:
     found = {
         f"trials_{kind.trials.name}": data.of(kind.trials)
         for kind in analysis.kinds
-        if kind.trials is not None and kind.trials.divide is None and not kind.trials.label
+        if kind.trials is not None and not kind.trials.label
     }
     groups = membership(data)
     if not isinstance(groups, NotComputed):

@@ -10,9 +10,7 @@ import logging
 from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
-
-from pydantic import BaseModel, ValidationError
+from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.protocols.registry import load_protocol, protocol_names
 from slipscale.experiments.study.model import Study
@@ -21,8 +19,11 @@ from slipscale.experiments.study.tables import PlateSettings, Texture
 from slipscale.faults import UserError
 from slipscale.faults.suggestions import did_you_mean
 from slipscale.faults.toml_file import parse_toml
-from slipscale.stimuli.quantity import PLATE_AMPLITUDE, FileNames, in_um
-from slipscale.stimuli.quantity_table import QuantityTable
+from slipscale.stimuli.quantity import FileNames, in_um
+from slipscale.stimuli.quantity_table import stated_quantity
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 LOG = logging.getLogger(__name__)
 
@@ -48,10 +49,6 @@ def parse_study(text: str, source: str) -> Study:
 
 def _names(table: dict[str, Any]) -> FileNames:
     """Return the keys of a study file in the quantity that it states."""
-    try:
-        quantity = QuantityTable.model_validate(table.get("quantity", {})).quantity
-    except ValidationError:
-        quantity = PLATE_AMPLITUDE  # the study's own validation reports it
     tasks = table.get("tasks")
     named = {str(t.get("protocol")) for t in tasks if isinstance(t, dict)} if tasks else set()
     known = named & set(protocol_names())
@@ -63,7 +60,7 @@ def _names(table: dict[str, Any]) -> FileNames:
     )
     fields = {field for model in models for field in model.model_fields}
     levels = frozenset(field for field in fields if in_um(field) != field)
-    return FileNames(quantity, levels, frozenset({"plate", "textures", "tasks"}))
+    return FileNames(stated_quantity(table), levels, frozenset({"plate", "textures", "tasks"}))
 
 
 def shipped_studies() -> list[str]:

@@ -38,12 +38,7 @@ from slipscale.experiments.study.headphone_test import HEADPHONES, HeadphoneTest
 from slipscale.experiments.study.participant_keys import ParticipantKeys
 from slipscale.experiments.study.person_questions import PersonQuestion, unanswerable
 from slipscale.experiments.study.questionnaires import Questionnaire, unusable
-from slipscale.experiments.study.tables import (
-    Cost,
-    MaskingNoise,
-    PlateSettings,
-    Texture,
-)
+from slipscale.experiments.study.tables import Cost, MaskingNoise, PlateSettings, Texture
 from slipscale.faults import UserError
 from slipscale.faults.suggestions import expected_one_of
 from slipscale.faults.validation import faults_in, refuse

@@ -152,7 +152,7 @@ def _likeliest(model: Model, pooled: Array) -> _Fit | NotComputed:
         step = covariance @ ((pooled - trials * p) * relative + prior).sum(axis=1)
         longest = float(np.abs(step).max())
         if longest < PRECISION:
-            return _Fit(values, p, relative, np.asarray(covariance, float))
+            return _Fit(values, p, relative, covariance)
         values = values + step / max(longest, 1.0)
     return NotComputed(f"the scale was not found in {ITERATIONS} steps")
 

@@ -11,7 +11,7 @@ import pandas as pd
 
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
 from slipscale.analysis.statistics.holm import holm
-from slipscale.analysis.statistics.not_computed import NotComputed, fold
+from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
 from slipscale.analysis.statistics.psychometrics.hierarchical import HierarchicalFit, Trials
 from slipscale.analysis.statistics.psychometrics.psychometric_function import (
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Model
+    from slipscale.experiments.protocols.adaptive.curves import Curve
     from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 
@@ -49,20 +50,13 @@ def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estim
     if fitted.method == "yes_no":
         raise UserError("a Weber fraction needs a standard; yes_no asks for none")
     if fitted.method != "comparison":
-        found = fitted.threshold_um_pp
-        relative = np.array([found.value, *found.interval]) / standard_um_pp
-        return estimate(relative, found.interval.confidence)
+        return _over(fitted.threshold_um_pp, standard_um_pp)
     family = CURVES[fitted.curve]
     if family.logarithmic:
         raise UserError("a comparison's Weber fraction needs a curve of the amplitude itself")
     if isinstance(fitted.slope, NotComputed):
         return fitted.slope
-    low, high = family.inverse(np.array([0.25, 0.75]))
-    scale = float(high - low) / 2 / standard_um_pp
-    shallow, steep = fitted.slope.interval
-    with np.errstate(divide="ignore"):
-        relative = scale / np.array([fitted.slope.value, steep, shallow])
-    return estimate(relative, fitted.slope.interval.confidence)
+    return _over(_half_width(fitted.slope, family), standard_um_pp)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -182,8 +176,7 @@ def population_threshold(
         ends = np.exp([fit.best.theta[fit.slope], three.low, three.high]) / fit.scale
         slope = estimate(ends, confidence)
     if not model.curve.logarithmic:
-        low, high = model.curve.inverse(np.array([0.25, 0.75]))
-        half = _half_width(slope, float(high - low) / 2) if isinstance(slope, Estimate) else slope
+        half = _half_width(slope, model.curve) if isinstance(slope, Estimate) else slope
     levels = model.curve.level
     own = fit.coordinates(np.array([found.value])) + fit.deviations()
     return PopulationThreshold(
@@ -205,18 +198,21 @@ def population_weber(
     """Return the population's just noticeable difference as a part of the standard."""
     compared = METHODS[method].guess == "equal to lapse"
     part = found.half_width_um_pp if compared else found.threshold_um_pp
-
-    def relative(each: Estimate) -> Estimate | NotComputed:
-        ends = np.array([each.value, *each.interval])
-        return estimate(ends / standard_um_pp, each.interval.confidence)
-
-    return fold(part, relative, NotComputed)
+    return _over(part, standard_um_pp) if isinstance(part, Estimate) else part
 
 
-def _half_width(slope: Estimate, of_slope_one: float) -> Estimate:
+def _over(found: Estimate, standard_um_pp: float) -> Estimate:
+    """Return an estimate as a part of the standard."""
+    ends = np.array([found.value, *found.interval])
+    return estimate(ends / standard_um_pp, found.interval.confidence)
+
+
+def _half_width(slope: Estimate, curve: Curve) -> Estimate:
+    """Return half the distance between 25 and 75 % of a curve of the level itself."""
+    low, high = curve.inverse(np.array([0.25, 0.75]))
     shallow, steep = slope.interval
     with np.errstate(divide="ignore"):
-        values = of_slope_one / np.array([slope.value, steep, shallow])
+        values = float(high - low) / 2 / np.array([slope.value, steep, shallow])
     return estimate(values, slope.interval.confidence)
 
 
