@@ -1,5 +1,6 @@
 # make pilot   the paper's whole study, simulated      make pilot ARGS="--participants 4 --seed 1"
-# make test    lint, types, import layers, tests
+# make test    all tests
+# make lint    lint, types, import layers, how we write
 # make docs    the documentation site, in build/site: open build/site/index.html
 # make coverage  how much of some rooms their tests reach; all: make coverage COVERED="analysis experiments hardware stimuli"
 # make torture  the campaign of kills and disk faults (minutes)
@@ -14,7 +15,6 @@
 PYTHON ?= python3
 BIN = .venv/bin
 ARGS ?=
-LINT = $(MAKE) --no-print-directory lint
 
 .PHONY: set-pilot set-session set-test setup pilot test lint docs pictures torture windows fuzz soak reliability benchmarks coverage requirements sbom audit
 # Each set of packages contains the one before: pilot, session, test.
@@ -30,20 +30,15 @@ pilot: set-pilot
 WORKERS = 2
 test:
 	@mkdir -p build
-	@echo "Lint runs next to the tests; its output is in build/lint.txt."
-	@# Packages of system and Python are installed at the same time. Lint uses the time in which
-	@# these and tests wait; with a third worker on two cores, emulated boards answer too late. The
-	@# first collection compiles every module, once instead of once per worker; what tests start
-	@# would compile them again if Python kept no bytecode.
+	@# Packages of system and Python are installed at the same time. The first collection compiles
+	@# every module, once instead of once per worker; what tests start would compile them again if
+	@# Python kept no bytecode. With a third worker on two cores, emulated boards answer too late.
 	@unset PYTHONDONTWRITEBYTECODE; \
 	$(PYTHON) tools/system_packages.py & packages=$$!; \
 	$(PYTHON) tools/setup.py test || exit; \
-	nice $(LINT) >build/lint.txt 2>&1 & lint=$$!; \
 	[ -d .pytest_cache ] || $(BIN)/python -m pytest --collect-only -qq >build/collected.txt 2>&1; \
 	wait $$packages || exit; \
-	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal $(ARGS); tests=$$?; \
-	wait $$lint || { cat build/lint.txt; echo "Lint failed: see above."; exit 1; }; \
-	exit $$tests
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal $(ARGS)
 
 lint: set-test
 	$(BIN)/ruff check .
