@@ -137,6 +137,8 @@ class Quantity:
     suffix : str
         What they have in place of ``um_pp``, where the column is noun and suffix; left out: the
         whole column.
+    yes : str
+        The word that the data have for "yes": "faster".
     """
 
     name: str
@@ -150,6 +152,7 @@ class Quantity:
     noun: str = "stimulus"
     nouns: str = "levels"
     suffix: str = ""
+    yes: str = "yes"
 
     @property
     def makes(self) -> tuple[str, str, str]:
@@ -190,6 +193,13 @@ class Quantity:
     def yes_no(self) -> YesNoWords:
         """The words of a task of yes and no."""
         return STEPS if self.of_plate else YesNoWords(size=self.name)
+
+    @property
+    def more(self) -> str:
+        """What a comparison is answered with if there seems to be more: "more slippery"."""
+        if self.yes != "yes":
+            return self.yes
+        return "more slippery" if self.judged == PLATE_AMPLITUDE.judged else f"more {self.judged}"
 
     @property
     def title(self) -> str:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 NAME = "analysis.toml"
+#: A code with two letters is a word that a sentence can use; "2" and "r" are none.
+WORD = re.compile(r"[^\W\d_]{2}")
 
 
 def _printable(text: str) -> str:
@@ -73,6 +75,11 @@ class AnswerWords(_Strict):
 
     yes: ColumnName | None = None
     alternatives: Literal[2, 3] | None = None
+
+    @property
+    def word(self) -> str:
+        """What the report calls a "yes": the code, if it is a word."""
+        return self.yes if self.yes and self.yes.isprintable() and WORD.search(self.yes) else "yes"
 
 
 class StimulusWords(_Strict):
@@ -209,6 +216,7 @@ class TableMapping(_Strict):
             unit=unit,
             column=column_name(name, unit),
             judged=judged,
+            yes=self.answers.word,
         )
 
 

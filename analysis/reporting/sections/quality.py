@@ -159,11 +159,11 @@ OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
         lambda row: row["growth_function"] if isinstance(row["growth_function"], str) else DASH,
     ),
     "hits": (
-        TableColumn(title="“Yes”", unit="{q.yes_no.down[1]}"),
+        TableColumn(title="“{q.yes}”", unit="{q.yes_no.down[1]}"),
         lambda row: _of(row, "hits", "changes"),
     ),
     "false_alarms": (
-        TableColumn(title="“Yes”", unit="{q.yes_no.catch[1]}"),
+        TableColumn(title="“{q.yes}”", unit="{q.yes_no.catch[1]}"),
         lambda row: _of(row, "false_alarms", "catches"),
     ),
     "d_prime": (TableColumn(title="d′"), lambda row: grouped(row["d_prime"])),

@@ -34,7 +34,7 @@ def _questions(analysis: Analysis) -> list[str]:
     return [
         "Do participants feel a step down in amplitude, and what do they say of it?"
         if quantity.of_plate
-        else f"How does “yes” depend on {quantity.name}?"
+        else f"How does “{quantity.yes}” depend on {quantity.name}?"
     ]
 
 
@@ -96,7 +96,7 @@ def _session_tables(data: Dataset, _prepared: Prepared | None) -> Iterator[Sessi
     if len(steps):
         changed = steps[~steps["catch"]]
         table = by_session(changed.assign(value=changed["difference_felt"].astype(float)))
-        yield f"{data.quantity.yes_no.name}, “yes” on changes", "share", table
+        yield f"{data.quantity.yes_no.name}, “{data.quantity.yes}” on changes", "share", table
 
 
 ANALYSIS = TaskAnalysis(

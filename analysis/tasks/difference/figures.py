@@ -14,7 +14,7 @@ from slipscale.analysis.tasks.difference.yes_no import interval_of, step_sizes
 from slipscale.analysis.writing.axes import LINES_AT_MOST, tip
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
-from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, capitalised
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -64,12 +64,12 @@ def difference(
     top, bottom = figure.subplots(2, 1, height_ratios=[upper, LOWER])
     _each_step(top, found, confidence, quantity)
     top.set_title(f"Each {quantity.yes_no.each}")
-    _against_size(bottom, found.psychometric, steps.assign(size=sizes), confidence)
+    _against_size(bottom, found.psychometric, steps.assign(size=sizes), confidence, quantity.yes)
     bottom.set_title(f"Against {quantity.yes_no.size}")
     if not quantity.of_plate:
         above = ": above the reference" if steps["amplitude_um_pp"].any() else ""
         bottom.set_xlabel(f"{quantity.axis}{above}")
-        bottom.set_ylabel("“Yes”")
+        bottom.set_ylabel(f"“{capitalised(quantity.yes)}”")
     # Outside: the data may lie anywhere.
     figure.legend(*bottom.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
@@ -122,12 +122,16 @@ def _each_step(
     axes.xaxis.set_major_formatter(PercentFormatter(1.0))
     axes.grid(visible=True, axis="x")
     axes.grid(visible=False, axis="y")
-    asked = "“Yes, I feel a difference”" if quantity.of_plate else "“Yes”"
+    asked = "“Yes, I feel a difference”" if quantity.of_plate else f"“{capitalised(quantity.yes)}”"
     axes.set_xlabel(f"{asked} ({100 * confidence:g} % intervals)")
 
 
 def _against_size(
-    axes: Axes, fit: PsychometricCurve | NotComputed, steps: pd.DataFrame, confidence: float
+    axes: Axes,
+    fit: PsychometricCurve | NotComputed,
+    steps: pd.DataFrame,
+    confidence: float,
+    yes: str,
 ) -> None:
     level = f"{100 * confidence:g} %"
     sizes = np.unique(steps["size"])
@@ -151,7 +155,7 @@ def _against_size(
                 markersize=9,
                 capsize=3,
                 zorder=3,
-                label=f"half “yes”, {level} interval",
+                label=f"half “{yes}”, {level} interval",
             )
     if 1 < steps[PARTICIPANT].nunique() <= LINES_AT_MOST:
         _participants(axes, steps)

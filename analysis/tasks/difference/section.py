@@ -18,18 +18,18 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.difference.yes_no import DescendingDifference
     from slipscale.analysis.tasks.kind import Analysis
-    from slipscale.stimuli.quantity import YesNoWords
+    from slipscale.stimuli.quantity import Quantity
 
 #: Of a category's reports, so many different wordings are shown.
 WORDINGS_SHOWN = 40
 
 
-def _caption(found: DescendingDifference, words: YesNoWords) -> str:
+def _caption(found: DescendingDifference, quantity: Quantity) -> str:
     fit = found.psychometric
     intervals = (
-        f"Share of “yes” at each {words.each}, with Clopper and Pearson's intervals; where a "
-        "participant answered several times, of as many answers as there would be independent "
-        "ones (Korn and Graubard)."
+        f"Share of “{quantity.yes}” at each {quantity.yes_no.each}, with Clopper and Pearson's "
+        "intervals; repeated answers of a participant are weighted by their effective sample size "
+        "(Korn and Graubard)."
     )
     texts = [intervals]
     if fit:
@@ -53,8 +53,8 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     section.blocks.append(
         html.figure(
             svgs["difference"],
-            _caption(found, quantity.yes_no),
-            "Share of “yes”: "
+            _caption(found, quantity),
+            f"Share of “{quantity.yes}”: "
             + ", ".join(
                 f"{step_label(step, quantity)} {step.yes} of {step.n}" for step in found.steps
             )

@@ -15,6 +15,7 @@ from slipscale.analysis.writing.numbers import (
     p_value,
     reliable,
 )
+from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -49,7 +50,7 @@ def psychometric(
     """Return the sentence of the curve of "yes" against the size of the step."""
     if isinstance(found, NotComputed):
         size = quantity.yes_no.size
-        return f"No curve of “yes” against {size} was fitted: {found.reason}."
+        return f"No curve of “{quantity.yes}” against {size} was fitted: {found.reason}."
     verb = "depended" if reliable(found.p, confidence) else "did not depend reliably"
     size, per, written = _measured(found, quantity)
     level = level_of(confidence)
@@ -62,9 +63,11 @@ def psychometric(
             if found.half_yes_interval is None
             else f"{level} CI {bracketed(found.half_yes_interval, own)}"
         )
-        half = f"; half of the answers are “yes” at {written(own(found.half_yes))}, {bounds}"
+        at = written(own(found.half_yes))
+        half = f"; half of the answers are “{quantity.yes}” at {at}, {bounds}"
     return (
-        f"“Yes” {verb} on {size}, log odds {write(found.log_odds_per_unit)} {per}, {level} CI "
+        f"“{capitalised(quantity.yes)}” {verb} on {size}, log odds "
+        f"{write(found.log_odds_per_unit)} {per}, {level} CI "
         f"{bracketed(found.interval, write)}, t({found.df}) = {number(found.t)}, "
         f"{p_value(found.p)}{half} (logistic curve by generalised estimating equations, answers of "
         f"a participant exchangeable, Fieller's interval; {found.answers} answers of {found.n} "
@@ -132,8 +135,8 @@ def difference_sentences(
         return texts
     pooled, words = detection.pooled, quantity.yes_no
     texts.append(
-        f"“Yes” was said on {pooled.hits} of {pooled.changes} {words.trials[1]} and on "
-        f"{pooled.false_alarms} of {pooled.catches} {words.catch[1]}. "
+        f"“{capitalised(quantity.yes)}” was said on {pooled.hits} of {pooled.changes} "
+        f"{words.trials[1]} and on {pooled.false_alarms} of {pooled.catches} {words.catch[1]}. "
         f"{sensitivity(detection, confidence, quantity)}"
     )
     return texts

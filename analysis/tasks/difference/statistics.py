@@ -41,10 +41,10 @@ DIFFERENCE: Statistic[DescendingDifference] = Statistic(
     key="difference",
     meaning="descending difference: shares of “yes”, d′, curves, verbal reports",
     compute=_compute,
-    families=(Family(name="curves of “yes”, slope", read=_curves),),
-    methods="Shares of “yes” have Clopper and Pearson's intervals, of as many answers as there "
-    "would be independent ones [[korn1998]]. “Yes” was related to {q.yes_no.size} by a "
-    "logistic curve, fitted by generalised estimating equations with exchangeable answers "
+    families=(Family(name="curves of “{q.yes}”, slope", read=_curves),),
+    methods="Shares of “{q.yes}” have Clopper and Pearson's intervals, of as many answers as there "
+    "would be independent ones [[korn1998]]. Answers of “{q.yes}” were related to {q.yes_no.size} "
+    "by a logistic curve, fitted by generalised estimating equations with exchangeable answers "
     "of a participant [[liang1986]] and errors for few participants [[mancl2001]]. "
     "Sensitivity, d′, comes from a probit model with participants, with intervals of its "
     "profile likelihood; a participant's own d′ and c have the log-linear correction "

@@ -299,7 +299,8 @@ def signal_detection(
     """Return d' and c, pooled and of each participant who had both kinds of step."""
     if not len(catches):
         return NotComputed(
-            f"no {quantity.yes_no.catch[1]}: 'yes' cannot be told from a readiness to say yes"
+            f"no {quantity.yes_no.catch[1]}: “{quantity.yes}” cannot be separated from a readiness "
+            "to say it"
         )
     if not len(changes):
         return NotComputed(f"no {quantity.yes_no.trials[1]} on which the {quantity.name} changed")

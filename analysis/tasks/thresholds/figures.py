@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
+    from slipscale.analysis.statistics.psychometrics.psychometric_function import (
+        PsychometricFunction,
+    )
     from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
 
 #: Levels are gathered into so many bins for the dots: an adaptive track has a level a trial.
@@ -65,7 +69,8 @@ def functions(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
     for each in people if len(people) <= LINES_AT_MOST else []:
         line = each.function
         if line:
-            (drawn,) = top.plot(fine, line.proportion(fine), color=PALE, linewidth=1.0, zorder=1)
+            own = within_answers(line, main[main[PARTICIPANT].astype(str) == each.participant])
+            (drawn,) = top.plot(fine, own.proportion(fine), color=PALE, linewidth=1.0, zorder=1)
             drawn.set_gid(tip(f"{each.participant}: threshold {line.threshold_um_pp.value:.3g} µm"))
     top.plot([], color=PALE, linewidth=1.0, label="participants")
     chance = 0.5 if compared else METHODS[found.method].guess_rate
@@ -89,6 +94,20 @@ def functions(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
         ncols=3,
     )
     return figure
+
+
+def within_answers(line: PsychometricFunction, rows: pd.DataFrame) -> PsychometricFunction:
+    """Return a participant's curve with asymptotes that do not contradict the outermost levels.
+
+    The lapse rate of a participant who made no mistake is the mean of what is possible, above 0:
+    drawn with it, the curve would stay below the 100 % that were observed.
+    """
+    levels, right = rows["level_um_pp"], rows["correct"].astype(float)
+    wrong_at_top = 1 - float(right[levels == levels.max()].mean())
+    own = replace(line, lapse=min(line.lapse, wrong_at_top))
+    if line.method != COMPARED:
+        return own
+    return replace(own, guess=min(line.guess, float(right[levels == levels.min()].mean())))
 
 
 def _answers(axes: Axes, rows: pd.DataFrame, *, logarithmic: bool) -> None:

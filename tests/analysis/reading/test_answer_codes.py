@@ -11,6 +11,7 @@ from slipscale import commands
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reporting.sections.summary import answers
 from slipscale.faults import UserError
 
 pytestmark = pytest.mark.usefixtures("without_models", "without_simulated_fits")
@@ -80,6 +81,16 @@ def test_a_count_above_n_is_refused_with_its_line(tmp_path):
     pd.DataFrame({"who": ["a"], "size": [1.0], "k": [11], "of": [10]}).to_csv(path, index=False)
     with pytest.raises(UserError, match="line 2: k is 11 and of 10; expected whole numbers"):
         load(path, mapping(answer="", yes_count="k", n="of"))
+
+
+def test_the_report_speaks_in_the_datas_own_word_for_yes(tmp_path, page):
+    path, _ = table(tmp_path, ("slower", "faster"))
+    found = analyse(load(path, mapping({"yes": "faster"})))
+    assert answers(found)[0].startswith("“Faster” depended on size")
+    shown = page(found).partition("Results, in sentences")[2].partition("All tests")[0]
+    assert "“yes”" not in shown
+    # A number or a letter is no word.
+    assert mapping({"yes": "2"}).quantity.yes == "yes"
 
 
 def test_a_few_unreadable_answers_are_named_in_the_tables_own_words(tmp_path):

@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.thresholds.figures import within_answers
 from slipscale.analysis.tasks.thresholds.reading import COLUMNS
 from slipscale.analysis.tasks.thresholds.statistics import thresholds
 from slipscale.experiments.protocols.adaptive.curves import CURVES
@@ -103,3 +104,13 @@ def test_each_task_is_analysed_by_itself():
 def test_without_trials_it_is_said():
     empty = trials({"sub-01": 0.1}).head(0)
     assert thresholds(empty) == NotComputed("no trials of forced choice")
+
+
+def test_a_drawn_curve_reaches_what_was_observed_at_the_outermost_level():
+    rows = trials({"p": 0.1}).assign(correct=lambda frame: frame["level_um_pp"] > 0.05)
+    (found,) = thresholds(rows)
+    line = found.participants[0].function
+    assert line.lapse > 0.005
+    assert within_answers(line, rows).lapse == 0
+    missed = rows.assign(correct=rows["correct"] & (rows.index % 10 > 0))
+    assert within_answers(line, missed) == line
