@@ -131,7 +131,7 @@ def _against_size(
     fit: PsychometricCurve | NotComputed,
     steps: pd.DataFrame,
     confidence: float,
-    yes: str,
+    word: str,
 ) -> None:
     level = f"{100 * confidence:g} %"
     sizes = np.unique(steps["size"])
@@ -155,7 +155,7 @@ def _against_size(
                 markersize=9,
                 capsize=3,
                 zorder=3,
-                label=f"half “{yes}”, {level} interval",
+                label=f"half “{word}”, {level} interval",
             )
     if 1 < steps[PARTICIPANT].nunique() <= LINES_AT_MOST:
         _participants(axes, steps)
