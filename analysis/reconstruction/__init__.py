@@ -1,1 +1,1 @@
-"""Every raw data set that a published table of n, mean and standard deviation allows."""
+"""Enumerate every raw data set consistent with a published table of n, mean and SD."""

@@ -1,6 +1,6 @@
-"""What a table lets one say, computed: an answer for every column, and one across columns.
+"""Compute what a table implies: one answer per column, and answers across columns.
 
-Pure: how an answer is written for people and machines is `report`.
+Everything here is computation; `report` formats the answers for people and machines.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.inference.distributions import Distribution
     from slipscale.analysis.reconstruction.table.published_table import Design
 
-# What is worth its time on the command line: so many cells of the tables of states, each once
-# for every goal, and so many additions for the ordered samples when multisets are asked for.
+# Limits above which the command line skips a computation: cells of the tables of states, each
+# counted once per goal, and additions for ordered samples when multisets are requested.
 MARGINAL_CELLS = 5_000_000
 ORDERED_ADDITIONS = 6_000_000_000
-# Sums that are listed beside an answer without a count.
+# Sums that are listed next to an answer without a count.
 SHOWN_SUMS = 100
 
 
@@ -43,7 +43,7 @@ class OrderStatistic:
 
 @dataclass(frozen=True, kw_only=True)
 class Variant:
-    """How many data sets there are under one SD convention and rounding rule; why, if none."""
+    """Number of data sets under one SD convention and rounding rule, or why there are none."""
 
     sd_convention: str
     rounding: str
@@ -53,40 +53,41 @@ class Variant:
 
 @dataclass(frozen=True, kw_only=True)
 class ColumnAnswer:
-    """What is known of one column.
+    """Everything computed about one column.
 
     Parameters
     ----------
     label, sd_convention, rounding : str
-        Of the column.
+        Properties of the column.
     printed : str
-        All that is printed of it, in words.
+        Everything printed about the column, in words.
     reason : str
-        Why there is no data set; empty if there is one.
+        Why no data set exists; empty if one exists.
     multisets : int or None
-        Data sets when the order of the participants does not count; None if not counted.
+        Number of data sets if the order of the participants does not count; None if not counted.
     ordered : int or None
-        When it does; None if counting them takes too long to do unasked.
+        Number of data sets if the order counts; None if counting takes too long by default.
     grim, grimmer : bool
-        Whether the mean, and the SD beside it, pass these tests.
+        Whether the mean passes GRIM and the SD passes GRIMMER.
     sums : tuple of (Fraction, Fraction)
         Admissible sums and sums of squares, in the scale's own unit.
     order_statistics : tuple of OrderStatistic
-        Empty if there is no data set, or if they take too long to do unasked.
+        Empty if no data set exists, or if computing them takes too long by default.
     variants : tuple of Variant
-        Empty if not asked for.
+        Empty if not requested.
     scale_is_printed : bool
-        Whether an end of the scale is.
+        Whether an end of the scale is printed.
     assumptions : tuple of str
-        What the answer assumes, in words.
+        Assumptions behind the answer, in words.
     refused : str
         Why the data sets are not counted; empty if they are.
     not_drawn : str
-        Why none can be drawn though they are counted; empty if they can.
+        Why none can be drawn although they are counted; empty if they can.
     witness : tuple of float
-        One data set, checked, where they are not counted; empty if none was found.
+        One verified data set if they are not counted; empty if none was found.
     log10_estimate : float or None
-        Of about how many there are, by the saddle-point approximation, where not counted.
+        Approximate decimal logarithm of the number of data sets that are not counted (saddle
+        point).
     """
 
     label: str
@@ -110,7 +111,7 @@ class ColumnAnswer:
 
     @property
     def consistent(self) -> bool | None:
-        """Whether there is any data set; None if nobody knows."""
+        """Whether any data set exists; None if unknown."""
         if self.multisets is None:
             return True if self.witness else None
         return self.multisets > 0
@@ -118,17 +119,17 @@ class ColumnAnswer:
 
 @dataclass(frozen=True, kw_only=True)
 class Across:
-    """What is known across columns.
+    """Everything computed across columns.
 
     Parameters
     ----------
     bounds : tuple of Conclusion
-        Over all data sets and pairings; from sums and sums of squares alone where the data sets
-        are too many to list.
+        Bounds over all data sets and pairings. If there are too many data sets to list, they
+        follow from sums and sums of squares alone.
     not_listed : tuple of str
-        Labels of the columns with too many.
+        Labels of the columns with too many data sets to list.
     distributions : tuple of Distribution
-        Over uniform samples.
+        Distributions over uniform samples.
     """
 
     bounds: tuple[Conclusion, ...]
@@ -137,7 +138,7 @@ class Across:
 
 
 def column_answer(solutions: Solutions, measure: str, *, variants: bool = False) -> ColumnAnswer:
-    """Return one column's answer; ``variants``: under every convention and rule, too."""
+    """Return one column's answer; `variants` adds every SD convention and rounding rule."""
     if solutions.refused:
         return _uncounted(solutions)
     column, found = solutions.column, solutions.targets
@@ -164,7 +165,7 @@ def column_answer(solutions: Solutions, measure: str, *, variants: bool = False)
 
 
 def _uncounted(solutions: Solutions) -> ColumnAnswer:
-    """Return what can be said of a column with too many data sets to count."""
+    """Return what is known of a column with too many data sets to count."""
     from slipscale.analysis.reconstruction.data_sets.saddle_point import log10_multisets  # noqa: PLC0415 - rare
 
     column, found = solutions.column, solutions.targets
@@ -188,7 +189,7 @@ def _uncounted(solutions: Solutions) -> ColumnAnswer:
 
 
 def worth_marginals(solutions: Solutions) -> bool:
-    """Whether exact marginals are worth their time unasked."""
+    """Whether exact marginals are quick enough to compute by default."""
     if solutions.not_drawn or solutions.listed_apart:
         return False
     cells = sum((task.bytes // 8) * len(task.goals) for task in solutions.problems)
@@ -196,7 +197,7 @@ def worth_marginals(solutions: Solutions) -> bool:
 
 
 def worth_ordering(solutions: Solutions, measure: str) -> bool:
-    """Whether ordered samples are counted: asked for, or few enough additions."""
+    """Whether to count ordered samples: they were requested, or need few enough additions."""
     if solutions.not_drawn:
         return False
     if solutions.listed_apart:
@@ -219,7 +220,7 @@ def moments(solutions: Solutions) -> tuple[tuple[Fraction, Fraction], ...]:
 
 
 def order_statistics(found: Marginals, scale: Scale) -> tuple[OrderStatistic, ...]:
-    """Return for each order statistic its sharp bounds and its mean over all data sets."""
+    """Return the sharp bounds and the mean of each order statistic over all data sets."""
     rows = []
     for rank in range(1, found.n + 1):
         chances = found.order_statistic(rank)
@@ -259,14 +260,14 @@ def across(
     seed: int,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Across:
-    """Return bounds and distributions; no distributions where a column cannot be counted.
+    """Return bounds and distributions; no distributions if a column cannot be counted.
 
-    ``tell`` takes what is being done, in words.
+    `tell` is called with a description of the current step.
 
     Raises
     ------
     UserError
-        The columns cannot be compared, or it is not said of whom they are.
+        The columns cannot be compared, or it is not stated which participants they come from.
     """
     if design == "independent":
         from slipscale.analysis.reconstruction.inference.independent import independent_conclusions  # noqa: PLC0415 - if asked for
@@ -289,7 +290,7 @@ def across(
 
 
 def seconds_across(columns: Sequence[Solutions], design: Design) -> float:
-    """Return about how long `across` takes on an ordinary processor."""
+    """Return the approximate time that `across` takes on an ordinary processor."""
     from slipscale.analysis.reconstruction.counts.listing import LISTED  # noqa: PLC0415
     from slipscale.analysis.reconstruction.inference.conclusions import seconds_to_conclude  # noqa: PLC0415 - if asked
 

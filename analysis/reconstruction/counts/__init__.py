@@ -1,1 +1,1 @@
-"""How many data sets have a sum and a sum of squares: the tables of states that counting walks."""
+"""Count the data sets with a given sum and sum of squares, using tables of states."""

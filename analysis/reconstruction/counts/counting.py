@@ -1,4 +1,4 @@
-"""Exact counts of the solutions of a column, of any size."""
+"""Count the solutions of a column exactly, whatever their number."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 def total(joint: Joint, modulus: int | None) -> float | int:
     """Return the number of solutions in a pair of slices, modulo `modulus`."""
     if modulus is None or modulus == WORD:
-        # No product in memory; machine words wrap, as residues of 2^64 should.
+        # Avoids a temporary product; machine words wrap, as required for residues of 2^64.
         found = np.einsum("ij,ij", joint.below, joint.above)
         if modulus is None:
             return float(found) * float(joint.ways)
@@ -41,15 +41,15 @@ def total(joint: Joint, modulus: int | None) -> float | int:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A count in floating point and how far it can be off.
+    """A count in floating point with a bound on its error.
 
     Parameters
     ----------
     value : float
-        Infinite if it exceeds what floating point holds.
+        Infinite if the count exceeds the range of floating point.
     error : float
-        Bound on the relative error. Every term is positive and passes through no more than so
-        many roundings, each of relative size 2^-53.
+        Bound on the relative error. Every term is positive and is rounded a limited number of
+        times, each with a relative error of at most 2^-53.
     """
 
     value: float
@@ -57,15 +57,15 @@ class Estimate:
 
     @property
     def bound(self) -> float:
-        """A number that the count does not exceed."""
+        """An upper bound on the count."""
         return self.value * (1 + 2 * self.error) + 1
 
     def settles(self, modulus: int) -> bool:
-        """Whether only one number with a known residue modulo `modulus` is near enough."""
+        """Whether the estimate and a residue modulo `modulus` determine the count uniquely."""
         return isfinite(self.value) and 2 * self.bound * self.error < modulus / 4
 
     def nearest(self, residue: int, modulus: int) -> int:
-        """Return the nearest integer that leaves `residue` modulo `modulus`."""
+        """Return the nearest integer that is congruent to `residue` modulo `modulus`."""
         half = modulus // 2
         return int(self.value) + (residue - int(self.value) + half) % modulus - half
 
@@ -76,7 +76,7 @@ def estimate(tasks: list[Problem], measure: str) -> Estimate:
     with np.errstate(over="ignore", invalid="ignore"):
         for task in tasks:
             tables = task.tables(measure, None)
-            # A step adds up to k terms, each times a number of arrangements.
+            # A step adds up to k terms, each multiplied by a number of arrangements.
             steps = sum(len(table.distances()) * (len(table.planes) + 3) for table in tables)
             for joint in task.joints(*tables):
                 value += float(total(joint, None))
@@ -85,7 +85,7 @@ def estimate(tasks: list[Problem], measure: str) -> Estimate:
 
 
 def largest_possible(tasks: list[Problem], measure: str) -> int:
-    """Return an upper bound on the number of solutions, close if it exceeds a machine word."""
+    """Return an upper bound on the number of solutions; it is tight above one machine word."""
     bound = simple_bound(tasks, measure)
     if bound < WORD:
         return bound
@@ -108,14 +108,14 @@ def count(
     measure : {"multisets", "ordered"}
         What is counted.
     memory_gib : float
-        Memory allowed.
+        Available memory.
     minutes : float
-        Time allowed to a count of multisets, as far as it can be told beforehand.
+        Time limit for a count of multisets, as predicted before it starts.
 
     Returns
     -------
     int
-        Of any size.
+        The count, of arbitrary size.
     """
     if measure == "ordered":
         require_memory(tasks, memory_gib)
@@ -135,7 +135,7 @@ def count(
 
 
 def _exact(bound: int, estimated: Callable[[], Estimate], residue: Callable[[int], int]) -> int:
-    """Return a count of at most `bound` from its residues, as few as will do."""
+    """Return a count of at most `bound`, computing as few residues as necessary."""
     if bound < WORD:
         return residue(WORD) if bound else 0
     close = estimated()
@@ -161,11 +161,11 @@ def _estimated_multisets(tasks: list[Problem]) -> Estimate:
 
 
 def attained(tasks: list[Problem], memory_gib: float = MEMORY_GIB) -> set[tuple[int, int]]:
-    """Return the pairs of a sum and a sum of squares that some solution has."""
+    """Return the pairs of sum and sum of squares that at least one solution has."""
     require_memory(tasks, memory_gib)
     found = set()
     for task in tasks:
-        # Terms are positive and at least 1: floating point loses none of them.
+        # Terms are positive and at least 1, so floating point loses none of them.
         for joint in task.joints(*task.tables("multisets", None)):
             if total(joint, None) > 0:
                 found.add(joint.goal.part.all_moments)

@@ -1,11 +1,11 @@
-"""Counts for scales of few values, such as Likert's: in closed form but for the outer values.
+"""Count in closed form on scales with few values, such as Likert scales.
 
-Take three neighbouring values, c - 1, c and c + 1. Once it is known how often every other value is
-there, with k values, a sum d of their distances from c and a sum q of the squared distances, the
-three are settled by n, D and V (see `meet_in_the_middle`): w = V - q of the values left lie beside
-c, those above less those below are D - d, and all this is possible if and only if
-``|D - d| <= w <= n - k``. With the sums of squares in a range of every other number, w ranges, too,
-so that each choice of the outer values is worth a subtraction.
+Only the outer values are enumerated. Take three neighbouring values c - 1, c and c + 1, and fix
+how often every other value occurs: k values with a sum d of distances from c and a sum q of
+squared distances. Then n, D and V (see `meet_in_the_middle`) determine the three counts. Among the
+remaining values, w = V - q are next to c; those above c exceed those below by D - d. This is
+possible if and only if ``|D - d| <= w <= n - k``. If the sums of squares form a range of every
+second number, w also has a range, so each choice of outer values costs one subtraction.
 """
 
 from __future__ import annotations
@@ -22,21 +22,22 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Goal
     from slipscale.analysis.reconstruction.counts.state_table import Array
 
-# Choices of the outer values that are written down; of more, another way of counting is quicker.
+# Maximum number of enumerated choices of outer values; beyond it another method is faster.
 CHOICES = 100_000
-# Values of a scale beyond which there are more choices in any case.
+# Number of scale values beyond which there are always more choices than that.
 VALUES = 12
 
 
-# For each sum of distances from the centre: first and last of every run of sums of squared
-# distances, in steps of two.
+# For each sum of distances from the centre: first and last element of every run of sums of
+# squared distances, in steps of two.
 Runs = dict[int, list[tuple[int, int]]]
 
 
 def number(values: Sequence[int], goals: Iterable[Goal]) -> int | None:
-    """Return how many multisets of `values`, which ascend, reach one of the goals.
+    """Return how many multisets of `values` reach one of the goals.
 
-    None where other ways are quicker, or where no three values are neighbours.
+    `values` are in ascending order. Returns None if other methods are faster, or if no three
+    values are neighbours.
     """
     groups: dict[int, dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
     for goal in goals:
@@ -57,16 +58,16 @@ def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
     Parameters
     ----------
     values : sequence of int
-        Ascending.
+        In ascending order.
     n : int
-        Of a multiset.
+        Size of a multiset.
     of_sum : dict of int to list of (int, int)
-        For each sum the first and the last of every run of sums of squares, in steps of two.
+        For each sum, the first and last element of every run of sums of squares, in steps of two.
     """
     centres = [b for a, b, c in zip(values, values[1:], values[2:], strict=False) if c - a == 2]  # noqa: PLR2004
     if not centres or len(values) > VALUES:
         return None
-    # Near the mean the outer values are few.
+    # Close to the mean, few choices of outer values remain.
     mean = sum(of_sum) / max(len(of_sum) * n, 1)
     centre = min(centres, key=lambda c: abs(c - mean))
     shifted = {
@@ -86,21 +87,21 @@ def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
     for signed_sum, runs in shifted.items():
         reach = np.abs(signed_sum - d) + q, n - k + q
         for first, last in runs:
-            # All of a parity, so that rounding down is right.
+            # All have the same parity, so rounding down is correct.
             room = np.minimum(reach[1], last) - np.maximum(reach[0], first) + 2
             found += int((np.maximum(room, 0) // 2).sum())
     return found
 
 
 def without_median(goal: Goal) -> bool:
-    """Whether a goal's values may lie on either side of the centre, as many as please."""
+    """Whether any number of a goal's values may lie on either side of the centre."""
     part = goal.part
     together = part.split.below + 1 == part.split.centre == part.split.above
     return together and part.fewest_below == 0 and part.most_below == goal.n
 
 
 def _runs(square_sums: list[int]) -> Iterator[tuple[int, int]]:
-    """Yield the first and the last of every run in steps of two."""
+    """Yield the first and last element of every run in steps of two."""
     breaks = [i + 1 for i, (a, b) in enumerate(pairwise(square_sums)) if b != a + 2]
     for first, end in pairwise([0, *breaks, len(square_sums)]):
         yield square_sums[first], square_sums[end - 1]
@@ -111,14 +112,14 @@ def _outer(
 ) -> tuple[Array, Array, Array] | None:
     """Return (k, d, q) of all choices of the outer values; None if there are too many.
 
-    Left out are those whose squares exceed `most`, or fall short of `least` whatever follows.
+    Omits choices whose squares exceed `most`, or fall short of `least` whatever follows.
     """
     k = d = q = np.zeros(1, dtype=np.int64)
     far_to_near = sorted(distances, key=abs, reverse=True)
     for x, following in pairwise([*far_to_near, 1]):
         square, rest = x * x, following * following
         top = np.minimum((most - q) // square, n - k)
-        # With f of x, the others add at most (n - k - f) * rest.
+        # With f copies of x, the others add at most (n - k - f) * rest.
         lacking = least - q - (n - k) * rest
         if square > rest:
             bottom = np.maximum(-(-lacking // (square - rest)), 0)

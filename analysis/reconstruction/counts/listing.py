@@ -1,4 +1,4 @@
-"""All data sets behind a column, written down one a row, where they are not too many."""
+"""List all data sets behind a column, one per row, if they are not too many."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.problem import Problem
     from slipscale.analysis.reconstruction.counts.state_table import Array
 
-# Multisets that are listed at most, and those that walk together.
+# Maximum number of listed multisets, and how many are processed together.
 LISTED = 2**20
 CHUNK = 2**18
 
@@ -51,10 +51,10 @@ def _blocks(ranking: Ranking) -> Iterator[Array]:
 
 
 def arrangements(rows: Array, total: int | None = None) -> Array:
-    """Return in how many orders each sorted row can stand: n! / (c1! c2! ...).
+    """Return the number of orderings of each sorted row: n! / (c1! c2! ...).
 
-    Built up one value at a time, so that every quotient is a whole number; in Python's
-    integers unless n times `total`, a bound on what comes up on the way, stays within a word.
+    Computed one value at a time, so every quotient is a whole number. Uses Python integers unless
+    n times `total`, which bounds all intermediate results, fits in a machine word.
     """
     n = rows.shape[1]
     kind = np.dtype(np.uint64 if total is not None and n * total < WORD else object)

@@ -1,7 +1,7 @@
-"""Meet in the middle: the tables below and above the centre, joined to whole solutions.
+"""Meet in the middle: join the tables below and above the centre to whole solutions.
 
-With c the centre, n free values of sum S and sum of squares Q have signed distances that add
-up to D = S - nc and squared distances that add up to V = Q - 2cS + nc².
+Let c be the centre. The signed distances of n free values with sum S and sum of squares Q add up
+to D = S - nc; their squared distances add up to V = Q - 2cS + nc².
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Goal:
-    """What a part of the solutions must add up to, in distances from its centre.
+    """Required totals for a part of the solutions, as distances from its centre.
 
     Parameters
     ----------
     part : Part
-        What it came from.
+        The part that the goal belongs to.
     n : int
-        Free values.
+        Number of free values.
     signed_sum : int
-        D, sum of the signed distances.
+        D, the sum of the signed distances.
     square_sum : int
-        V, sum of the squared distances; of the same parity as `signed_sum`.
+        V, the sum of the squared distances; it has the same parity as `signed_sum`.
     """
 
     part: Part
@@ -43,12 +43,12 @@ class Goal:
 
     @property
     def numbers_above(self) -> range:
-        """How many free values may lie above."""
+        """How many free values may lie above the centre."""
         return range(self.n - self.part.most_below, self.n - self.part.fewest_below + 1)
 
 
 def goals(parts: Iterable[Part]) -> dict[Split, list[Goal]]:
-    """Return what can be reached at all, grouped by what shares its tables."""
+    """Return the reachable goals, grouped by the tables that they share."""
     groups: dict[Split, list[Goal]] = {}
     for part in parts:
         n, total, squares = part.moments.n, part.moments.total, part.moments.squares
@@ -61,7 +61,7 @@ def goals(parts: Iterable[Part]) -> dict[Split, list[Goal]]:
 
 
 def shapes(split: Split, wanted: list[Goal]) -> tuple[Shape, Shape]:
-    """Return the shapes of the tables below and above that hold every solution of `wanted`."""
+    """Return the shapes of the tables below and above that contain every solution of `wanted`."""
     below, above = _halves(split, wanted)
     return (
         below.shape(frozenset(split.centre - value for value in split.holes)),
@@ -70,11 +70,11 @@ def shapes(split: Split, wanted: list[Goal]) -> tuple[Shape, Shape]:
 
 
 def glimpses(split: Split, wanted: list[Goal]) -> list[Glimpse]:
-    """Return how far a few planes of both tables must reach, at once."""
+    """Return the extent of a few planes of both tables, without computing the full shapes."""
     return [half.glimpse() for half in _halves(split, wanted)]
 
 
-# Planes, sums in each and distances, from which the size of a table is guessed.
+# Planes, sums per plane and distances from which the size of a table is estimated.
 PLANES_LOOKED_AT = 16
 SUMS_LOOKED_AT = 256
 DISTANCES_LOOKED_AT = 1024
@@ -91,9 +91,10 @@ class Glimpse:
     cells : ndarray, shape (planes,)
         Cells of each plane.
     sizes : ndarray, shape (planes, distances)
-        Cells that values at a distance or farther out need; each stands for `share` distances.
+        Cells required by values at a distance or farther out; each column represents `share`
+        distances.
     share : float
-        Distances a column.
+        Distances per column.
     """
 
     ks: Array
@@ -104,19 +105,19 @@ class Glimpse:
 
 @dataclass(frozen=True)
 class _Half:
-    """One half of the values, and bounds on what they can add up to on the way to a solution.
+    """One half of the values, with bounds on their totals on the way to a solution.
 
-    Bounds on k values in [low, high] with sum a: their squares add up to at least a²/k, and to
-    at most (low + high) a - k low high. The same holds for the n - k values still to come, on
-    either half, whose sum and squares are what is left of D and V.
+    If k values in [low, high] have the sum a, their squares add up to at least a²/k and at most
+    (low + high) a - k low high. The same holds for the n - k remaining values on either half,
+    whose sum and squares are the remainders of D and V.
     """
 
     nearest: int
     farthest: int
     sign: int
-    lowest: int  # value still to come, seen from here
+    lowest: int  # values still to come, relative to this half
     most: int  # values
-    # Goals with the same n share their bounds: n, least and largest D, least and largest V.
+    # Goals with the same n share their bounds: n, smallest and largest D, smallest and largest V.
     groups: tuple[tuple[int, tuple[int, int], tuple[int, int]], ...]
 
     def shape(self, holes: frozenset[int]) -> Shape:
@@ -141,7 +142,7 @@ class _Half:
         )
 
     def _reach_of(self, k: int, looked_at: int) -> tuple[int, int]:
-        """Return the largest a and w of k values; from so many sums only, if not 0."""
+        """Return the largest a and w of k values; from `looked_at` sums only, unless it is 0."""
         largest = (0, 0)
         for n, signed_sums, square_sums in self.groups:
             if k > n:
@@ -154,7 +155,7 @@ class _Half:
             else:
                 a = np.arange(first, last + 1, dtype=np.int64)
             rest = n - k
-            # Sums that the values still to come may have, seen from here.
+            # Possible sums of the values still to come, relative to this half.
             ends = sorted(-self.sign * signed_sum for signed_sum in signed_sums)
             b_least, b_most = ends[0] - a, ends[1] - a
             nearest_to_0 = np.clip(0, b_least, b_most)
@@ -206,9 +207,9 @@ def _half(
 
 @dataclass(frozen=True)
 class Joint:
-    """Two aligned slices: cell by cell, the halves that together reach a goal.
+    """Two aligned slices whose matching cells together reach a goal.
 
-    ``ways`` counts the arrangements of each pair (1 for multisets).
+    `ways` is the number of arrangements of each pair (1 for multisets).
     """
 
     goal: Goal
@@ -227,7 +228,7 @@ def joints(
     planes: tuple[list[Array], list[Array]],
     measure: str,
 ) -> Iterator[Joint]:
-    """Yield the aligned slices of two tables, one for each number of values above."""
+    """Yield the aligned slices of two tables, one pair for each number of values above."""
     (shape_below, shape_above), (planes_below, planes_above) = outlines, planes
     constant = (goal.square_sum - goal.signed_sum) // 2
     for k in goal.numbers_above:

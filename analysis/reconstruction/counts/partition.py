@@ -1,8 +1,8 @@
-"""The solutions of one column, in parts that each need no more than n, sum and squares.
+"""Partition a column's solutions into parts that depend only on n, sum and sum of squares.
 
-A printed extreme or median asks for values that must be present. Partitioning by how often such a
-value is present leaves, in each part, free values in an interval (or in two, below and above
-the median). Every solution lies in exactly one part, for multisets and ordered samples alike.
+A printed extreme or median requires certain values to be present. Partitioning by how often such a
+value occurs leaves, in each part, free values in an interval (or in two: below and above the
+median). Every solution belongs to exactly one part, for multisets and ordered samples alike.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Moments:
-    """What the free values must add up to: how many, their sum, their sum of squares."""
+    """Required moments of the free values: their number, sum and sum of squares."""
 
     n: int
     total: int
     squares: int
 
     def without(self, value: int, times: int) -> Moments:
-        """Return what is left when `times` copies of `value` are given."""
+        """Return the moments that remain after removing `times` copies of `value`."""
         return Moments(
             self.n - times, self.total - times * value, self.squares - times * value * value
         )
@@ -43,21 +43,21 @@ class Moments:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a column asks of its values, in steps of the scale above its minimum.
+    """What a column requires of its values, in steps above the scale's minimum.
 
     Parameters
     ----------
     moments : Moments
         Number, sum and sum of squares of all values.
     low, high : int
-        No value outside.
+        Range of the values.
     present : tuple of frozenset of int
-        Of each set at least one value must be present; each set holds only ends of the
-        interval: its lowest or highest values, without a gap.
+        At least one value of each set must be present. Each set contains consecutive values at one
+        end of the interval: the lowest or the highest.
     medians : tuple of (int, int), optional
-        Allowed pairs of the two middle values (twice the same value if n is odd).
+        Allowed pairs of the two middle values (the same value twice if n is odd).
     occurrences : tuple of (int, int, int)
-        Values, each with how often it occurs at least and at most.
+        Values, each with its minimum and maximum number of occurrences.
     """
 
     moments: Moments
@@ -70,10 +70,10 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Split:
-    """Where the free values lie: below in [low, below], above in [above, high]; centre `centre`.
+    """Location of the free values: below in [low, below], above in [above, high].
 
-    Distances are taken from the centre, ``below < centre <= above``. None of `holes` is a free
-    value.
+    Distances are measured from `centre`, with ``below < centre <= above``. No free value is in
+    `holes`.
     """
 
     low: int
@@ -86,18 +86,18 @@ class Split:
 
 @dataclass(frozen=True)
 class Part:
-    """Free values that must meet `moments`, beside `given` ones.
+    """Free values that must meet `moments`, in addition to the `given` ones.
 
     Parameters
     ----------
     split : Split
         Where the free values lie.
     moments : Moments
-        Of the free values.
+        Moments of the free values.
     given : tuple of (int, int)
-        (value, how often) of those that are not free.
+        Fixed values with their numbers of occurrences.
     fewest_below, most_below : int
-        How many of the free values may lie below the split.
+        Minimum and maximum number of free values below the split.
     """
 
     split: Split
@@ -108,7 +108,7 @@ class Part:
 
     @property
     def all_moments(self) -> tuple[int, int]:
-        """Sum and sum of squares of all values, the given ones included."""
+        """Sum and sum of squares of all values, including the given ones."""
         given = [value for value, times in self.given for _ in range(times)]
         return (
             self.moments.total + sum(given),
@@ -117,7 +117,7 @@ class Part:
 
     @property
     def arrangements(self) -> int:
-        """Ways to place the given values among all when the order counts."""
+        """Ways to place the given values among all values when the order counts."""
         ways, n = 1, self.moments.n
         for _, times in self.given:
             n += times
@@ -129,10 +129,10 @@ Given = tuple[tuple[int, int], ...]
 
 
 def partition(wanted: Wanted) -> Iterator[Part]:
-    """Yield the parts of `wanted`: disjoint, and together all of it."""
+    """Yield disjoint parts that together cover `wanted`."""
     if wanted.medians is None:
         for moments, low, high, given in _ends(wanted):
-            # Any centre is right; the mean keeps the tables small.
+            # Any centre is correct; the mean keeps the tables small.
             centre = min(max(round(moments.total / max(moments.n, 1)), low), max(low, high))
             split = Split(low, centre - 1, centre, centre, high, _holes(wanted, low, high))
             yield Part(split, moments, given, 0, moments.n)
@@ -142,12 +142,12 @@ def partition(wanted: Wanted) -> Iterator[Part]:
 
 
 def _holes(wanted: Wanted, low: int, high: int) -> frozenset[int]:
-    """Return the values between the ends whose occurrences are told: they are given, not free."""
+    """Return the inner values with specified occurrences: they are given, not free."""
     return frozenset(value for value, _, _ in wanted.occurrences if low <= value <= high)
 
 
 def _ends(wanted: Wanted) -> Iterator[tuple[Moments, int, int, Given]]:
-    """Yield free moments, their interval and the given values: at the ends, and those told of."""
+    """Yield free moments, their interval and the given values (ends and specified occurrences)."""
     if not wanted.occurrences:
         yield from _enter(wanted.moments, wanted.low, wanted.high, wanted.present, (), frozenset())
         return
@@ -205,7 +205,8 @@ def _enter(  # noqa: PLR0917 - one argument for each thing that a part is made o
 def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
     """Yield the parts whose two middle values are `lower` and `upper`.
 
-    Half of n values lie below and half above; parts differ in how many equal a middle value.
+    Half of the n values lie below and half above. Parts differ in how many values equal a middle
+    value.
     """
     for moments, low, high, given in _ends(wanted):
         holes = _holes(wanted, low, high)
@@ -241,7 +242,7 @@ def _copies(
 ) -> Iterator[Given]:
     """Yield how many free values equal each middle value.
 
-    One that is given, or outside the interval, has its number already.
+    The number is already fixed for a middle value that is given or lies outside the interval.
     """
     ranges = [
         range(n + 1) if low <= value <= high and not held and value not in holes else range(1)

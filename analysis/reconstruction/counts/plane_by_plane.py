@@ -1,19 +1,19 @@
-"""How many multisets reach a goal, with the planes of one number of values in memory at a time.
+"""Count the multisets that reach a goal, with one plane per distance in memory.
 
-`state_table` holds for every k how the k values so far add up, because samples and marginals need
-it. A count does not. Let T_k[d] be the table of k values that all lie at least d from the centre;
-the nearest of them lies at d or farther out, so that
+`state_table` stores, for every k, how the k values so far add up, because samples and marginals
+need it. A count does not. Let T_k[d] be the table of k values that all lie at least d from the
+centre. The nearest of them lies at d or farther out, so
 
     T_k[d](a, w) = T_k[d + 1](a, w) + T_{k-1}[d](a - d, w - w_d).
 
-With i = a - k d and j = w - k w_d the second term stands at the same place as the first time: a
-table is kept and T_k[d + 1] is added to it, at the offset (k, k (w_{d+1} - w_d)). These are the
-conjugate partitions. Values that lie far out have small tables that die out early.
+With i = a - k d and j = w - k w_d, the second term has the same indices as the first: the table is
+kept, and T_k[d + 1] is added to it at the offset (k, k (w_{d+1} - w_d)). These are the conjugate
+partitions. Values far from the centre have small tables that are exhausted early.
 
-The values above the centre enter so, k ascending. Those below run through the transposed
-recursion, k descending: tables of weights, what a state of the values below is worth with all
-that lies above it. Both halves thus meet at every k without either being kept, and nothing but
-additions occurs.
+The values above the centre enter in this way, with k ascending. The values below follow the
+transposed recursion, with k descending. Its tables contain weights: the weight of a state below
+the centre is the number of solutions that it forms with the values above. Both halves therefore
+meet at every k without storing either of them, using additions only.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ def number(below: Shape, above: Shape, goals: Sequence[Goal], modulus: int | Non
     Parameters
     ----------
     below, above : Shape
-        Distances of both halves from the centre, and how far they must reach.
+        Distances of both halves from the centre, and the required extent of their tables.
     goals : sequence of Goal
-        That share these halves.
+        Goals that share these halves.
     modulus : int or None
         2**64 or a prime below 2**31; None counts in floating point.
     """
@@ -53,12 +53,12 @@ def number(below: Shape, above: Shape, goals: Sequence[Goal], modulus: int | Non
 
 
 def cells(below: Shape, above: Shape, goals: Iterable[Goal]) -> int:
-    """Return how many cells are held at most: those above die out while those below are born."""
+    """Return the peak number of cells: planes above are freed while planes below are allocated."""
     most = 0
     for n in {goal.n for goal in goals}:
         alive = np.zeros(n + 1, dtype=np.int64)
         for place, (last, size) in enumerate(_lives(above)):
-            # The nearest plane is what the halves meet by.
+            # The halves meet in the nearest plane.
             alive[: (last if place else n) + 1] += size
         for last, size in _lives(below):
             # Of n values, those that are not above are still to come below.
@@ -68,7 +68,7 @@ def cells(below: Shape, above: Shape, goals: Iterable[Goal]) -> int:
 
 
 def roundings(below: Shape, above: Shape, goals: Sequence[Goal]) -> int:
-    """Return how many roundings a term passes through at most: one addition a step."""
+    """Return the maximum number of roundings per term: one addition per step."""
     distances = sum(len(half.distances) for half in (below, above))
     return (len(above.reach) + len(below.reach)) * (len(goals) + 2) + 2 * distances + 8
 
@@ -92,7 +92,7 @@ def _extents(shape: Shape) -> list[tuple[int, int, int]]:
 
 @dataclass
 class _Plane:
-    """T_k[d] of one distance, whichever k it is at."""
+    """The table T_k[d] of one distance, for the current k."""
 
     distance: int
     last: int
@@ -100,7 +100,7 @@ class _Plane:
 
 
 class _Half:
-    """The planes of one half, near to far."""
+    """The planes of one half, from near to far."""
 
     def __init__(self, shape: Shape, kind: type) -> None:
         self.shape = shape
@@ -109,14 +109,17 @@ class _Half:
             self.planes.append(_Plane(d, last, np.zeros((most_i + 1, most_j + 1), dtype=kind)))
 
     def extent(self, place: int, k: int) -> tuple[int, int]:
-        """Return how many rows and columns the plane at `place` has with k values; 0 if none."""
+        """Return the rows and columns of the plane at `place` for k values; 0 if it is empty."""
         a, w = self.shape.reach[k]
         d = self.planes[place].distance
         i, j = a - k * d + 1, w - k * self.shape.triangle(d) + 1
         return (i, j) if i > 0 and j > 0 else (0, 0)
 
     def between(self, place: int, k: int) -> tuple[Array, Array] | None:
-        """Return the plane at `place` and where it stands in that before; None if it is empty."""
+        """Return the plane at `place` and the matching part of the next nearer plane.
+
+        Returns None if the plane is empty.
+        """
         rows, columns = self.extent(place, k)
         if not rows:
             return None
@@ -129,17 +132,20 @@ class _Half:
         )
 
     def reduce(self, modulus: int, k: int) -> None:
-        """Bring every cell below the modulus, in the planes that k values or more have filled."""
+        """Reduce every cell modulo `modulus` in the planes filled with k or more values."""
         divisor = np.uint64(modulus)
         for plane in self.planes:
-            # Row by row, so that what comes up on the way stays small.
+            # Row by row, to keep temporary arrays small.
             for row in plane.values if plane.last >= k else ():
                 np.subtract(row, row // divisor * divisor, out=row)
 
 
 @dataclass(frozen=True)
 class _Run:
-    """Goals with one signed sum whose constants, (V - D) / 2, are all from `first` to `last`."""
+    """Goals with one signed sum whose constants (V - D) / 2 cover every integer in a range.
+
+    The range is `first` to `last`, both included.
+    """
 
     signed_sum: int
     numbers_above: range
@@ -163,7 +169,7 @@ def _runs(goals: Iterable[Goal]) -> list[_Run]:
 
 
 class _Meeting:
-    """Both halves on their way past each other."""
+    """The two halves while values enter above and leave below."""
 
     def __init__(self, below: Shape, above: Shape, modulus: int | None) -> None:
         kind = np.float64 if modulus is None else np.uint64
@@ -173,11 +179,11 @@ class _Meeting:
         for plane in self.above.planes:
             if plane.values.size:
                 plane.values[0, 0] = 1
-        # Largest values that cells above and below may hold.
+        # Upper bounds on the values of cells above and below.
         self.ceilings = (1, 0)
 
     def number(self, n: int, goals: list[Goal]) -> float | int:
-        """Return what the goals, of n values each, are worth together."""
+        """Return the number of solutions of the goals together, each with n values."""
         found: float | int = 0
         runs = _runs(goals)
         for k in range(n + 1):
@@ -194,7 +200,7 @@ class _Meeting:
         return found + sum(end if self.modulus is None else int(end) for end in ends)
 
     def _enter(self, k: int) -> None:
-        """Go from k - 1 to k values above: far to near."""
+        """Go from k - 1 to k values above, from far to near."""
         planes = self.above.planes
         for place in range(len(planes) - 1, 0, -1):
             if pair := self.above.between(place, k):
@@ -205,7 +211,7 @@ class _Meeting:
                 plane.values = plane.values[:0, :0]
 
     def _leave(self, k: int) -> None:
-        """Go from k to k - 1 values below, backwards: near to far."""
+        """Go from k to k - 1 values below, in reverse: from near to far."""
         for place in range(1, len(self.below.planes)):
             pair = self.below.between(place, k)
             if pair is None:
@@ -214,9 +220,9 @@ class _Meeting:
             far += near
 
     def _meet(self, run: _Run, k: int, left: int) -> float | int:
-        """Give the states of `left` values below the worth of k values above.
+        """Weight the states of `left` values below by the matching states of k values above.
 
-        Returns what is complete with it: those without any value below.
+        Returns the number of solutions this completes: those without any value below.
         """
         above, below = self.above.shape, self.below.shape
         if k >= len(above.reach) or left >= len(below.reach):
@@ -232,7 +238,7 @@ class _Meeting:
             return 0
         source = self.above.planes[0].values if k else self.none
         there = source[a[0] - low_a : a[1] - low_a + 1, w[0] - low_w : w[1] - low_w + 1]
-        # Of every w of the values below those above have one of so many in a row.
+        # For each w below, the matching states above form one window of this many consecutive w.
         v = max(low_v, run.first - w[1]), min(high_v, run.last - w[0])
         before, after = w[0] - (run.first - v[1]), run.last - v[0] - w[1]
         worth = _window(there, before, after, run.last - run.first + 1)[:, ::-1]
@@ -246,7 +252,7 @@ class _Meeting:
     def _make_room(self, goals: int, left: int) -> None:
         """Reduce now if the next k could overflow.
 
-        Above, a plane receives all those farther out; below, every goal and all those nearer.
+        Above, a plane receives all planes farther out; below, every goal and all nearer planes.
         """
         if self.modulus in (None, WORD):
             return
@@ -259,15 +265,15 @@ class _Meeting:
         self.ceilings = above, below
 
     def _grown(self, above: int, below: int, goals: int) -> tuple[int, int]:
-        """Return the largest values that cells above and below may hold one k later."""
+        """Return upper bounds on the cells above and below for the next k."""
         grown = above * (len(self.above.planes) + 1)
         return grown, (below + goals * grown) * (len(self.below.planes) + 1)
 
 
 def _window(cells: Array, before: int, after: int, length: int) -> Array:
-    """Return sums of `length` neighbouring columns, with so many empty ones before and after.
+    """Return sums of `length` neighbouring columns, padded with empty columns on both sides.
 
-    By doubling: sums of 1, 2, 4, ... columns.
+    Works by doubling: sums of 1, 2, 4, ... columns.
     """
     if length == 1:
         return cells
@@ -287,6 +293,6 @@ def _window(cells: Array, before: int, after: int, length: int) -> Array:
 
 
 def _lowest(shape: Shape, k: int) -> tuple[int, int]:
-    """Return the least a and w of k values."""
+    """Return the smallest a and w of k values."""
     nearest = shape.distances[0] if shape.distances else shape.nearest
     return k * nearest, k * shape.triangle(nearest)

@@ -1,4 +1,4 @@
-"""The parts of a column's solutions that share their tables, and what working on them costs."""
+"""Group the parts of a column's solutions that share tables, and estimate the cost."""
 
 from __future__ import annotations
 
@@ -26,14 +26,16 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reconstruction.counts.partition import Part, Split
 
-# Memory allowed to tables, and time to a count, unless the user allows more.
+# Default limits: memory for tables, and time for a count.
 MEMORY_GIB = 4.0
 MINUTES = 0.1
-# Steps between the least and the largest rating.
+# Steps between the smallest and the largest rating.
 WIDEST = 10_000_000
-# Measured at n = 50 to 200 on 0 to 100 and at n = 200 on 1 to 7, an ordinary processor: 1.3 to 2.4.
+# Measured on an ordinary processor at n = 50 to 200 on 0 to 100 and at n = 200 on 1 to 7: 1.3 to
+# 2.4.
 NANOSECONDS_AN_ADDITION = 2.0
-# Beyond this many bits a count takes a pass in floating point, and one for so many bits.
+# Bits counted in a single pass. A larger count takes one more pass in floating point, and one per
+# `BITS_A_PASS` bits above this limit.
 WORD_BITS = 64
 BITS_A_PASS = 31
 
@@ -47,7 +49,7 @@ class Problem:
     split : Split
         Where the free values lie.
     goals : tuple of Goal
-        What they must add up to.
+        Required totals of the free values.
     """
 
     split: Split
@@ -64,12 +66,12 @@ class Problem:
 
     @property
     def above(self) -> Shape:
-        """Shape of the table of the values above the centre, and of those at it."""
+        """Shape of the table of the values at or above the centre."""
         return self._shapes[1]
 
     @cached_property
     def of_few_values(self) -> int | None:
-        """Number of multisets where the scale has few values; None where this way is no use."""
+        """Number of multisets on a scale with few values; None if this method does not apply."""
         if not all(map(few_values.without_median, self.goals)):
             return None
         split = self.split
@@ -80,17 +82,17 @@ class Problem:
 
     @property
     def bytes(self) -> int:
-        """Memory of both tables, one modulus."""
+        """Memory of both tables, for one modulus."""
         return 8 * (self.below.cells + self.above.cells)
 
     @property
     def count_bytes(self) -> int:
-        """Memory that counting the multisets takes."""
+        """Memory for counting the multisets."""
         return 8 * plane_by_plane.cells(self.below, self.above, self.goals)
 
     @cached_property
     def rough(self) -> Rough:
-        """What it costs, guessed at once from a few of the planes."""
+        """Quick cost estimate from a few planes."""
         return _rough(self)
 
     def tables(self, measure: str, modulus: int | None) -> tuple[StateTable, StateTable]:
@@ -112,14 +114,14 @@ class Problem:
 
 @dataclass(frozen=True)
 class Rough:
-    """About what a problem costs.
+    """Approximate cost of a problem.
 
     Parameters
     ----------
     table_gib, count_gib : float
         Memory of both tables, and of a count.
     additions : float
-        Of a count, one modulus.
+        Additions of a count, for one modulus.
     """
 
     table_gib: float
@@ -128,12 +130,12 @@ class Rough:
 
 
 def problems(parts: Iterable[Part]) -> list[Problem]:
-    """Return `parts` grouped by what shares its tables.
+    """Return `parts` grouped by the tables that they share.
 
     Raises
     ------
     UserError
-        Values lie too far apart.
+        The values are too far apart.
     """
     groups = goals(parts)
     for split in groups:
@@ -146,7 +148,7 @@ def problems(parts: Iterable[Part]) -> list[Problem]:
 
 
 def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> None:
-    """Refuse tables that would not fit, before they are made.
+    """Raise an error if the tables would not fit in memory, before they are allocated.
 
     Raises
     ------
@@ -154,7 +156,7 @@ def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> 
         The largest table needs more than `memory_gib`.
     """
     for task in tasks:
-        # The exact size takes long where the tables are large; a guess does not.
+        # Computing the exact size of large tables is slow; an estimate is quick.
         guess_gib = task.rough.table_gib * moduli
         need_gib = guess_gib if guess_gib > 2 * memory_gib else task.bytes * moduli / 2**30
         if need_gib > memory_gib:
@@ -168,18 +170,19 @@ NARROW = "narrow the scale (observed_minimum, observed_maximum, maximum_deviatio
 
 
 def require_countable(tasks: list[Problem], memory_gib: float, minutes: float) -> None:
-    """Refuse counts that take too much memory or time, before they start.
+    """Raise an error if a count would take too much memory or time, before it starts.
 
     Raises
     ------
     UserError
-        A count needs more than `memory_gib`, or all together more than about `minutes`.
+        A count needs more than `memory_gib`, or all counts together take more than about
+        `minutes`.
     """
     large = _large(tasks)
     seconds = seconds_to_count(tasks)
     need_gib = max((task.rough.count_gib for task in large), default=0.0)
     if seconds <= 60 * minutes and need_gib <= 2 * memory_gib:
-        # The exact size takes long where there are many planes; a guess does not.
+        # Computing the exact size of many planes is slow; an estimate is quick.
         need_gib = max((task.count_bytes for task in large), default=0) / 2**30
         if need_gib <= memory_gib:
             return
@@ -195,7 +198,7 @@ def _large(tasks: Iterable[Problem]) -> list[Problem]:
 
 
 def seconds_to_count(tasks: Sequence[Problem]) -> float:
-    """Return about how long counting the multisets takes on an ordinary processor."""
+    """Return the approximate time to count the multisets on an ordinary processor."""
     large = _large(tasks)
     bits = simple_bound(large, "multisets").bit_length()
     passes = 1 if bits <= WORD_BITS else 2 + ceil((bits - WORD_BITS) / BITS_A_PASS)
@@ -204,7 +207,7 @@ def seconds_to_count(tasks: Sequence[Problem]) -> float:
 
 
 def duration(seconds: float) -> str:
-    """Return a length of time for people.
+    """Return a duration in words.
 
     >>> duration(0.2), duration(90), duration(7200)
     ('about 1 s', 'about 2 min', 'about 2 h')
@@ -216,9 +219,9 @@ def duration(seconds: float) -> str:
 
 
 def simple_bound(tasks: Iterable[Problem], measure: str) -> int:
-    """Return what the free values could be at all, each given one's places included."""
+    """Return a rough upper bound on the solutions, including the places of the given values."""
     bound = 0
-    choose = cache(comb)  # tasks of one column differ in few of these, and each takes a millisecond
+    choose = cache(comb)  # tasks of one column share most of these, and each takes a millisecond
     for task in tasks:
         values = max(task.split.high - task.split.low + 1, 1)
         for goal in task.goals:

@@ -1,9 +1,9 @@
-"""Counts of any size in 64-bit words: residues modulo 2^64 and primes, joined at the end.
+"""Count with 64-bit words: residues modulo 2^64 and primes, combined at the end.
 
-Every number that the dynamic programme looks at counts part of the solutions, so none of
-them exceeds the total. Arithmetic modulo M is therefore exact as soon as M exceeds the total,
-whatever wraps around on the way. Up to 2^64 one table of machine words is enough; above it,
-more tables, one a prime, are joined by the Chinese remainder theorem.
+Every number in the dynamic programme counts part of the solutions, so none exceeds the total.
+Arithmetic modulo M is therefore exact as soon as M exceeds the total, even if intermediate results
+wrap around. Up to 2^64, one table of machine words is enough. Above it, additional tables, one per
+prime, are combined by the Chinese remainder theorem.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ WORD = 2**64
 def primes(count: int) -> tuple[int, ...]:
     """Return the `count` largest primes below 2^31.
 
-    Below 2^31 because a product of a residue and a lazily reduced one stays under 2^64.
+    The product of a residue and a lazily reduced residue then stays below 2^64.
     """
     small = [
         q for q in range(3, isqrt(2**31) + 1, 2) if all(q % d for d in range(3, isqrt(q) + 1, 2))
@@ -50,13 +50,13 @@ def moduli_above(bound: int) -> tuple[int, ...]:
 
 @cache
 def weights(moduli: tuple[int, ...]) -> tuple[tuple[int, ...], int]:
-    """Return w with ``sum(residue * w) mod M`` the number itself, and M."""
+    """Return weights w and modulus M such that ``sum(residue * w) mod M`` is the number."""
     whole = prod(moduli)
     return tuple(whole // m * pow(whole // m, -1, m) for m in moduli), whole
 
 
 def join(residues: tuple[int, ...], moduli: tuple[int, ...]) -> int:
-    """Return the number below the product of `moduli` that leaves these `residues`.
+    """Return the number below the product of `moduli` that has these `residues`.
 
     Examples
     --------
