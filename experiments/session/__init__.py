@@ -1,1 +1,1 @@
-"""The loop that performs a run's steps with plate, participant and journal."""
+"""Run sessions: perform a protocol's steps with plate, participant and journal."""

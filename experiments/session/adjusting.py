@@ -1,4 +1,4 @@
-"""A surface turned by the participant: every amplitude on the way, and the reference felt again."""
+"""Let the participant adjust a surface, and record every amplitude on the way."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ class Adjusting:
     Parameters
     ----------
     surface, participant, journal, clock, markers, progress
-        The session's.
+        Those of the session.
     watch : callable
-        Checks plate and operator, at every frame.
+        Checks the plate and the operator; called at every frame.
     wait : callable
-        Tells the operator that the participant is at work.
+        Shows the operator that the session is waiting for the participant.
     """
 
     surface: SurfaceState
@@ -48,7 +48,7 @@ class Adjusting:
     wait: Callable[[], None]
 
     def adjust(self, step: Adjust) -> Adjusted:
-        """Have the participant turn the surface; write down every amplitude on the way."""
+        """Let the participant adjust the surface, and record every amplitude on the way."""
         start_level = self.surface.level
         if start_level is None:
             raise ValueError("there is no surface to adjust: none was presented")
@@ -69,9 +69,9 @@ class Adjusting:
             reply = self._turned(step, turn, lambda: again_s.append(since_s()))
             readback_level = self.surface.read_back_level()
         except UserError:
-            raise  # the journal itself, as a rule: there is nowhere to write
+            raise  # usually the journal itself, so nothing can be written
         except BaseException:
-            # What was turned until now is recorded, never used: it is turned again from the start.
+            # The interrupted adjustment is recorded but never used: it starts again.
             self.journal.write("discarded", name=step.name, answer={"trace": trace})
             raise
         self.markers.mark(Event.ANSWER, step)
@@ -88,10 +88,10 @@ class Adjusting:
         )
 
     def _turned(self, step: Adjust, turn: Turn, asked: Callable[[], None]) -> Reply:
-        """Have the participant turn until it will do; each time they ask, the reference before.
+        """Let the participant adjust the surface, and present the reference again on request.
 
-        The time limit is for turning alone; the response time is from the first screen to the
-        last key.
+        The time limit covers only the time spent adjusting. The response time runs from the first
+        screen to the last key.
         """
         reply = first = self.participant.adjust(step, turn, self.watch)
         left, count = step, 0
@@ -107,7 +107,7 @@ class Adjusting:
         return replace(reply, onset_s=first.onset_s, response_time_s=took_s)
 
     def _feel_again(self, reference: Present, explore: Explore) -> None:
-        """Have the reference felt again in the middle of turning; write down what was made."""
+        """Present the reference again during an adjustment, and record what the plate did."""
         self.progress.tell("presenting")
         self.markers.mark(Event.ONSET, reference)
         made = self.surface.feel_again(reference, explore)
@@ -118,5 +118,5 @@ class Adjusting:
 
 
 def turned(level: float) -> VirtualSurface:
-    """Return the surface that a participant turned to; its label does not tell the amplitude."""
+    """Return the surface at the adjusted level; its label does not reveal the amplitude."""
     return VirtualSurface(level=level, label="S0")

@@ -1,8 +1,9 @@
-"""Textures that follow the finger: what the plate is commanded at each frame.
+"""Textures that follow the finger: compute the plate's command at each frame.
 
-A texture follows the finger only if a source measures its place and `followed_texture` finds that
-the plate supports it; otherwise the plate plays it by itself. Before a readback is compared with a
-command, the plate settles at the texture's mean.
+A texture follows the finger only if a source measures the finger's position and
+`followed_texture` finds that the plate supports it. Otherwise the plate plays the texture without
+the finger's position. Before a readback is compared with a command, the plate settles at the
+texture's mean.
 """
 
 from __future__ import annotations
@@ -17,18 +18,18 @@ if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
     from slipscale.stimuli.surface import Surface
 
-LEAST_CHANGE_UM = 0.005  # less is not felt, and loads the line
+LEAST_CHANGE_UM = 0.005  # smaller changes cannot be felt and would only load the line
 
 
 class Following:
-    """What of a session's surfaces follows the finger: textures, on a plate that can.
+    """Makes textures follow the finger, if the plate supports it.
 
     Parameters
     ----------
     plate : PlateDriver
     clock : Clock
     place_known : bool
-        Whether a source tells the finger's place.
+        Whether a source measures the finger's position.
     """
 
     def __init__(self, plate: PlateDriver, clock: Clock, *, place_known: bool) -> None:
@@ -36,16 +37,16 @@ class Following:
         self._clock = clock
         self._place_known = place_known
         self._followed: FollowedTexture | None = None
-        self._told_level: float | None = None  # where it has gone from its mean
+        self._told_level: float | None = None  # None: still at the mean
 
     def presented_as(self, surface: Surface) -> Surface:
-        """Return what the plate makes of a surface at first: of a followed texture the mean."""
+        """Return the surface to present first: the mean of a followed texture, else the surface."""
         found = followed_texture(surface, self._plate) if self._place_known else None
         self._followed, self._told_level = found, None
         return found.mean if found else surface
 
     def see(self, samples: list[Sample]) -> None:
-        """Command what is due where the finger is; the plate makes the surface."""
+        """Command the amplitude for the finger's current position."""
         if self._followed is None:
             return
         self._followed.see(samples)
@@ -58,7 +59,7 @@ class Following:
             self._told_level = due_level
 
     def settle(self) -> None:
-        """Have a plate that followed settle at the mean, which can be compared with a command."""
+        """Present a followed texture's mean again, so that it can be compared with a command."""
         if self._followed is not None and self._told_level is not None:
             self._plate.present(self._followed.mean)
             self._told_level = None

@@ -1,7 +1,7 @@
-"""What can interrupt a session's steps: the operator's requests, and the rig's faults.
+"""Interruptions of a session's steps: requests from the operator and faults of the rig.
 
-It knows neither the protocol nor its steps: only that an action is being carried out, which may
-have to be started again after a pause or once the rig works again.
+This module does not depend on the protocol or its steps. It only carries out actions, and starts
+them again after a pause or once the rig works again.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ UNBLINDED = "unblinded: the operator is told the amplitude from here on"
 
 
 class _Paused(Exception):
-    """The operator asked for a pause in the middle of a step."""
+    """The operator requested a pause in the middle of a step."""
 
 
 def stop_of(request: Request) -> StopRequested:
-    """Return what ends a session that the operator stops, with the reason where one was given."""
+    """Return the exception that ends the session, with the operator's reason if one was given."""
     reason = f": {request.reason}" if request.reason else ""
     return StopRequested(f"asked by the operator{reason}")
 
@@ -51,9 +51,9 @@ class Interruptions:
     Parameters
     ----------
     plate, surface, participant, journal, clock, operator, noise, progress, markers, answers
-        The session's.
+        Those of the session.
     hold_text : str
-        Asks the participant to wait.
+        Text that asks the participant to wait.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class Interruptions:
         self._questions = _pending_questions(journal.records)
 
     def attempt(self, action: Callable[[], Answer]) -> Answer:
-        """Carry out an action, again and again until no fault and no pause interrupts it."""
+        """Carry out an action, and repeat it until no fault or pause interrupts it."""
         paused = False
         while True:
             try:
@@ -101,13 +101,13 @@ class Interruptions:
                 paused = True
 
     def watch(self) -> None:
-        """Check plate, disk and operator: runs at every frame of a participant's step."""
+        """Check plate, disk and operator. Called at every frame of a participant's step."""
         self._surface.check()
         self._journal.check()
         self.watch_operator()
 
     def watch_operator(self) -> None:
-        """Do what the operator asks for, if anything."""
+        """Carry out the operator's next request, if any."""
         request = self._poll()
         if request is None:
             return
@@ -127,17 +127,17 @@ class Interruptions:
             raise stop_of(request)
 
     def _poll(self) -> Request | None:
-        """Return what the operator asks for; a signal is a request that nobody may lose."""
+        """Return the operator's next request, if any; raise if a signal ended the program."""
         raise_if_ended()
         return self._operator.poll()
 
     def take_voids(self) -> Voided:
-        """Return the trials voided since the last call, and forget them."""
+        """Return the trials voided since the last call, and clear the list."""
         voided, self._voids = Voided(trials=tuple(self._voids)), []
         return voided
 
     def take_questions(self) -> list[Ask]:
-        """Return the questions to be asked again, and forget them."""
+        """Return the questions to be repeated, and clear the list."""
         wanted, self._questions = self._questions, []
         return [
             asked
@@ -147,7 +147,7 @@ class Interruptions:
         ]
 
     def await_reason(self) -> None:
-        """Have the participant wait while the operator types why a trial is to be voided."""
+        """Hold the participant while the operator types the reason for voiding a trial."""
 
         def typed() -> bool:
             self.watch_operator()
@@ -157,7 +157,7 @@ class Interruptions:
             self._participant.hold(self._hold_text, typed)
 
     def _void(self, request: Request) -> None:
-        """Void the trial in progress, or one that is over while the protocol can repeat it."""
+        """Void the trial in progress, or an earlier one that the protocol can still repeat."""
         now = self._progress.voidable
         trial = request.trial or now
         if trial is None:
@@ -173,7 +173,7 @@ class Interruptions:
             self._progress.say(f"trial {trial.number} will be repeated")
 
     def _ask_again(self, request: Request) -> None:
-        """Note that a question about the run or the participant is to be asked again."""
+        """Mark a question about the run or the participant to be repeated."""
         question = request.question
         if question is None or not self._progress.was_asked(question):
             self._progress.say("there is no such question to ask again")
@@ -183,23 +183,23 @@ class Interruptions:
             self._progress.say(f"'{question.name}' will be asked again after the trial")
 
     def _note(self, request: Request) -> None:
-        """Write the operator's words down."""
+        """Write the operator's note into the journal."""
         self._journal.write("note", text=request.reason)
         self._progress.say("the note is in the journal")
 
     def _unblind(self) -> None:
-        """Tell the operator the amplitude from now on, and write that down."""
+        """Show the operator the amplitude from now on, and record that."""
         if not self._progress.unblinded:
             self._journal.write("note", text=UNBLINDED)
             self._progress.unblind()
 
     def _voided(self) -> list[tuple[str, int]]:
-        """Return all trials voided in this run, by task and number."""
+        """Return all trials voided in this run, as pairs of task and number."""
         voids = [record.data for record in self._journal.records if record.kind == "void"]
         return [(void["task"], void["trial"]) for void in voids]
 
     def _hold(self) -> None:
-        """Pause: silence, wait for the operator, let the step begin anew."""
+        """Pause: silence the plate and wait for the operator."""
         with self._progress.away():
             self._surface.hush()
             self._markers.mark(Event.PAUSE)
@@ -208,7 +208,7 @@ class Interruptions:
             self._journal.write("go_on")
 
     def _recover(self, fault: PlateFault) -> None:
-        """Silence, write down, ask whether to retry, reconnect."""
+        """Silence the plate, record the fault, ask the operator whether to retry, and reconnect."""
         self._surface.shut_down()
         while True:
             self._markers.mark(Event.FAULT)
@@ -231,7 +231,7 @@ class Interruptions:
                 return
 
     def _wait_for(self, state: State, wanted: str, message: str = "") -> None:
-        """Have the participant wait until the operator says what is wanted, or stops."""
+        """Hold the participant until the operator makes the wanted request or stops the session."""
         self._noise.stop()
         self._progress.tell(state, message=message)
 
@@ -254,7 +254,7 @@ class Interruptions:
 
 
 def _pending_questions(records: list[Record]) -> list[dict[str, Any]]:
-    """Return the questions that were to be asked again and were not: their step records."""
+    """Return the step records of questions that still have to be repeated."""
     waiting: list[dict[str, Any]] = []
     for record in records:
         if record.kind == "ask_again":
@@ -265,7 +265,7 @@ def _pending_questions(records: list[Record]) -> list[dict[str, Any]]:
 
 
 def _pending_voids(records: list[Record]) -> list[int]:
-    """Return the voided trials that the protocol has not been told about."""
+    """Return the voided trials that the protocol has not received yet."""
     waiting: list[int] = []
     for record in records:
         if record.kind == "void":

@@ -1,9 +1,10 @@
-"""A running session's mailbox: what it tells other processes, and what they may ask of it.
+"""The mailbox of a running session: it publishes a status and takes requests from other processes.
 
-A folder beside the run's journal, for its owner alone: the session writes ``status.json`` there,
-and takes requests from files that others put there (a second terminal, the console). Neither side
-waits for the other: a console that dies, or never comes, changes nothing for the session. The
-folder goes with the session; what a crash leaves behind is cleared by the next.
+The mailbox is a folder next to the run's journal that only its owner can access. The session
+writes ``status.json`` there and reads the request files that other processes put there (a second
+terminal, the console). Neither side waits for the other: the session runs the same without a
+console, or if the console crashes. The folder is deleted with the session; the next session
+removes what a crash left behind.
 """
 
 from __future__ import annotations
@@ -27,9 +28,9 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.steps import Ask, Trial
 
-# The folder is looked into this often at most: on a slow disk a look takes its time.
+# Shortest interval between two reads of the folder, which are slow on a slow disk.
 LOOK_S = 0.05
-# A session that looks shows that it is there: its folder of requests is touched this often.
+# While it polls, the session touches its folder of requests this often to show that it is alive.
 BEAT_S = 1.0
 LONGEST_REQUEST = 20_000
 STATUS, REQUESTS = "status.json", "requests"
@@ -38,7 +39,7 @@ Asked = Literal["pause", "go_on", "void", "ask_again", "retry", "stop", "note", 
 
 
 class TrialName(BaseModel):
-    """Which trial: numbers begin anew with each task."""
+    """Identifies a trial: trials are numbered from 1 within each task."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -47,7 +48,7 @@ class TrialName(BaseModel):
 
 
 class LiveStatus(BaseModel):
-    """What a session tells of itself; see `SessionStatus`, and `Mailbox` for the rest."""
+    """The published status of a session; see `SessionStatus` and `Mailbox` for its fields."""
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
@@ -79,7 +80,7 @@ class LiveStatus(BaseModel):
 
 
 class LiveRequest(BaseModel):
-    """What another process asks of a session. ``token`` says of which: none is taken twice."""
+    """A request from another process. Only the session with this ``token`` carries it out."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -91,19 +92,19 @@ class LiveRequest(BaseModel):
 
 
 def mailbox_of(journal: Path) -> Path:
-    """Return where the mailbox of a run lies."""
+    """Return the path of a run's mailbox."""
     return journal.with_name(f"{journal.name}.live")
 
 
 class Mailbox:
-    """The session's side: an operator who may be anybody with a console, or nobody.
+    """The session's side of the mailbox: an operator that relays requests from other processes.
 
     Parameters
     ----------
     folder : Path
         See `mailbox_of`.
     heading : tuple of str
-        What the session is: participant, study, plate.
+        Describes the session: participant, study, plate.
     """
 
     busy = False
@@ -118,15 +119,15 @@ class Mailbox:
         self._open = False
 
     def tell(self, status: SessionStatus) -> None:
-        """Write the state down for whoever reads it."""
+        """Write the state to the mailbox."""
         self._status = status
         if self._open:
-            # A full disk is told by the journal, which must be written; this need not be.
+            # The journal reports a full disk; the status may be lost.
             with suppress(OSError):
                 _write(self._folder / STATUS, self._told().model_dump_json())
 
     def poll(self) -> Request | None:
-        """Return what somebody asks for, if anything."""
+        """Return the next request, if any."""
         now_s = time.monotonic()
         if not self._open or now_s - self._looked_s < LOOK_S:
             return None
@@ -143,13 +144,13 @@ class Mailbox:
         return None
 
     def _request(self, text: bytes) -> Request | None:
-        """Return a request in the session's own terms; None, and say why, where it has none."""
+        """Return the request that a file contains, or None after recording why it was refused."""
         try:
             asked = LiveRequest.model_validate_json(text)
         except ValidationError:
             return None  # half a file, or not ours
         if asked.token != self._token:
-            return None  # meant for a session before this one
+            return None  # meant for an earlier session
         trial = self._trial(asked.trial)
         question = self._question(asked.question)
         if asked.what == "void" and trial is None:
@@ -164,13 +165,13 @@ class Mailbox:
         return None
 
     def _waits_for(self, wanted: TrialName | None) -> bool:
-        """Return whether an answer of the operator's to this trial's question is waited for."""
+        """Return whether the session waits for the operator's answer to this trial's question."""
         status = self._status
         now = TrialName(task=status.task, number=status.trial)
         return status.answering is not None and wanted == now
 
     def _trial(self, wanted: TrialName | None) -> Trial | None:
-        """Return the trial that is meant: while somebody typed, the session may have gone on."""
+        """Return the named trial, or None if the session has moved past it in the meantime."""
         known = (self._status.voidable, self._status.answered)
         return next((trial for trial in known if trial and wanted == _name(trial)), None)
 
@@ -212,14 +213,14 @@ class Mailbox:
         )
 
     def move(self, folder: Path) -> None:
-        """Go on in another folder: the journal's place has gone."""
+        """Continue in another folder, because the journal's folder is no longer available."""
         shutil.rmtree(self._folder, ignore_errors=True)
         self._folder = folder
         self.__enter__()
 
     def __enter__(self) -> Self:
-        # Whoever can write here can stop the session: nobody but its owner. A session without a
-        # mailbox is a session all the same.
+        # Write access allows stopping the session, so only the owner gets it. The session
+        # continues even if the mailbox cannot be created.
         with suppress(OSError):
             if self._folder.is_symlink():
                 self._folder.unlink()
@@ -241,9 +242,10 @@ class Mailbox:
 
 
 def read_status(journal: Path) -> LiveStatus | None:
-    """Return what the session of a journal tells; None where none does.
+    """Return the status of a journal's session, or None if no session is running.
 
-    What a crashed session left is none: the one that goes on with the run has not cleared it yet.
+    A status that a crashed session left behind counts as none, until the session that resumes the
+    run has replaced it.
     """
     try:
         status = LiveStatus.model_validate_json((mailbox_of(journal) / STATUS).read_bytes())
@@ -254,7 +256,7 @@ def read_status(journal: Path) -> LiveStatus | None:
 
 
 def beat_ns(journal: Path) -> int | None:
-    """Return when the session of a journal last showed that it is there; None without a mailbox."""
+    """Return when a journal's session last showed that it is alive; None without a mailbox."""
     try:
         return (mailbox_of(journal) / REQUESTS).stat().st_mtime_ns
     except OSError:
@@ -267,18 +269,18 @@ def post(journal: Path, request: LiveRequest) -> None:
     Raises
     ------
     UserError
-        There is no mailbox: the session is over, or never had one.
+        If the mailbox does not exist: the session is over, or never had one.
     """
     folder = mailbox_of(journal) / REQUESTS
     try:
-        # In the order of asking; two in the same instant both get there.
+        # Names sort by time; the random part keeps two simultaneous requests apart.
         _write(folder / f"{time.time_ns()}-{secrets.token_hex(4)}.json", request.model_dump_json())
     except OSError:
         raise UserError(f"{journal.name}: no session of this run takes requests now") from None
 
 
 def _write(path: Path, text: str) -> None:
-    """Write a small file whole or not at all; no need for it to outlive a power cut."""
+    """Write a small file atomically, without flushing it to the disk."""
     draft = path.with_name(f".{path.name}.tmp")
     draft.write_text(text, encoding="utf-8")
     os.replace(draft, path)  # noqa: PTH105 - Path.replace is the same call

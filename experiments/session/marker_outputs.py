@@ -1,7 +1,7 @@
-"""Where markers go: Lab Streaming Layer, a serial trigger box, a parallel port.
+"""Outputs for markers: Lab Streaming Layer, a serial trigger box, a parallel port.
 
-Never seen on a real trigger box or parallel port: tried against a pseudo-terminal, a stand-in for
-the port, and a receiver of Lab Streaming Layer.
+Not yet tested with a real trigger box or parallel port; tested with a pseudo-terminal, a simulated
+port and a Lab Streaming Layer receiver.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ QUIET = "[log]\nlevel = -1\n"
 
 
 class LabStream:
-    """A marker stream of Lab Streaming Layer with two channels: the event's name, the trial.
+    """A Lab Streaming Layer marker stream with two channels: the event's name and the trial.
 
     Parameters
     ----------
     argument : str
-        The stream's name, `STREAM` where it is empty.
+        The stream's name; `STREAM` if empty.
     """
 
     def __init__(self, argument: str) -> None:
         try:
-            import pylsl  # noqa: PLC0415 - an extra, and it takes its time
+            import pylsl  # noqa: PLC0415 - an extra, and slow to import
         except ImportError:
             raise UserError(f"--markers lsl: {how_to_install('pylsl')}") from None
         except (RuntimeError, OSError) as error:
@@ -53,7 +53,7 @@ class LabStream:
         self._outlet: Any = pylsl.StreamOutlet(info)
 
     def send(self, event: Event, trial: int | None) -> None:
-        """Push one sample; the trial is empty between trials."""
+        """Push one sample. The trial is empty between trials."""
         self._outlet.push_sample([event.name.lower(), "" if trial is None else str(trial)])
 
     def close(self) -> None:
@@ -62,7 +62,7 @@ class LabStream:
 
 
 class SerialTrigger:
-    """A trigger box on a serial line: the event's code as one byte, then zero.
+    """A trigger box on a serial line: sends the event's code as one byte, then zero.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class SerialTrigger:
             ) from None
 
     def send(self, event: Event, _trial: int | None) -> None:
-        """Send one pulse; the session waits for its end, 5 ms."""
+        """Send one pulse of 5 ms, and wait until it is over."""
         self._line.write(bytes([event]))
         time.sleep(PULSE_S)
         self._line.write(b"\x00")
@@ -96,12 +96,12 @@ class SerialTrigger:
 
 
 class ParallelTrigger:
-    """The eight data pins of a parallel port, through PsychoPy.
+    """The eight data pins of a parallel port, driven by PsychoPy.
 
     Parameters
     ----------
     argument : str
-        The port's address as PsychoPy takes it: ``0x378``, ``/dev/parport0``.
+        The port's address in PsychoPy's notation: ``0x378``, ``/dev/parport0``.
     """
 
     def __init__(self, argument: str) -> None:
@@ -114,14 +114,14 @@ class ParallelTrigger:
 
             self._port: Any = ParallelPort(wanted)
             self._port.setData(0)
-        except Exception as error:  # noqa: BLE001 - each system's own driver has its own errors
+        except Exception as error:  # noqa: BLE001 - each system's driver raises its own errors
             raise UserError(
                 f"--markers {self.name}: cannot be opened ({error}); expected parallel:ADDRESS, "
                 "such as parallel:0x378 or parallel:/dev/parport0"
             ) from None
 
     def send(self, event: Event, _trial: int | None) -> None:
-        """Send one pulse; the session waits for its end, 5 ms."""
+        """Send one pulse of 5 ms, and wait until it is over."""
         self._port.setData(int(event))
         time.sleep(PULSE_S)
         self._port.setData(0)
@@ -142,7 +142,7 @@ NEED_AN_ARGUMENT = ("serial", "parallel")
 
 @contextmanager
 def open_markers(specs: Sequence[str]) -> Iterator[Markers]:
-    """Open the outputs that SPECs name; close them at the end.
+    """Open the outputs that the specifications name, and close them at the end.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def open_markers(specs: Sequence[str]) -> Iterator[Markers]:
     Raises
     ------
     UserError
-        There is no such output, it is named twice, or it cannot be opened.
+        If an output does not exist, is named twice, or cannot be opened.
     """
     outputs: list[MarkerOutput] = []
     try:

@@ -1,7 +1,7 @@
-"""Markers: what happens in a session, told at once to recorders outside it (EEG, video, ...).
+"""Markers: report the events of a session to external recorders (EEG, video, ...) without delay.
 
-A marker says what happened and in which trial, never how strong the vibration was: whoever
-watches the recorder must not learn it. The data set's rows join the amplitudes by trial.
+A marker contains the event and the trial, but never the amplitude, because the person at the
+recorder must stay blinded. To add the amplitudes later, join the data set's rows by trial.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 
 class Event(IntEnum):
-    """What is marked, with the code that a trigger line carries.
+    """The marked events, with the code that a trigger line carries.
 
-    The codes are powers of two, so that a line with eight wires shows each on a wire of its own.
+    The codes are powers of two, so that each event has its own wire on an eight-wire line.
     """
 
-    BEGIN = 1  # the run begins or is taken up again
-    ONSET = 2  # the plate is told to change to a surface
+    BEGIN = 1  # the run begins or resumes
+    ONSET = 2  # the plate is commanded to change to a surface
     SETTLED = 4  # the surface has settled and can be felt
     ANSWER = 8  # a question was answered
     FAULT = 16  # the rig failed: the trial's surface was lost
@@ -31,28 +31,28 @@ class Event(IntEnum):
 
 
 class MarkerOutput(Protocol):
-    """One way out of the computer."""
+    """An output for markers."""
 
     name: str
 
     def send(self, event: Event, trial: int | None) -> None:
-        """Send at once; OSError where the device does not take it."""
+        """Send an event without delay. Raises OSError if the device does not take it."""
 
     def close(self) -> None:
-        """Leave the device with no line active."""
+        """Set all lines to inactive."""
 
 
 class Markers:
-    """All outputs of a session.
+    """All marker outputs of a session.
 
-    A recorder that fails must not end a session: it is told, written down and left out.
+    A failing recorder does not end the session: the output is reported, recorded and dropped.
 
     Parameters
     ----------
     outputs : sequence of MarkerOutput
-        Open.
+        Already open.
     lost : callable
-        Told the output's name and the reason when one fails.
+        Called with the output's name and the reason when an output fails.
     """
 
     def __init__(

@@ -1,6 +1,6 @@
-"""Masking noise in the headphones while the plate may sound: what a session needs, and its player.
+"""Masking noise in the headphones while the plate may be audible: interface and player.
 
-A session starts and stops a `Noise`; only `MaskingNoise` opens the sound device, when it starts.
+A session starts and stops a `Noise`. Only `MaskingNoise` opens the sound device, when it starts.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 REMEDY = "plug in headphones and choose them as the system's output, or turn masking off"
 COMMON_RATE_HZ = 48_000.0
 CHANNELS = 2
-STALL_S = 1.0  # how long after its fade a device may take to be through with it
+STALL_S = 1.0  # longest time that a device may take to finish after a fade
 NoiseState = Literal["absent", "silent", "playing"]
 
 
@@ -28,13 +28,13 @@ class Noise(Protocol):
 
     @property
     def state(self) -> NoiseState:
-        """Whether it plays now."""
+        """Whether the noise is absent, silent or playing."""
 
     def start(self) -> None:
-        """Fade in, unless it plays; return once it is at its level."""
+        """Fade in unless already playing; return when the noise has reached its level."""
 
     def stop(self) -> None:
-        """Fade out, if it plays."""
+        """Fade out, if playing."""
 
 
 class NoNoise:
@@ -50,9 +50,9 @@ class NoNoise:
 
 
 def check_device() -> str | None:
-    """Return what is wrong with the sound and what to do about it, None where sound can play."""
+    """Return what is wrong with the sound output and how to fix it, or None if it works."""
     try:
-        import sounddevice  # noqa: PLC0415  fails to import where PortAudio is missing
+        import sounddevice  # noqa: PLC0415  cannot be imported without PortAudio
     except OSError:
         return "PortAudio is missing: install it (Debian: apt-get install libportaudio2)"
     try:
@@ -65,7 +65,7 @@ def check_device() -> str | None:
 
 
 def device_rate_hz() -> float:
-    """Return the sample rate at which the noise will play; a common one where nothing can."""
+    """Return the output device's sample rate, or a common rate if no sound can be played."""
     if check_device():
         return COMMON_RATE_HZ
     import sounddevice  # noqa: PLC0415  see check_device
@@ -74,14 +74,14 @@ def device_rate_hz() -> float:
 
 
 class Playback:
-    """Noise, block after block, with a gain that fades: what the sound card's thread asks for.
+    """Supplies noise to the sound card's thread block by block, with a fading gain.
 
     Parameters
     ----------
     noise : ndarray, shape (n,)
         One period.
     fade_samples : int
-        How long a fade from silence to full level takes.
+        Length of a fade from silence to full level.
     """
 
     def __init__(self, noise: NDArray[np.float32], fade_samples: int) -> None:
@@ -111,22 +111,22 @@ class MaskingNoise:
     Parameters
     ----------
     level_db : float
-        Root mean square in dB re a full-scale sine. What reaches the ear depends on the
-        headphones and the system's volume: measure it once with a sound level meter.
+        Root mean square in dB re a full-scale sine. The level at the ear depends on the headphones
+        and the system's volume: measure it once with a sound level meter.
     fade_s : float
-        How long the noise takes to come and to go.
+        Duration of the fades.
     seed : int
         The same seed gives the same noise.
 
     Raises
     ------
     UserError
-        A level so high that the noise would clip.
+        If the level is so high that the noise would clip.
     """
 
     def __init__(self, level_db: float, fade_s: float, seed: int) -> None:
         self._fade_s = fade_s
-        # Made now, so that a level at which it would clip is said before anybody sits down.
+        # Generated now, so that a clipping level is reported before the participant sits down.
         self._rate_hz = device_rate_hz()
         self._noise = pink_noise(level_db=level_db, seed=seed, sample_rate_hz=self._rate_hz)
         self._stream: Any = None
@@ -134,18 +134,18 @@ class MaskingNoise:
 
     @property
     def state(self) -> NoiseState:
-        """Whether the noise plays now."""
+        """Whether the noise is playing or silent."""
         return "silent" if self._stream is None else "playing"
 
     def start(self) -> None:
-        """Fade the noise in and wait until it is at its level; nothing happens when it plays.
+        """Fade the noise in and wait until it has reached its level; do nothing if it is playing.
 
-        The plate may move after that: a sound of its own must not be heard through half a fade.
+        The plate may move only after that, because a half-faded noise does not mask its sound.
 
         Raises
         ------
         RigError
-            There is nothing to play it on, or the device does not play.
+            If the sound output is missing or does not play.
         """
         if self._stream is not None:
             return
@@ -161,7 +161,7 @@ class MaskingNoise:
             playback.fill(np.frombuffer(memory, np.float32).reshape(-1, CHANNELS))
 
         try:
-            # Raw: sounddevice's own arrays are made in a way that NumPy 2.5 warns of, each time.
+            # Raw, because NumPy 2.5 warns each time sounddevice creates its own arrays.
             stream = sounddevice.RawOutputStream(
                 samplerate=self._rate_hz, channels=CHANNELS, dtype="float32", callback=fill
             )
@@ -174,7 +174,7 @@ class MaskingNoise:
             raise RigError(f"masking noise: the sound device does not play: {REMEDY}")
 
     def stop(self) -> None:
-        """Fade the noise out and let go of the device; nothing happens when it is silent."""
+        """Fade the noise out and release the device; do nothing if it is silent."""
         if self._stream is None:
             return
         self._playback.silent.clear()

@@ -1,8 +1,7 @@
-"""What the finger does while a participant strokes or answers: measured, written down, followed.
+"""Measure and record the finger while a participant explores or answers, and pass its position on.
 
-Each step's samples are records of the journal (docs/decisions/one-journal.md). They are written
-before the step's answer is. A step that is interrupted and repeated leaves its own samples, marked
-as such.
+Each step's samples are records of the journal (docs/decisions/one-journal.md), written before the
+step's answer. The samples of an interrupted step are kept and marked as such.
 """
 
 from __future__ import annotations
@@ -22,21 +21,21 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Ask
     from slipscale.hardware.contact.source import ContactSource, Kind, Sample
 
-# A record holds so many samples at most: a long one is written in parts.
+# Largest number of samples per record; longer ones are written in parts.
 A_RECORD = 2000
 TIME_DIGITS, VALUE_DIGITS = 4, 4
 
 
 class Contact:
-    """The sources of position and force of a session.
+    """The position and force sources of a session.
 
     Parameters
     ----------
     sources : Mapping
-        Connected; empty where nothing is measured.
+        Connected; empty if nothing is measured.
     journal : Journal
     follow : callable
-        Told where the finger is, at every frame; empty where there are no new samples.
+        Called with the new position samples at every frame; the list may be empty.
     """
 
     def __init__(
@@ -51,12 +50,12 @@ class Contact:
 
     @contextmanager
     def measured(self, step: Explore | Ask, watch: Watch) -> Iterator[Watch]:
-        """Yield what is to be called at every frame in place of ``watch``; write what it found.
+        """Yield the function to call at every frame instead of ``watch``; record the samples.
 
         Raises
         ------
         SensorFault
-            A source went away; it is connected again when the step is repeated.
+            If a source was lost. It is connected again when the step is repeated.
         """
         if not self._sources or step.trial is None:
             yield watch
@@ -69,7 +68,7 @@ class Contact:
             for trace in traces:
                 trace.take()
         except UserError:
-            raise  # the journal itself, as a rule: there is nowhere to write
+            raise  # usually the journal itself, so nothing can be written
         except BaseException:
             for trace in traces:
                 trace.write(self._journal, ends="broken off")
@@ -78,7 +77,7 @@ class Contact:
             trace.write(self._journal, ends="whole")
 
     def _look(self, watch: Watch, traces: list[_Trace]) -> None:
-        """Do what is due at a frame: look after the session, then take what was measured."""
+        """Do one frame's work: call ``watch``, then take and record new samples."""
         watch()
         for trace in traces:
             new = trace.take()
@@ -88,7 +87,7 @@ class Contact:
 
 
 class _Trace:
-    """The samples of one source in one step, until they are written."""
+    """The unwritten samples of one source during one step."""
 
     def __init__(self, kind: Kind, source: ContactSource, step: Explore | Ask) -> None:
         self.kind = kind
@@ -104,12 +103,12 @@ class _Trace:
         return new
 
     def write_full(self, journal: Journal) -> None:
-        """Write a part once it is long enough."""
+        """Write a record if there are enough samples for one."""
         if len(self._samples) >= A_RECORD:
             self.write(journal, ends="")
 
     def write(self, journal: Journal, *, ends: str) -> None:
-        """Write what there is; ``ends`` says how the step ended, nothing where it goes on."""
+        """Write the samples; ``ends`` describes how the step ended, and is empty while it runs."""
         samples, self._samples = self._samples, []
         begun_s = samples[0].time_s if samples else 0.0
         quantities = self._source.quantities

@@ -1,4 +1,4 @@
-"""The operator of a session: what they are told, and what they may ask for."""
+"""The operator of a session: the status they see, and the requests they can make."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ State = Literal["showing", "presenting", "waiting", "paused", "fault", "done"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionStatus:
-    """The state of a session. It holds an amplitude only where the session was told to unblind.
+    """The state of a session. It contains an amplitude only if the session is unblinded.
 
     Parameters
     ----------
@@ -29,37 +29,37 @@ class SessionStatus:
     trial, total : int
         Trial k of n within the task; 0 before the first.
     voidable : Trial or None
-        The trial that would be voided now: the one in progress, or the last.
+        The trial that a void request affects by default: the one in progress, or the last.
     answered : Trial or None
-        The trial before the one in progress: it can be voided too (a slip of the finger is seen
-        when the answer is given, and the next surface is there already).
+        The trial before the one in progress. It can be voided too, because a slip of the finger is
+        often noticed when the next surface has already been presented.
     asked : tuple of Ask
-        The questions about the run and the participant so far: each can be asked again.
+        The questions about the run and the participant so far. Each can be repeated.
     answering : Ask or None
-        The question that the operator answers now: what the participant says, or a decision.
+        The question that the operator has to answer: a verbal report, or a decision.
     done, planned : int
-        Trials over and planned in the whole session.
+        Finished and planned trials in the whole session.
     elapsed_s : float
         Time since the session began (or was resumed), without faults and pauses.
     time_left_s : float or None
-        At the pace so far, faults and pauses left out; None before the first trial is over.
+        Estimated from the pace so far, without faults and pauses; None before the first trial ends.
     faults, voided : int
-        How many so far.
+        Number of faults and voided trials so far.
     noise : str
         Whether the masking noise is "playing", "silent" or "absent".
     plate : str
-        What the plate does by its own reading: "silent", "as commanded", "not measured" (it has no
-        sensor, or none that answered), "lost".
+        The plate's state from its readback: "silent", "as commanded", "not measured" (there is no
+        sensor, or it did not answer), "lost".
     temperature_c : float or None
-        The plate's, by its last reading; None where it tells none.
+        The plate's last temperature reading; None if it does not report one.
     message : str
-        A fault's or a refusal's sentence.
+        The text of a fault or a refusal.
     level : str or None
-        The wanted level with its unit; only unblinded.
+        The commanded level with its unit; None unless unblinded.
     unblinded : bool
-        Whether the operator is told amplitudes.
+        Whether the operator sees amplitudes.
     warnings : tuple of str
-        What went wrong around the session and lasts: no backup, a journal that has gone.
+        Persistent problems: no backup, a journal that was lost.
     """
 
     state: State
@@ -87,15 +87,21 @@ class SessionStatus:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """What the operator asks for: to pause or go on, void a trial, ask again, retry, or stop.
+    """A request by the operator: pause, resume, void a trial, repeat a question, retry or stop.
 
-    "note" has the session write the operator's words, ``reason``, into the journal. "unblind" has
-    it tell the amplitude from then on, which is written into the journal too.
-    "answer" hands in what they typed, ``reason``, as the answer to `SessionStatus.answering`.
-
-    ``trial`` is the one to be voided, None the one that is `SessionStatus.voidable` now: while a
-    reason is typed the session may have come to the next. ``question`` is the one to be asked
-    again, of `SessionStatus.asked`.
+    Parameters
+    ----------
+    what : str
+        "note" writes ``reason`` into the journal. "unblind" shows the amplitude from now on, which
+        is recorded in the journal. "answer" passes ``reason`` on as the answer to
+        `SessionStatus.answering`.
+    reason : str
+        The text that the operator typed.
+    trial : Trial or None
+        The trial to void; None for the current `SessionStatus.voidable`. The session may reach the
+        next trial while the operator types a reason.
+    question : Ask or None
+        The question to repeat, from `SessionStatus.asked`.
     """
 
     what: Literal[
@@ -111,17 +117,17 @@ class Operator(Protocol):
 
     @property
     def busy(self) -> bool:
-        """Whether a request is being typed: the end of a task waits for it."""
+        """Whether the operator is typing a request; the end of a task waits for it."""
 
     def tell(self, status: SessionStatus) -> None:
         """Show the state."""
 
     def poll(self) -> Request | None:
-        """Return what the operator asks for now, if anything. Never waits."""
+        """Return the operator's current request, if any. Never waits."""
 
 
 def answer_wanted(ask: Ask) -> str:
-    """Return a question that the operator answers, with the numbers of its answers if it has some.
+    """Return the text of a question for the operator, with its numbered options if it has any.
 
     >>> from slipscale.experiments.protocols.steps import Ask, ChoiceQuestion
     >>> options = (("again", "test again"), ("on", "go on"))
@@ -136,28 +142,28 @@ def answer_wanted(ask: Ask) -> str:
 
 
 class Operators:
-    """Several operators of one session: all are told, and the first who asks is heard."""
+    """Several operators of one session: all see the status, and the first request wins."""
 
     def __init__(self, *operators: Operator) -> None:
         self._operators = operators
 
     @property
     def busy(self) -> bool:
-        """Whether one of them types a request."""
+        """Whether one of them is typing a request."""
         return any(operator.busy for operator in self._operators)
 
     def tell(self, status: SessionStatus) -> None:
-        """Show all of them the state."""
+        """Show the state to all of them."""
         for operator in self._operators:
             operator.tell(status)
 
     def poll(self) -> Request | None:
-        """Return what one of them asks for."""
+        """Return the first request from any of them."""
         return next((asked for each in self._operators if (asked := each.poll())), None)
 
 
 class UnattendedOperator:
-    """Nobody is there: a fault is retried a few times, then the session stops."""
+    """An operator for unattended runs: retries faults a few times, then stops the session."""
 
     def __init__(self, retries: int = 3) -> None:
         self._retries = retries
@@ -166,15 +172,15 @@ class UnattendedOperator:
 
     @property
     def busy(self) -> bool:
-        """Never."""
+        """Always False."""
         return False
 
     def tell(self, status: SessionStatus) -> None:
-        """Note the state."""
+        """Store the state."""
         self._state = status.state
 
     def poll(self) -> Request | None:
-        """Retry after a fault, so many times in a session."""
+        """Retry after a fault, up to ``retries`` times per session; then stop."""
         if self._state != "fault":
             return None
         self._asked += 1

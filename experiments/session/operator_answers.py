@@ -1,7 +1,7 @@
-"""Questions that the operator answers: what the participant said aloud, or the operator's decision.
+"""Questions that the operator answers: verbal reports by the participant, or decisions.
 
-The participant's screen shows the question meanwhile. What the operator types is judged as what a
-participant types would be.
+Meanwhile the participant's screen shows the question. The operator's entry is checked by the same
+rules as a participant's.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class _Given(Exception):
-    """The operator's answer: it ends the participant's screen."""
+    """Carries the operator's answer, and closes the participant's screen."""
 
     def __init__(self, value: Value) -> None:
         super().__init__()
@@ -38,7 +38,7 @@ class OperatorAnswers:
     Parameters
     ----------
     progress, clock
-        The session's.
+        Those of the session.
     """
 
     def __init__(self, progress: Progress, clock: Clock) -> None:
@@ -48,7 +48,7 @@ class OperatorAnswers:
         self._rejected: list[str] = []
 
     def await_answer(self, step: Ask, participant: Participant, watch: Watch) -> Reply:
-        """Have a question answered; who is simulated answers it without an operator."""
+        """Wait for the operator's answer; simulated participants answer without an operator."""
         self._question, self._rejected = step, []
         self._progress.asks_operator(step)
         onset_s = self._clock.now()
@@ -67,7 +67,7 @@ class OperatorAnswers:
             self._progress.asks_operator(None)
 
     def take(self, typed: str) -> None:
-        """Take what the operator typed; say why where that is no answer."""
+        """Take the operator's entry as the answer, or show why it is not valid."""
         if self._question is None:
             self._progress.say("no answer is waited for now")
             return

@@ -1,4 +1,4 @@
-"""How far a session has come: the counts that the operator's status is made of."""
+"""Progress of a session: keeps the counts of the operator's status."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ if TYPE_CHECKING:
 
 
 class Progress:
-    """Counts trials, faults and voids, and tells the operator.
+    """Counts trials, faults and voids, and updates the operator's status.
 
     Parameters
     ----------
     operator : Operator
     clock : Clock
     noise, surface
-        The session's, to tell what they do.
+        Those of the session; the status includes their states.
     planned : int
-        How many trials the whole session is expected to have.
+        Expected number of trials in the whole session.
     voided : int
-        How many trials were voided before the session was resumed; each is repeated.
+        Number of trials voided before the session was resumed; each is repeated.
     unblinded : bool
-        Whether the operator is told the amplitude from the beginning.
+        Whether the operator sees the amplitude from the beginning.
     warnings : tuple of str
-        What went wrong before the session began.
+        Problems found before the session began.
     """
 
     def __init__(
@@ -66,44 +66,44 @@ class Progress:
         self._done_before = 0
         self._trial: Trial | None = None  # the last whose surface was presented
         self._over = False
-        self._before: Trial | None = None  # the last that is over while another is in progress
-        self._closing = False  # the protocol can still repeat a trial that is over
+        self._before: Trial | None = None  # the last finished one, while another is in progress
+        self._closing = False  # the protocol can still repeat a finished trial
 
     @property
     def voidable(self) -> Trial | None:
-        """The trial that can be voided now: the one in progress, or the last, or none."""
+        """The trial that can be voided now: the one in progress or the last, or None."""
         trial = self._trial
         ended = trial and self._over and trial.number >= trial.total and not self._closing
         return None if ended else trial
 
     @property
     def answered(self) -> Trial | None:
-        """The trial before the one in progress, while the protocol can still repeat it."""
+        """The trial before the one in progress, if the protocol can still repeat it."""
         before, now = self._before, self.voidable
         return before if before and now and before.task == now.task else None
 
     @property
     def unblinded(self) -> bool:
-        """Whether the operator is told amplitudes."""
+        """Whether the operator sees amplitudes."""
         return self._status.unblinded
 
     def unblind(self) -> None:
-        """Tell the operator the amplitude, now and from here on."""
+        """Show the operator the amplitude from now on."""
         self._status = replace(self._status, unblinded=True)
         self.tell(self._status.state, level=self._surface.level)
 
     @property
     def asked(self) -> tuple[Ask, ...]:
-        """The questions so far that can be asked again."""
+        """The questions so far that can be repeated."""
         return self._status.asked
 
     def was_asked(self, question: Ask) -> bool:
-        """Whether a question was asked, and can be asked again."""
+        """Return whether a question was asked and can be repeated."""
         return question in self._status.asked
 
     @contextmanager
     def away(self) -> Iterator[None]:
-        """Leave a fault or a pause out of the time that the session takes."""
+        """Exclude a fault or a pause from the elapsed time."""
         began_s = self._clock.now()
         try:
             yield
@@ -111,11 +111,11 @@ class Progress:
             self._away_s += self._clock.now() - began_s
 
     def replayed(self) -> None:
-        """Note that what follows is live: the pace is reckoned from here."""
+        """Mark the end of the replay; the pace is measured from here."""
         self._done_before = self._status.done
 
     def begins(self, step: Step) -> None:
-        """Note the trial that a step belongs to."""
+        """Store the trial that a step belongs to."""
         self._closing = isinstance(step, EndBlock)
         if step.trial:
             self._status = replace(
@@ -126,7 +126,7 @@ class Progress:
             )
 
     def ends(self, step: Step) -> None:
-        """Note what is over with a step."""
+        """Update the counts and the trials at the end of a step."""
         self.begins(step)
         self._closing = False
         if isinstance(step, Ask) and _is_lasting(step) and not self.was_asked(step):
@@ -148,21 +148,21 @@ class Progress:
         self._status = replace(status, voided=status.voided + 1, planned=status.planned + 1)
 
     def asks_operator(self, question: Ask | None) -> None:
-        """Tell the operator which question is theirs to answer, or that none is any more."""
+        """Show the operator the question that they have to answer; None removes it."""
         self._status = replace(self._status, answering=question)
         self._operator.tell(self._status)
 
     def warn(self, warning: str) -> None:
-        """Tell the operator what went wrong and lasts."""
+        """Add a persistent warning to the operator's status."""
         self._status = replace(self._status, warnings=(*self._status.warnings, warning))
         self.say(warning)
 
     def say(self, message: str) -> None:
-        """Tell the operator something; the state stays as it is."""
+        """Show the operator a message without changing the state."""
         self.tell(self._status.state, message=message)
 
     def tell(self, state: State, *, message: str = "", level: float | None = None) -> None:
-        """Tell the operator the state; the amplitude only unblinded."""
+        """Show the operator the state, and the amplitude if the session is unblinded."""
         elapsed_s = self._clock.now() - self._begun_s - self._away_s
         done = self._status.done - self._done_before
         left = max(self._status.planned - self._status.done, 0)
@@ -185,6 +185,9 @@ class Progress:
 
 
 def _is_lasting(step: Ask) -> bool:
-    """Return whether a question can be asked again later: none of a trial, a sound, a decision."""
+    """Return whether a question can be repeated later.
+
+    Questions within a trial, with a sound, or for an operator's decision cannot.
+    """
     decision = step.by == "operator" and isinstance(step.question, ChoiceQuestion)
     return not (step.trial or step.played or decision)

@@ -1,6 +1,6 @@
-"""Sounds that belong to a question: what a session needs, and their player.
+"""Sounds that accompany a question: interface and player.
 
-A session starts and stops `Sounds`; only `SoundOutput` opens the sound device, when it starts.
+A session starts and stops `Sounds`. Only `SoundOutput` opens the sound device, when it starts.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ class Sounds(Protocol):
 
     @property
     def missing(self) -> str:
-        """Why there is nothing to hear; empty where there is."""
+        """Why nothing can be heard; empty if sound can be played."""
 
     def start(self, sound: HeadphoneSound) -> None:
-        """Begin to play; a sound that plays already is broken off."""
+        """Start playing a sound, and stop the one that is playing."""
 
     def stop(self) -> None:
-        """Break off what plays."""
+        """Stop the sound that is playing."""
 
 
 class NoSounds:
-    """Nothing can be heard."""
+    """A missing sound output."""
 
     def __init__(self, missing: str) -> None:
         self.missing = missing
@@ -46,14 +46,14 @@ class NoSounds:
 
 
 class ImaginedSounds(NoSounds):
-    """What simulated people hear: they know the sound itself."""
+    """Sounds for simulated participants, who receive the sound itself."""
 
     def __init__(self) -> None:
         super().__init__("")
 
 
 class Once:
-    """Samples that are played once, then silence: what the sound card's thread asks for."""
+    """Supplies samples once, then silence, to the sound card's thread."""
 
     def __init__(self, samples: NDArray[np.float32]) -> None:
         self._samples = samples
@@ -68,7 +68,7 @@ class Once:
 
 
 class SoundOutput:
-    """The system's sound output; `masking_noise.check_device` says whether there is one."""
+    """The system's sound output; `masking_noise.check_device` reports whether there is one."""
 
     missing = ""
 
@@ -76,15 +76,15 @@ class SoundOutput:
         self._stream: Any = None
 
     def start(self, sound: HeadphoneSound) -> None:
-        """Begin to play a sound.
+        """Start playing a sound.
 
         Raises
         ------
         RigError
-            The device does not play.
+            If the device does not play.
         """
         self.stop()
-        import sounddevice  # noqa: PLC0415  fails to import where PortAudio is missing
+        import sounddevice  # noqa: PLC0415  cannot be imported without PortAudio
 
         rate_hz = device_rate_hz()
         playing = Once(sound.samples(rate_hz))
@@ -102,7 +102,7 @@ class SoundOutput:
         self._stream = stream
 
     def stop(self) -> None:
-        """Break off what plays, and let go of the device."""
+        """Stop the sound that is playing, and release the device."""
         stream, self._stream = self._stream, None
         if stream is not None:
             stream.close()

@@ -1,7 +1,8 @@
-"""Resonance tracking between trials, on a plate that does not follow its resonance by itself.
+"""Resonance tracking between trials, for plates that do not track their resonance themselves.
 
-The plate is swept before a trial's surface is presented, never while one is felt or rated, and not
-for a standard outside trials. A failed sweep is a fault of the rig, like a failed presentation.
+The plate is swept before a trial's surface is presented. It is never swept while a surface is felt
+or rated, nor for a standard outside trials. A failed sweep is a fault of the rig, like a failed
+presentation.
 """
 
 from __future__ import annotations
@@ -21,19 +22,19 @@ if TYPE_CHECKING:
     from slipscale.hardware.contact.source import ContactSource
     from slipscale.hardware.driver import PlateDriver
 
-READ_S = 0.1  # an amplitude is the mean over so long
+READ_S = 0.1  # duration over which an amplitude is averaged
 
 
 class ResonanceTracking:
-    """Re-sweeps three points before a trial, when the last sweep is long enough ago.
+    """Sweeps three points before a trial if the last sweep is long enough ago.
 
     Parameters
     ----------
     plate : PlateDriver
     vibrometer : ContactSource
-        Connected; tells the plate's amplitude in µm peak to peak.
+        Connected; measures the plate's amplitude in µm peak to peak.
     every_s : float
-        The least time between two sweeps.
+        Shortest time between two sweeps.
     """
 
     def __init__(self, plate: PlateDriver, vibrometer: ContactSource, every_s: float) -> None:
@@ -43,12 +44,12 @@ class ResonanceTracking:
         self._last_s = -math.inf
 
     def before(self, step: Present, journal: Journal, clock: Clock) -> None:
-        """Sweep if it is time; write down what was found.
+        """Sweep if a sweep is due, and record the result.
 
         Raises
         ------
         PlateFault
-            The rig or the vibrometer failed; the plate is silent.
+            If the rig or the vibrometer failed; the plate is silent.
         """
         if step.trial is None or clock.now() - self._last_s < self._every_s:
             return

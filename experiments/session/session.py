@@ -1,9 +1,10 @@
-"""The one loop: interprets a protocol's steps against a plate, a participant and a journal.
+"""The session loop: interprets a protocol's steps with a plate, a participant and a journal.
 
-The rule that governs it: **a step is over when its answer is in the journal; only then is the
-protocol told of it. The next question comes when that answer is on disk.** So a crash loses at most
-the step in progress, and a power cut at most the last answer. Resume is the same loop with the
-first answers taken from the journal. The disk works while surfaces are presented and explored.
+One rule governs it: **a step is over when its answer is in the journal; only then does the
+protocol receive the answer. The next question is asked when that answer is on disk.** A crash
+therefore loses at most the step in progress, and a power cut at most the last answer. Resuming is
+the same loop, with the first answers read from the journal. The disk is written while surfaces are
+presented and explored.
 """
 
 from __future__ import annotations
@@ -69,14 +70,14 @@ if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
 
 RunOutcome = Literal["complete", "stopped"]
-# After these a step is carried out once more, from its beginning.
+# After these records, a step starts again from its beginning.
 BEGUN_ANEW = ("go_on", "retry")
-# Before any other step, the last answer must be on disk.
+# These steps do not wait until the last answer is on disk.
 WHILE_THE_DISK_WORKS = (Present, Explore, Silence, Feedback, EndTrial)
 
 
 class Past(NamedTuple):
-    """A step that is over: its first record, when the try began that succeeded, and its answer."""
+    """A finished step: its first record, the start of the successful attempt, and its answer."""
 
     begun: Record
     began_s: float
@@ -84,34 +85,34 @@ class Past(NamedTuple):
 
 
 class Session:
-    """A run of a protocol's steps.
+    """One run of a protocol's steps.
 
     Parameters
     ----------
     steps : generator
         The protocol.
     plate, participant, journal, clock, operator
-        All that a session acts on. Nothing else is touched: a session with a virtual clock, a
-        mock plate and a simulated participant can be replayed to the byte.
+        Everything that a session acts on. A session with a virtual clock, a mock plate and a
+        simulated participant can therefore be replayed byte for byte.
     texts : Mapping
         For the screen that asks the participant to wait.
     planned : int
-        How many trials the whole session is expected to have.
+        Expected number of trials in the whole session.
     noise : Noise, optional
         Masking noise; plays from the first surface of a block to the next text or rest.
     sounds : Sounds, optional
-        Play the sounds of the headphone test.
+        Plays the sounds of the headphone test.
     markers : Markers, optional
-        Tell recorders outside what happens.
+        Sends markers to external recorders.
     unblind : bool
-        Whether the operator is told the amplitude.
+        Whether the operator sees the amplitude.
     sources : Mapping, optional
-        Connected sources of position and force: what the finger does is written down, and where
-        its place is known, textures follow it on a plate that can.
+        Connected sources of position and force. Their samples are recorded. If the position is
+        measured, textures follow the finger on plates that support it.
     tracking : ResonanceTracking, optional
-        Looks for the resonance between trials.
+        Tracks the resonance between trials.
     warnings : tuple of str, optional
-        What went wrong before, for the operator.
+        Problems found earlier, for the operator.
     """
 
     def __init__(
@@ -181,7 +182,7 @@ class Session:
             watch=self._interruptions.watch,
             wait=self._wait,
         )
-        self._answered = len(journal.records)  # with the last answer, from the first record on
+        self._answered = len(journal.records)  # number of records up to the last answer
         self._rewinds = False  # the surface was lost because a pilot was interrupted
         self._actions: Mapping[type, Callable[[Any], Answer]] = {
             Instruct: self._show,
@@ -197,14 +198,14 @@ class Session:
         }
 
     def run(self) -> RunOutcome:
-        """Run to the end, or until somebody stops; the plate is silent afterwards.
+        """Run until the end or until somebody stops the session; the plate is silent afterwards.
 
         Raises
         ------
         PlateFault
-            The rig failed and the operator gave up; the run can be resumed.
+            If the rig failed and the operator gave up. The run can be resumed.
         UserError
-            The journal cannot be written, or does not fit the protocol (on resume).
+            If the journal cannot be written, or (on resuming) does not match the protocol.
         """
         self._markers.mark(Event.BEGIN)
         try:
@@ -229,7 +230,7 @@ class Session:
         return "complete"
 
     def _loop(self) -> None:
-        """Step by step: from the journal as far as it reaches, then live."""
+        """Carry out the steps: replay those in the journal, then continue live."""
         past = _past(self._journal.records)
         answer: Answer = None
         number = 0
@@ -237,7 +238,7 @@ class Session:
             try:
                 step = self._steps.send(answer) if number else next(self._steps)
             except StopIteration:
-                self._ask_again()  # a kill came between the last step and the question
+                self._ask_again()  # the session was killed between the last step and the question
                 return
             if number < len(past):
                 answer = self._replay(step, past[number])
@@ -256,7 +257,7 @@ class Session:
     # From the journal -----------------------------------------------------------------------
 
     def _replay(self, step: Step, past: Past) -> Answer:
-        """Take a step's answer from the journal; note which surface must be on the plate."""
+        """Return a step's answer from the journal, and note the surface that it leaves."""
         if not same_step(past.begun.data["what"], step_record(step)):
             raise UserError(
                 f"journal {self._journal.path}, line {past.done.number + 1}: the protocol now "
@@ -275,7 +276,7 @@ class Session:
         return answer
 
     def _take_up(self, step: Step) -> None:
-        """Go from replay to live steps: the surface that was on the plate must be there again."""
+        """Change from replayed to live steps: present the interrupted surface again."""
         self._progress.replayed()
         virtual = isinstance(self._clock, VirtualClock)
         self._journal.write("take_up", virtual=virtual)
@@ -287,10 +288,10 @@ class Session:
 
     @contextmanager
     def _when_it_was_presented(self) -> Iterator[Callable[[float], None]]:
-        """Let a resumed pilot's clock be set to when each surface was presented, and back after.
+        """Yield a function that sets a resumed pilot's clock to a presentation's original time.
 
-        It continues as if it had never stopped: there was no wait, and a texture, which changes
-        with time, is explored at the time at which it was.
+        The clock is set back afterwards. The pilot continues as if it had not been interrupted:
+        textures change with time, and are explored at their original times.
         """
         clock = self._clock
         if not (self._rewinds and isinstance(clock, VirtualClock)):
@@ -299,14 +300,14 @@ class Session:
         now_s = clock.now()
         try:
             yield clock.set
-        finally:  # a fault would come again for ever if its time did
+        finally:  # if the time were repeated, a fault at that time would repeat for ever
             clock.set(now_s)
             self._rewinds = False
 
     # Live -----------------------------------------------------------------------------------
 
     def _live(self, step: Step, number: int) -> Answer:
-        """Carry out a step, however often it takes, and write down its answer."""
+        """Carry out a step, retrying as often as needed, and record its answer."""
         answers = not isinstance(step, WHILE_THE_DISK_WORKS)
         if answers:
             self._journal.wait_for(self._answered)
@@ -320,10 +321,10 @@ class Session:
         return answer
 
     def _ask_again(self) -> None:
-        """Ask again what the operator wants to be: the new answer takes the old one's place.
+        """Repeat the questions that the operator selected; the new answers replace the old ones.
 
-        The protocol is not told: what it has asked for since stays as it is. No
-        shipped protocol decides by such an answer, and one that did could not undo its steps.
+        The protocol does not receive the new answers, so its earlier steps stay as they are. No
+        shipped protocol makes decisions based on these answers.
         """
         for question in self._interruptions.take_questions():
             reply = self._interruptions.attempt(partial(self._ask_apart, question))
@@ -334,7 +335,7 @@ class Session:
                 raise StopRequested("the participant took their consent back")
 
     def _ask_apart(self, question: Ask) -> Reply:
-        """Ask a question with the plate silent; a surface that stood there is lost."""
+        """Ask a question with the plate silent; the current surface is lost."""
         self._surface.hush()
         self._noise.stop()
         self._wait()
@@ -370,7 +371,7 @@ class Session:
         return reply
 
     def _feel(self, step: Explore) -> Reply:
-        """Have the participant stroke the plate."""
+        """Have the participant explore the plate."""
         self._wait()
         with self._contact.measured(step, self._interruptions.watch) as watch:
             return self._participant.perform(step, watch)
@@ -382,7 +383,7 @@ class Session:
         try:
             self._surface.confirm()
         except PlateFault:
-            # The surface was lost while the answer was given: the answer is recorded, never used.
+            # The surface was lost during the answer, which is recorded but never used.
             self._journal.write("discarded", name=step.name, answer=answer_record(reply))
             raise
         return reply
@@ -393,7 +394,7 @@ class Session:
         return self._adjusting.adjust(step)
 
     def _answer(self, step: Ask) -> Reply:
-        """Have a question answered; what is typed when something interrupts it is kept."""
+        """Have a question answered; if it is interrupted, record the unfinished entry."""
         begun = last_unfinished(self._journal.records, step)
         self._participant.unfinished = begun
         try:
@@ -405,7 +406,7 @@ class Session:
                 else:
                     reply = self._participant.perform(step, watch)
         except UserError:
-            raise  # the journal itself, as a rule: there is nowhere to write
+            raise  # usually the journal itself, so nothing can be written
         except BaseException:
             left = self._participant.unfinished
             if left != begun:
@@ -422,7 +423,7 @@ class Session:
         return reply
 
     def _hear(self, step: Ask, played: Played, watch: Watch) -> bool:
-        """Play a sound while the participant listens; return whether it could be."""
+        """Play a sound while the participant listens; return whether it could be played."""
         if self._sounds.missing:
             self._journal.write(NO_SOUND, name=step.name, reason=self._sounds.missing)
             self._progress.warn(f"no headphone test: {self._sounds.missing}")
@@ -436,7 +437,7 @@ class Session:
         return True
 
     def _marker_lost(self, name: str, reason: str) -> None:
-        """Tell and write down that a recorder gets no markers any more."""
+        """Report and record that an output no longer receives markers."""
         self._progress.warn(f"NO MARKERS on {name} any more: {reason}")
         self._journal.write("markers", outputs=list(self._markers.names), lost=name, reason=reason)
 
@@ -453,7 +454,7 @@ class Session:
         return self._interruptions.take_voids()
 
     def _restore(self, step: Step) -> None:
-        """Have a lost surface presented and explored again before the step."""
+        """If the surface was lost, have it presented and explored again before the step."""
         if self._surface.must_be_felt_again(step):
             self._noise.start()
             self._progress.tell("presenting")
@@ -470,18 +471,18 @@ class Session:
                 )
 
     def _note_standard(self, step: Step) -> None:
-        """Write down that the standard was felt again before a trial's surface, if it was."""
+        """Record that the standard was repeated before a trial's surface, if it was."""
         if made := self._surface.take_standard_made():
             trial = step.trial.number if step.trial else None
             self._journal.write("standard_again", trial=trial, answer=answer_record(made))
 
     def _wait(self) -> None:
-        """Tell the operator that the participant is at work."""
+        """Show the operator that the session is waiting for the participant."""
         self._progress.tell("waiting", level=self._surface.level)
 
 
 def last_unfinished(records: list[Record], step: Ask) -> Unfinished:
-    """Return what the journal says was typed of an answer when it was interrupted."""
+    """Return the unfinished entry of an interrupted answer from the journal."""
     trial = step.trial.number if step.trial else None
     for record in reversed(records):
         if record.kind in ("done", "answered_again"):
@@ -493,7 +494,7 @@ def last_unfinished(records: list[Record], step: Ask) -> Unfinished:
 
 
 def _past(records: list[Record]) -> list[Past]:
-    """Return the steps that are over."""
+    """Return the finished steps."""
     past: list[Past] = []
     for record in records:
         if record.kind == "begin":

@@ -1,16 +1,16 @@
-"""What should be on the plate, or have been felt, and whether that still holds.
+"""The surface that should be on the plate, or was felt, and whether it was interrupted.
 
-A *script* is what a trial presents: one surface and its exploration, or several intervals of them,
-with the silences between. If a fault, a pause or a crash comes between, it is performed again from
-its first step before the participant is asked anything more, or feels the next interval: no answer
-is taken about a surface that is not there, or that this finger, in this hour, has not felt.
+A *script* is what a trial presents: one surface and its exploration, or several intervals with the
+silences between them. After a fault, a pause or a crash, the script is performed again from its
+first step before the participant answers a question or feels the next interval. An answer is never
+taken about a surface that is not there, or that the participant has not just felt.
 
-A surface outside a trial stays wanted until the protocol silences the plate. One that a trial
-silences before its question is part of its script, and so remembered
+A surface outside a trial remains on the plate until the protocol silences the plate. If a trial
+silences its surface before the question, the surface is part of the script and is remembered
 (docs/decisions/interrupted-trials.md).
 
-A surface that was explored and silenced outside a trial is a *standard*: what the trials after it
-are compared with. After an interruption it is felt again before the next of them.
+A surface that was explored and silenced outside a trial is a *standard*: the reference for the
+trials after it. After an interruption the standard is repeated before the next of these trials.
 """
 
 from __future__ import annotations
@@ -39,23 +39,23 @@ MEASURED = ("measured", "applied")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Done:
-    """A step of the script, and when a presentation began."""
+    """A step of the script, and the time at which a presentation began."""
 
     step: Present | Explore | Silence
     began_s: float = 0.0
 
 
 class SurfaceState:
-    """What the participant should be feeling, or have felt, and whether it holds.
+    """The surface that the participant should feel or has felt, and whether it was interrupted.
 
     Parameters
     ----------
     plate : PlateDriver
     clock : Clock
     explore : callable
-        Has the participant explore what is presented.
+        Has the participant explore the surface on the plate.
     following : Following
-        Has textures follow the finger.
+        Makes textures follow the finger.
     """
 
     def __init__(
@@ -70,9 +70,9 @@ class SurfaceState:
         self._explore = explore
         self._following = following
         self._script: list[Done] = []
-        self._held = True  # nothing came between since the script began
-        self._hushed = False  # the plate was silenced on purpose since
-        self._wanted: Present | None = None  # what the plate should make now
+        self._held = True  # no interruption since the script began
+        self._hushed = False  # the plate was silenced on purpose since then
+        self._wanted: Present | None = None  # what should be on the plate now
         self._standard: tuple[Present, Explore] | None = None
         self._standard_due = False
         self._standard_made: Presented | None = None
@@ -82,7 +82,7 @@ class SurfaceState:
 
     @property
     def state(self) -> PlateState:
-        """What the plate does, by its last reading; it tells no amplitude."""
+        """The plate's state from its last reading; it does not reveal the amplitude."""
         if self._wanted is None or self._hushed:
             return "silent"
         if not self._held:
@@ -91,21 +91,21 @@ class SurfaceState:
 
     @property
     def temperature_c(self) -> float | None:
-        """The plate's temperature by its last reading; None where it tells none."""
+        """The plate's last temperature reading; None if it does not report one."""
         return self._temperature_c
 
     @property
     def quantity(self) -> Quantity:
-        """What the plate's levels are in."""
+        """The quantity of the plate's levels."""
         return self._plate.limits.quantity
 
     @property
     def level(self) -> float | None:
-        """The amplitude wanted (of a texture the largest), or None."""
+        """The commanded amplitude (the largest of a texture), or None."""
         return self._wanted.surface.level if self._wanted else None
 
     def must_be_felt_again(self, step: Step) -> bool:
-        """Whether what a step needs to be there, or to have been felt, was interrupted."""
+        """Return whether the surface that a step requires was interrupted."""
         if self._held or not self._script:
             return False
         if self._wanted is not None:
@@ -116,11 +116,11 @@ class SurfaceState:
         return asked and step.trial == self._trial
 
     def begins(self, step: Present) -> bool:
-        """Whether a presentation begins a script, in place of being its next interval."""
+        """Return whether a presentation begins a script, rather than being its next interval."""
         return step.interval is None or step.trial is None or step.trial != self._trial
 
     def present(self, step: Present) -> Presented:
-        """Make a surface, after its lead-in where the plate does not make that."""
+        """Present a surface, after its lead-in if that is not on the plate already."""
         self._feel_standard(step)
         if step.lead_in:
             before, explore = step.lead_in
@@ -137,7 +137,7 @@ class SurfaceState:
         return made
 
     def presented(self, step: Present, began_s: float) -> None:
-        """Note a surface that a journal says was presented; the plate makes it no more."""
+        """Note a surface that the journal records as presented; it is no longer on the plate."""
         if self.begins(step):
             self.forget()
         self._script.append(Done(step=step, began_s=began_s))
@@ -149,13 +149,13 @@ class SurfaceState:
             self._script.append(Done(step=step))
 
     def turn(self, surface: Surface) -> None:
-        """Make the wanted surface another one, as the participant turns it."""
+        """Change the surface on the plate while the participant adjusts it."""
         if self._wanted is None:
             raise ValueError("there is no surface to turn: none was presented")
         self._make(replace(self._wanted, surface=surface))
 
     def adjusted(self, surface: Surface) -> None:
-        """Note to what the wanted surface was turned: that is what was felt."""
+        """Note the final level of an adjusted surface, which is what the participant felt."""
         if self._wanted is None:
             return
         self._wanted = turned = replace(self._wanted, surface=surface)
@@ -163,9 +163,9 @@ class SurfaceState:
         self._script[last] = replace(self._script[last], step=turned)
 
     def feel_again(self, before: Present, explore: Explore) -> Presented:
-        """Have another surface felt, then make the wanted one again; return what was made first.
+        """Have another surface felt, then return to the current one; return what the first one was.
 
-        Whatever comes between, the wanted surface is then the one that is lost.
+        If this is interrupted, the current surface counts as lost.
         """
         wanted = self._wanted
         if wanted is None:
@@ -182,19 +182,19 @@ class SurfaceState:
         return made
 
     def restore(self, at: Callable[[float], None]) -> list[tuple[Present, Presented]]:
-        """Perform the script again, from its first step as far as it was.
+        """Perform the script again, from its first step to where it was interrupted.
 
-        To be called where `must_be_felt_again` says so.
+        Call it when `must_be_felt_again` returns True.
 
         Parameters
         ----------
         at : callable
-            Told when each presentation began, before it is made again.
+            Called with each presentation's original start before it is repeated.
 
         Returns
         -------
         list of tuple
-            Each surface and what the plate did.
+            Each presentation and what the plate did.
         """
         wanted = self._wanted
         made: list[tuple[Present, Presented]] = []
@@ -214,17 +214,16 @@ class SurfaceState:
         return made
 
     def confirm(self) -> None:
-        """Raise a `PlateFault` unless the plate still makes the wanted surface.
+        """Raise a `PlateFault` unless the commanded surface is still on the plate.
 
-        The tolerance is the driver's own: what it would not take for the surface when it was
-        presented is not taken for it when it was rated (docs/decisions/one-tolerance.md). For a
-        texture, command and reading are means.
+        The tolerance is the driver's, and the same as at presentation
+        (docs/decisions/one-tolerance.md). For a texture, the command and the readback are means.
         """
         if self._wanted is not None:
             self.read_back_level()
 
     def read_back_level(self) -> float | None:
-        """Return what the plate says it makes; raise its fault unless that is what is wanted."""
+        """Return the plate's readback; raise a `PlateFault` if it does not match the command."""
         self._plate.check()
         self._following.settle()
         told = self._plate.read_back()
@@ -234,24 +233,24 @@ class SurfaceState:
         return told.level
 
     def check(self) -> None:
-        """Raise the plate's fault, if any, while it makes a surface. Cheap."""
+        """Raise the plate's fault, if any, while a surface is on the plate. Fast."""
         if self._wanted is not None and self._held:
             self._plate.check()
 
     def follow(self, samples: list[Sample]) -> None:
-        """Command what is due where the finger is, while the plate makes a followed texture."""
+        """Command the amplitude for the finger's position while a texture follows it."""
         if self._wanted is not None and self._held:
             self._following.see(samples)
 
     def silence(self, step: Silence) -> None:
-        """Silence the plate as the protocol asks for it; no surface is wanted there any more."""
+        """Silence the plate for the protocol; no surface is expected on it afterwards."""
         self._plate.silence()
         if self._wanted and self._wanted.trial is None and self._held:
-            self._standard_due = False  # unless it was interrupted between the standard and its end
+            self._standard_due = False  # unless interrupted while the standard was felt
         self.silenced(step)
 
     def silenced(self, step: Silence) -> None:
-        """Note that the protocol silenced the plate; its trial may go on."""
+        """Note that the protocol silenced the plate; its trial may continue."""
         if self._wanted is None:
             return
         if self._wanted.trial is None:
@@ -265,31 +264,31 @@ class SurfaceState:
             self.forget()
 
     def forget(self) -> None:
-        """Note that no surface is wanted, nor remembered."""
+        """Forget the current surface and the script."""
         self._script, self._wanted, self._held = [], None, True
 
     def part_over(self) -> None:
-        """Note that a block or a task is over: its standard counts no more."""
+        """Forget the standard at the end of a block or task."""
         self._standard = None
 
     def take_standard_made(self) -> Presented | None:
-        """Return how the standard was presented again since the last call, if it was."""
+        """Return how the standard was repeated since the last call, if it was."""
         made, self._standard_made = self._standard_made, None
         return made
 
     def interrupt(self) -> None:
-        """Note that something comes between; what was felt is to be felt again."""
+        """Note an interruption: surfaces already felt have to be repeated."""
         self._held = False
         self._standard_due = True
 
     def hush(self) -> None:
-        """Silence the plate for something apart; what was felt is to be felt again."""
+        """Silence the plate for an interruption: surfaces already felt have to be repeated."""
         self.interrupt()
         self._plate.silence()
         self._hushed = True
 
     def shut_down(self) -> None:
-        """Silence the plate, whatever state the line is in: at the end, or after a fault."""
+        """Silence the plate at the end or after a fault; close the line if that fails."""
         self.interrupt()
         try:
             self._plate.silence()
@@ -298,12 +297,12 @@ class SurfaceState:
 
     @property
     def _trial(self) -> object:
-        """The trial of the script's surfaces, None outside one."""
+        """The trial of the script's surfaces; None outside a trial."""
         first = self._script[0].step if self._script else None
         return first.trial if first else None
 
     def _feel_standard(self, step: Present) -> None:
-        """Have the standard presented, explored and silenced again, if a trial needs that first."""
+        """If a trial needs the standard again, have it presented, explored and silenced."""
         if not (self._standard and self._standard_due and step.trial is not None):
             return
         present, explore = self._standard
@@ -314,7 +313,7 @@ class SurfaceState:
         self._standard_made, self._standard_due = made, False
 
     def _redrive(self, step: Present) -> Presented:
-        """Make a surface of the script again, after the standard and its lead-in."""
+        """Present a surface of the script again, after the standard and its lead-in."""
         self._feel_standard(step)
         if step.lead_in:
             before, explore = step.lead_in
@@ -323,7 +322,7 @@ class SurfaceState:
         return self._drive(step)
 
     def _drive(self, step: Present) -> Presented:
-        """Present a surface; it is there once it has settled and reads back as commanded."""
+        """Present a surface, and return once it has settled and matches its readback."""
         self._wanted, self._held = None, True
         return self._make(step)
 

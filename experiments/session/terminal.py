@@ -1,7 +1,7 @@
-"""The operator's terminal: a few live lines, and keys to pause, void, ask again, retry or stop.
+"""The operator's terminal: live status lines, and keys to pause, void, ask again, retry or stop.
 
-Keys are read without waiting, at every frame of the participant's screen, so the terminal never
-holds the session up; a reason for voiding is typed letter by letter while the session continues.
+Keys are polled at every frame of the participant's screen without waiting, so the terminal never
+delays the session. A reason for voiding is typed while the session continues.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.session.operator import State
 
 ENTER, ESCAPE, BACKSPACE = "\r\n", "\x1b", "\x7f\b"
-# A key: an arrow's or function key's whole sequence, or one character.
+# A key: the whole sequence of an arrow or function key, or one character.
 KEY = re.compile(r"\x1b[\[O][0-9;]*[A-Za-z~]|.", re.DOTALL)
 
 STATES: dict[State, tuple[str, str]] = {
@@ -43,7 +43,7 @@ STATES: dict[State, tuple[str, str]] = {
     "done": ("done", "bold green"),
 }
 
-# What a key asks for at once, in each state; v, b, a and s have something typed first.
+# Keys that make a request immediately, per state; v, b, a and s open a prompt first.
 KEYS: dict[State, dict[str, Request]] = {
     "paused": {"p": Request(what="go_on")},
     "fault": {"r": Request(what="retry")},
@@ -60,16 +60,16 @@ RUNNING_HELP = "p pause · v void trial · b void the one before · a ask again 
 
 @dataclass(slots=True)
 class Prompt:
-    """Something that the operator types; Enter hands it in, Escape takes it all back.
+    """A prompt at which the operator types; Enter submits the entry, Escape cancels it.
 
     Parameters
     ----------
     label : str
-        What is typed, and what Enter does.
+        What to type, and what Enter does.
     request : callable
-        Makes a request of what was typed; None where that is none.
+        Converts the entry to a request; returns None if the entry is not valid.
     expected : str
-        What is typed instead: shown after an Enter that made no request.
+        Shown after an invalid entry: what to type instead.
     """
 
     label: str
@@ -80,7 +80,7 @@ class Prompt:
 
 
 def void_prompt(trial: Trial) -> Prompt:
-    """Return the prompt for the reason why a trial is voided: one is needed."""
+    """Return the prompt for the reason why a trial is voided. A reason is required."""
 
     def request(reason: str) -> Request | None:
         return Request(what="void", reason=reason, trial=trial) if reason else None
@@ -90,7 +90,7 @@ def void_prompt(trial: Trial) -> Prompt:
 
 
 def stop_prompt() -> Prompt:
-    """Return the prompt for the reason why the session is stopped; it may be left out."""
+    """Return the prompt for the reason why the session is stopped. The reason is optional."""
     return Prompt(
         "stop the session because (Enter to stop, Esc to go on)",
         lambda reason: Request(what="stop", reason=reason),
@@ -98,7 +98,7 @@ def stop_prompt() -> Prompt:
 
 
 def question_prompt(asked: tuple[Ask, ...]) -> Prompt:
-    """Return the prompt for the question that is asked again, by its number."""
+    """Return the prompt for the number of the question to ask again."""
 
     def request(number: str) -> Request | None:
         known = number.isdecimal() and 1 <= int(number) <= len(asked)
@@ -110,7 +110,7 @@ def question_prompt(asked: tuple[Ask, ...]) -> Prompt:
 
 
 def answer_prompt(ask: Ask) -> Prompt:
-    """Return the prompt for what the participant says, or for a decision."""
+    """Return the prompt for a verbal report or a decision."""
     return Prompt(
         f"{answer_wanted(ask)} (Enter to hand it in; Esc for the other keys, n to come back)",
         lambda typed: Request(what="answer", reason=typed) if typed else None,
@@ -130,16 +130,16 @@ def clock_face(seconds: float | None) -> str:
 
 
 class PromptKey(NamedTuple):
-    """A key that has something typed.
+    """A key that opens a prompt.
 
     Parameters
     ----------
     states : tuple of str
-        Where the key does that.
+        The states in which the key opens the prompt.
     open : callable
-        Returns the prompt, None where there is nothing to type about.
+        Returns the prompt, or None if there is nothing to type about.
     without : Request or None
-        What is asked for in that case: the session says why it cannot be.
+        The request to make in that case; the session replies why it is refused.
     """
 
     states: tuple[State, ...]
@@ -167,13 +167,13 @@ class TerminalOperator:
     Parameters
     ----------
     console : Console
-        Where the lines are shown.
+        Shows the lines.
     read_key : callable
-        Returns the key that was pressed, or "" at once.
+        Returns the key that was pressed, or "" without waiting.
     retries : int
-        Faults that are retried without asking: a plug that was touched should not cost a click.
+        Number of faults that are retried without asking, so that touching a plug needs no click.
     heading : tuple of str
-        What the session is: participant, study, plate; shown above the state.
+        Describes the session: participant, study, plate; shown above the state.
     """
 
     def __init__(
@@ -189,7 +189,7 @@ class TerminalOperator:
         self._heading = heading
         self._status = SessionStatus(state="showing")
         self._prompt: Prompt | None = None  # being typed
-        self._answer: Prompt | None = None  # of these, the one that opens by itself
+        self._answer: Prompt | None = None  # the one that opens automatically
         self._live = Live(console=console, auto_refresh=False, transient=False)
 
     @property
@@ -198,11 +198,11 @@ class TerminalOperator:
         return self._prompt is not None
 
     def tell(self, status: SessionStatus) -> None:
-        """Show the state; a fault rings the bell, once."""
+        """Show the state; ring the bell once at a fault."""
         if self._console.is_terminal and status.state == "fault" != self._status.state:
             self._console.bell()
         if status.answering is not self._status.answering:
-            # What is being typed about something else is not taken away.
+            # Keep a prompt for something else that the operator is typing in.
             if self._prompt is self._answer:
                 self._prompt = None
             self._answer = answer_prompt(status.answering) if status.answering else None
@@ -211,7 +211,7 @@ class TerminalOperator:
         self._draw()
 
     def poll(self) -> Request | None:
-        """Return what the keys ask for."""
+        """Return the request that the operator's key makes, if any."""
         key = self._read_key()
         state = self._status.state
         if self._prompt is not None:
@@ -230,7 +230,7 @@ class TerminalOperator:
         return KEYS.get(state, RUNNING).get(key)
 
     def _type(self, prompt: Prompt, key: str) -> Request | None:
-        """Take a letter of what is typed."""
+        """Process one key of an entry."""
         if not key:
             return None
         prompt.told = ""
@@ -240,7 +240,7 @@ class TerminalOperator:
                 prompt.told = prompt.expected
                 self._draw()
             if prompt is self._answer:
-                prompt.typed = ""  # it closes with its question: what was typed may be refused
+                prompt.typed = ""  # stays open until the question is over: the entry may be refused
             elif request:
                 self._prompt = None
             return request
@@ -254,7 +254,7 @@ class TerminalOperator:
         return None
 
     def lines(self) -> Text:
-        """Return the lines as they stand."""
+        """Return the current status lines."""
         status = self._status
         word, style = STATES[status.state]
         text = Text()
@@ -306,10 +306,10 @@ class TerminalOperator:
 
 
 class Keys:
-    """Single keys from a terminal, without waiting; nothing where there is no terminal."""
+    """Reads single keys from a terminal without waiting; returns none without a terminal."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
-        self._stream: TextIO | None = stream or sys.stdin  # None: a program started without one
+        self._stream: TextIO | None = stream or sys.stdin  # may be None
         self._stack = ExitStack()
         self._read: Callable[[], str] = lambda: ""
 
@@ -337,7 +337,7 @@ class Keys:
         import tty  # noqa: PLC0415
 
         before = termios.tcgetattr(descriptor)
-        # First, because a signal may come in between.
+        # Registered first, because a signal may arrive in between.
         self._stack.callback(termios.tcsetattr, descriptor, termios.TCSADRAIN, before)
         # Ctrl-C still interrupts: cbreak leaves the signal keys alone.
         tty.setcbreak(descriptor)
@@ -346,7 +346,7 @@ class Keys:
         decoder = codecs.getincrementaldecoder("utf-8")(errors="ignore")
 
         def read() -> str:
-            # Nobody looks here while a surface is being made, so many keys can come at once.
+            # Keys are not read while a surface is being presented, so several may be waiting.
             ready, _, _ = select.select([descriptor], [], [], 0)
             if ready:
                 waiting.extend(KEY.findall(decoder.decode(os.read(descriptor, 1024))))
