@@ -1,1 +1,1 @@
-"""The append-only record of a run, and what can be read from it."""
+"""The journal, an append-only record of a run, and functions that read it."""

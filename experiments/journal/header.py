@@ -1,4 +1,4 @@
-"""What a session writes down of itself when it begins, and when it is gone on with."""
+"""The records that a session writes about itself when it starts and when it is resumed."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 def header(
     plan: RunPlan, plate: PlateDriver, spec: str, answered_by: str, masking: str
 ) -> dict[str, Any]:
-    """Return the journal's first record: all that is needed to resume or to analyse."""
+    """Return the journal's first record: everything needed to resume or analyse the run."""
     told = asdict(plan)
     if not plan.population:
-        del told["population"]  # a person's run has none
+        del told["population"]  # not used in a run with a person
     quantity = plan.study.quantity
     return {
         "format": FORMAT,
@@ -41,9 +41,9 @@ def header(
 
 
 def resume_data(plan: RunPlan, plate: PlateDriver, spec: str, masking: str) -> dict[str, Any]:
-    """Return the record of a run that is gone on with: what may have changed since its header.
+    """Return the record of a resumed run: everything that may have changed since its header.
 
-    Its date is the anchor of all that follows: the session's time itself is monotonic.
+    Its date is the reference for all later times; the session's own time is monotonic.
     """
     return {
         "plate_spec": spec,

@@ -1,24 +1,26 @@
 """The journal: an append-only record of every step and response.
 
-How a line looks, and what proves it, is `slipscale.experiments.journal.record`; how a journal is
-read is `slipscale.experiments.journal.reading`: a torn end (the machine died while writing) is cut
-off on resume, anything else that is not whole is refused.
+`slipscale.experiments.journal.record` defines the format of a line and its checksums.
+`slipscale.experiments.journal.reading` reads journals: a torn end (the machine stopped while
+writing) is removed on resume; any other damage is rejected.
 
-What is on disk when:
+When data are on disk:
 
-- `Journal.append` hands a record to the system and returns: a killed process loses none. A thread
-  (`slipscale.experiments.journal.keeper`) takes it to the disk.
-- `Journal.wait_for` is the barrier. A session waits there before each question for the last answer,
-  and nothing is called kept or saved before. Power cuts lose nothing from before a barrier.
-- `Journal.write` does both. Only what a participant's trial must not wait for is appended.
-- If the disk fails, the records that it has not confirmed are cut off, and the next call of any
-  of these raises: `append`, `wait_for`, `check` (at each frame), `close`.
+- `Journal.append` passes a record to the operating system and returns. If the process is killed,
+  no record is lost. A thread (`slipscale.experiments.journal.keeper`) then writes it to disk.
+- `Journal.wait_for` is the barrier. Before each question, a session waits there for the last
+  answer; nothing is reported as saved before that. A power failure loses nothing written before a
+  barrier.
+- `Journal.write` does both. `append` is used only for records that a participant's trial must not
+  wait for.
+- If the disk fails, the unconfirmed records are removed from the file, and the next call of
+  `append`, `wait_for`, `check` (at each frame) or `close` raises an error.
 
-An interrupted run is resumed by `slipscale.experiments.session.session`, which replays these
-records.
+`slipscale.experiments.session.session` resumes an interrupted run by replaying these records.
 
-One writer at a time: see `slipscale.experiments.journal.locks`. A journal that disappears under its
-writer (removed, renamed, its disk unmounted) is written anew, whole, in a fallback folder.
+A journal has one writer at a time; see `slipscale.experiments.journal.locks`. If a journal
+disappears while it is being written (removed, renamed, disk unmounted), it is written again, in
+full, to a fallback folder.
 """
 
 from __future__ import annotations
@@ -45,43 +47,44 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.clock import Clock
 
-# The modes of a new file: for its owner alone, or as the system's own choice (umask) has it.
+# Modes of a new file: readable by its owner only, or as the system's umask decides.
 OWNER_ONLY, AS_USUAL = 0o600, 0o666
 FALLBACK = "slipscale-kept"
-# What helps if a record cannot be written.
+# What to do if a record cannot be written.
 REMEDIES = {errno.ENOSPC: "free some space", errno.EDQUOT: "free some of your quota"}
 CHECK_DISK = "check the disk and its cable"
 
 
 class Journal:
-    """A journal open for writing.
+    """A journal that is open for writing.
 
     Parameters
     ----------
     path : Path
-        The file. `create` makes it, `reopen` continues it.
+        The file. `create` makes it; `reopen` continues it.
     clock : Clock
-        Dates the records.
+        Provides the records' times.
     synced : bool
-        Whether each record waits for the disk. Without it (a pilot, whose answers can be had again)
-        a record is handed to the system, so that a killed process loses none and only a power cut
-        could, and the disk is waited for once, at the end.
+        Whether each record waits for the disk. If False, records are only passed to the operating
+        system and the disk is awaited once, at the end: a killed process loses none, but a power
+        failure may. Used for pilots, which can be repeated.
 
     Raises
     ------
     UserError
-        The file exists already (`create`), does not (`reopen`), or another session writes it.
+        The file already exists (`create`), does not exist (`reopen`), or another session is
+        writing it.
 
     Attributes
     ----------
     path : Path
-        Where it is written now: another place than at first once that has gone.
+        The file that is being written now; it changes if the original location disappears.
     clock : Clock
-        Dates the records.
+        Provides the records' times.
     lost : Path or None
-        Where it was written at first, if that has gone.
+        The original file, if it has disappeared.
     moved, tell : callable
-        Told the new place, and a sentence, when that happens.
+        Called in that case: with the new path and with a message, respectively.
     """
 
     def __init__(
@@ -102,19 +105,19 @@ class Journal:
         self.clock = clock
         self._stream = stream
         self._keeper: Keeper | None = None
-        self._unfinished = False  # a record is being written, or a signal came while it was
+        self._unfinished = False  # a record is being written, or was interrupted by a signal
         try:
             locks.take(stream, path)
-        except BaseException:  # a signal too: whoever keeps its traceback would keep the lock
+        except BaseException:  # signals too: a stored traceback would keep the lock
             stream.close()
             raise
 
     @classmethod
     def create(cls, path: Path, clock: Clock, *, private: bool = True, synced: bool = True) -> Self:
-        """Make a new journal; an existing one is never overwritten.
+        """Create a new journal; never overwrite an existing one.
 
-        With ``private``, only its owner may read it, where the system knows owners. A file
-        without one whole record (the machine died at the first) holds nothing to keep.
+        With ``private``, only its owner can read it, on systems that support file owners. A file
+        without a complete record (the machine stopped during the first one) may be replaced.
         """
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -142,7 +145,7 @@ class Journal:
 
     @classmethod
     def reopen(cls, path: Path, clock: Clock, *, synced: bool = True) -> Self:
-        """Continue an interrupted journal, without its torn last line if it has one."""
+        """Continue an interrupted journal, without its torn last line (if any)."""
         try:
             stream = path.open("r+b", buffering=0)
         except OSError as error:
@@ -162,9 +165,10 @@ class Journal:
         return record
 
     def append(self, kind: str, **data: Any) -> Record:
-        """Append a record and return once the system has it; a thread takes it to the disk.
+        """Append a record and return once the operating system has it; a thread writes it to disk.
 
-        A signal may end it anywhere; the next record then follows what reached the system.
+        A signal may interrupt this call at any point. The next record then follows the data that
+        reached the system.
         """
         self.check()
         if self._unfinished:
@@ -182,7 +186,7 @@ class Journal:
         try:
             self._put(encode(record))
         except OSError as error:
-            # A half-written line would make the file unreadable for whatever follows it.
+            # A partial line would make all following lines unreadable.
             with suppress(OSError):
                 self._cut(before.length)
             raise self._not_written(error) from None
@@ -190,31 +194,31 @@ class Journal:
         if self.synced:
             self._keeper = self._keeper or Keeper(self._stream.fileno(), before)
             self._keeper.want(self._mark())
-            locks.refresh(self.path)  # nobody waits for a pilot long enough to take it for gone
+            locks.refresh(self.path)  # unsynced pilots finish before their locks expire
         self._unfinished = False
         return record
 
     def wait_for(self, records: int) -> None:
-        """Return once so many of the first records are on disk.
+        """Wait until the first ``records`` records are on disk.
 
         Raises
         ------
         UserError
-            The disk failed or does not answer. What it had not confirmed may be lost.
+            The disk failed or does not respond. Unconfirmed records may be lost.
         """
         if keeper := self._keeper:
             if self._unfinished:
                 self._take_stock()
             records = min(records, len(self.records))
-            if keeper.wanted.records < records:  # a signal came before it was handed over
+            if keeper.wanted.records < records:  # a signal interrupted the handover
                 keeper.want(self._mark())
             if not keeper.wait(records):
-                self._keeper = None  # its thread hangs in the system
+                self._keeper = None  # its thread hangs in a system call
                 raise self._not_written(OSError(errno.ETIMEDOUT, os.strerror(errno.ETIMEDOUT)))
         self.check()
 
     def check(self) -> None:
-        """Raise `UserError` if the disk has failed since the last call. Cheap."""
+        """Raise `UserError` if the disk has failed since the last call. This call is cheap."""
         keeper = self._keeper
         if keeper is None or keeper.failure is None:
             return
@@ -237,14 +241,14 @@ class Journal:
         return Mark(len(self.records), self._stream.tell())
 
     def _put(self, line: bytes) -> None:
-        """Hand bytes to the system; OSError if it does not take them all."""
-        # Unbuffered: what a full disk refused must not come again at the next try or the end.
+        """Pass bytes to the operating system; raise OSError if it does not accept all of them."""
+        # Unbuffered: bytes that a full disk rejected must not be written on the next attempt.
         while line:
             line = line[self._stream.write(line) :]
 
     def _in_place(self) -> bool:
-        """Return whether the open file is still the one that the path names."""
-        if os.name != "posix":  # an open file cannot be removed or renamed there
+        """Return whether the path still refers to the open file."""
+        if os.name != "posix":  # open files cannot be removed or renamed there
             return True
         try:
             there = self.path.stat()
@@ -254,7 +258,7 @@ class Journal:
         return ours.st_nlink > 0 and (there.st_dev, there.st_ino) == (ours.st_dev, ours.st_ino)
 
     def _move(self) -> None:
-        """Go on in the fallback folder, with all records until now."""
+        """Continue in the fallback folder, with all records so far."""
         gone, self.lost = self.path, self.lost or self.path
         self._close_file()
         for folder in fallback_folders():
@@ -282,7 +286,7 @@ class Journal:
         )
 
     def _take_stock(self) -> None:
-        """Find out what reached the disk, and continue after it."""
+        """Determine which records reached the disk, and continue after the last of them."""
         if not self._in_place():
             self._unfinished = False
             return
@@ -290,7 +294,7 @@ class Journal:
         self._cut(length)
 
     def _cut(self, length: int) -> None:
-        """Go to the end of what is whole, and cut off the rest."""
+        """Seek to the end of the intact part and remove the rest."""
         self._stream.truncate(length)
         self._stream.seek(length)
         self._unfinished = False
@@ -310,18 +314,18 @@ class Journal:
             locks.release(self.path)
 
     def close(self) -> None:
-        """Close the file and give up the lock; a journal that never began leaves no file."""
+        """Close the file and release the lock; remove the file if no record was written."""
         try:
             self.wait_for(len(self.records))
             if not self.synced:
-                with suppress(OSError):  # what a full disk refused was told at its record
+                with suppress(OSError):  # a full disk was reported before
                     os.fsync(self._stream.fileno())
         finally:
             self._let_go()
         if not self.records:
             with suppress(OSError):
                 self.path.unlink()
-                self.path.parent.rmdir()  # only when it is empty
+                self.path.parent.rmdir()  # only if it is empty
 
     def __enter__(self) -> Self:
         return self
@@ -336,9 +340,10 @@ class Journal:
 
 
 def fallback_folders() -> list[Path]:
-    """Return where a journal is written whose place has gone, in order: new folders of their own.
+    """Return new folders, in order of preference, for a journal that lost its original location.
 
-    Each has the form of a data set, so that `slipscale resume` and `slipscale data` work there.
+    Each has the structure of a data set, so that `slipscale resume` and `slipscale data` work
+    there.
     """
     found = []
     for parent in (Path.home() / FALLBACK, Path(tempfile.gettempdir()) / FALLBACK):
@@ -349,7 +354,7 @@ def fallback_folders() -> list[Path]:
 
 
 def _new_file(path: Path, mode: int) -> FileIO:
-    """Open a new file for writing, unbuffered; OSError where there is one."""
+    """Open a new file for unbuffered writing; raise OSError if the file exists."""
     return open(path, "xb", buffering=0, opener=lambda name, flags: os.open(name, flags, mode))
 
 
@@ -358,7 +363,7 @@ def _tell_on_standard_error(sentence: str) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Make a new file's name durable, where the system lets a folder be synchronised."""
+    """Make a new file's name durable, if the system can synchronise folders."""
     if os.name == "posix":
         descriptor = os.open(folder, os.O_RDONLY)
         try:

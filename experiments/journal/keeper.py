@@ -1,14 +1,14 @@
-"""A thread that takes what was written to an open file to the disk, while the session goes on.
+"""A thread that writes an open file's data to disk while the session continues.
 
-The rules, for the journal that hands records over:
+Rules for the journal that uses it:
 
-- The caller writes, in order; the thread only waits for the disk. So a killed process loses nothing
-  that was written, and only a power cut could lose what the thread has not yet confirmed.
-- One wait for the disk covers all that was written before it began.
-- The first failure ends the thread, because a second attempt can succeed although data are lost.
-  The caller finds it in `failure`, and begins another thread after it has cut the file.
-- The thread shares single values with its caller, and no lock: a signal may interrupt the caller
-  anywhere.
+- The caller writes in order; the thread only waits for the disk. A killed process therefore loses
+  nothing that was written. A power failure can lose only what the thread has not yet confirmed.
+- One wait for the disk covers everything that was written before the wait began.
+- The first failure ends the thread: a second attempt may succeed although data were lost. The
+  caller finds the error in `failure`, truncates the file and starts a new thread.
+- The thread and its caller share only single values and no lock, because a signal may interrupt
+  the caller at any point.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import NamedTuple
 
-# A disk that takes longer is taken for dead: the session ends, and the plate is silenced.
+# A disk that takes longer is considered failed: the session ends and the plate is switched off.
 PATIENCE_S = 30.0
 ENDS_S = 1.0
 
 
 class Mark(NamedTuple):
-    """A place between two records: how many there are before it, and its place in the file."""
+    """A position between two records: the number of records before it, and its file offset."""
 
     records: int
     length: int
@@ -38,16 +38,16 @@ class Keeper:
     descriptor : int
         The open file.
     kept : Mark
-        What is on the disk already.
+        The position up to which data are already on disk.
 
     Attributes
     ----------
     kept : Mark
-        What is on the disk now.
+        The position up to which data are on disk now.
     wanted : Mark
-        What was handed over.
+        The position up to which data were handed over.
     failure : BaseException or None
-        Why no more will be.
+        The error that ended the thread.
     """
 
     def __init__(self, descriptor: int, kept: Mark) -> None:
@@ -60,12 +60,12 @@ class Keeper:
         self._thread.start()
 
     def want(self, mark: Mark) -> None:
-        """Hand over all that was written before a mark."""
+        """Hand over everything that was written before a mark."""
         self._handed.put(mark)
         self.wanted = mark
 
     def wait(self, records: int) -> bool:
-        """Return once so many records are on disk, or never will be; False if the disk hangs."""
+        """Wait until ``records`` records are on disk or have failed; return False if it hangs."""
         while self.failure is None and self.kept.records < records:
             try:
                 self._woken.get(timeout=PATIENCE_S)
@@ -74,7 +74,7 @@ class Keeper:
         return True
 
     def stop(self) -> None:
-        """End the thread once it has nothing left to do; one that hangs is left behind."""
+        """End the thread when its work is done; abandon it if it hangs."""
         self._handed.put(None)
         self._thread.join(ENDS_S)
 
@@ -91,7 +91,7 @@ class Keeper:
                 self._woken.put(None)
 
     def _next(self) -> Mark | None:
-        """Return the last mark handed over until now; wait for one if there is none."""
+        """Return the latest mark handed over; wait for one if there is none."""
         mark = self._handed.get()
         while mark is not None and not self._handed.empty():
             mark = self._handed.get()

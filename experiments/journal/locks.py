@@ -1,8 +1,8 @@
-"""One writer of a journal at a time: the system's lock, and a lock file as the second line.
+"""Ensure that a journal has one writer at a time, with a system lock and a lock file.
 
-The system's lock goes with the process and is never left behind, but some network drives have
-none. So a writer also leaves a file beside the journal that names its host and process. Such a
-file may be left behind by a crash: it counts only as long as it can be believed.
+The system releases its lock when the process ends, but some network drives do not support locks. A
+writer therefore also leaves a lock file next to the journal, with its host and process. A crash
+may leave the lock file behind, so the file counts only while it is plausible.
 """
 
 from __future__ import annotations
@@ -23,33 +23,33 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import IO
 
-# A session on another computer touches its lock file at each record. Longer than this between two
-# records is a session that has gone, not a participant who thinks.
+# A session on another computer touches its lock file at each record. If two records are further
+# apart than this, the session has ended; a participant does not think for that long.
 STALE_S = 900.0
-# Taking a lock is a matter of milliseconds; what is older was left by a crash in between.
+# Taking a lock takes milliseconds; an older claim was left behind by a crash.
 CLAIM_S = 10.0
 LOOKS, LOOK_S = 5, 0.02
 
 
 @dataclass(frozen=True, slots=True)
 class Holder:
-    """Who wrote a lock file."""
+    """The writer that a lock file names."""
 
     host: str
     process: int
 
     def __str__(self) -> str:
-        """Return host and process in words."""
+        """Return a description of the host and process."""
         return f"process {self.process} on {self.host}"
 
 
 def lock_file(journal: Path) -> Path:
-    """Return where a journal's lock file lies."""
+    """Return the path of a journal's lock file."""
     return journal.with_name(f"{journal.name}.lock")
 
 
 def writer(journal: Path) -> Holder | None:
-    """Return whom a journal's lock file names, writing or not; None without such a file."""
+    """Return the writer named in a journal's lock file, active or not; None without a lock file."""
     try:
         host, process = lock_file(journal).read_text(encoding="utf-8").split()
         return Holder(host, int(process))
@@ -58,12 +58,12 @@ def writer(journal: Path) -> Holder | None:
 
 
 def has_locks(stream: IO[bytes]) -> bool:
-    """Return whether the file system of an open file, which nobody else has locked, has locks."""
+    """Return whether the file system of an open, otherwise unlocked file supports locks."""
     return _lock(stream, portalocker.LOCK_EX) is not None
 
 
 def is_being_written(journal: Path) -> bool:
-    """Return whether a session writes a journal now; False where there is none to be seen."""
+    """Return whether a session is writing a journal now; False if the journal does not exist."""
     try:
         with journal.open("rb") as stream:
             free = _lock(stream, portalocker.LOCK_SH)
@@ -74,18 +74,18 @@ def is_being_written(journal: Path) -> bool:
 
 
 def take(stream: FileIO, journal: Path) -> None:
-    """Lock an open journal for writing, and leave the lock file.
+    """Lock an open journal for writing, and create the lock file.
 
     Raises
     ------
     UserError
-        Another session writes it.
+        Another session is writing the journal.
     """
     free = _lock(stream, portalocker.LOCK_EX)
     for _ in range(LOOKS):
         if free is not False:
             break
-        # Whoever looks whether a session writes it (the console) holds it for an instant.
+        # A process that checks for a writer (the console) holds the lock for an instant.
         time.sleep(LOOK_S)
         free = _lock(stream, portalocker.LOCK_EX)
     if free is False:
@@ -94,19 +94,19 @@ def take(stream: FileIO, journal: Path) -> None:
 
 
 def refresh(journal: Path) -> None:
-    """Tell other computers that the writer is still there."""
+    """Show other computers that the writer is still active."""
     with suppress(OSError):
         os.utime(lock_file(journal))
 
 
 def release(journal: Path) -> None:
-    """Take the lock file away; the system's lock goes with the open file."""
+    """Remove the lock file; the system lock is released when the file is closed."""
     with suppress(OSError):
         lock_file(journal).unlink()
 
 
 def _lock(stream: IO[bytes] | FileIO, kind: portalocker.LockFlags) -> bool | None:
-    """Lock a file; return whether that was possible, None where its file system has no locks."""
+    """Lock a file; return whether that succeeded, or None if the file system has no locks."""
     try:
         portalocker.lock(stream, kind | portalocker.LOCK_NB)
     except portalocker.AlreadyLocked:
@@ -117,18 +117,18 @@ def _lock(stream: IO[bytes] | FileIO, kind: portalocker.LockFlags) -> bool | Non
 
 
 def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
-    """Leave our lock file, unless another session's can be believed.
+    """Create our lock file, unless there is a plausible one from another session.
 
-    Two that come at once must not both find no lock file, or both replace the one that a crash
-    left. So each first makes a second file, which the system lets only one do, and gives it the
-    lock file's name once it has looked.
+    Two sessions that start at once must not both find no lock file, or both replace one that a
+    crash left behind. Each therefore first creates a second file, which only one of them can do,
+    checks the lock file, and then renames the second file to the lock file's name.
     """
     lock = lock_file(journal)
     claim = lock.with_name(f"{lock.name}.new")
     try:
         if not (_make(claim) or _make_again(claim, system_locks=system_locks)):
             raise UserError(f"journal {journal}: another session is just beginning to write it")
-        # The claim's date is the file system's own: this computer's clock may be wrong.
+        # The claim's time is the file system's; this computer's clock may differ.
         now_s = claim.stat().st_mtime
         holder = _believed(journal, system_locks=system_locks, now_s=now_s)
         if holder is None:
@@ -136,7 +136,7 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
             return
         claim.unlink(missing_ok=True)
     except OSError:
-        return  # where it cannot be written, the journal itself will say so at its first record
+        return  # if it is not writable, the journal reports that at its first record
     raise UserError(
         f"journal {journal}: another session is writing it ({holder}); if none runs there, "
         f"delete {lock}"
@@ -144,7 +144,7 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
 
 
 def _make(claim: Path) -> bool:
-    """Make a lock file under its first name; return whether nobody else has."""
+    """Create a lock file under its temporary name; return False if another session has done so."""
     try:
         with claim.open("x", encoding="utf-8") as file:
             file.write(f"{socket.gethostname()}\n{os.getpid()}\n")
@@ -154,21 +154,21 @@ def _make(claim: Path) -> bool:
 
 
 def _make_again(claim: Path, *, system_locks: bool) -> bool:
-    """Make it in place of one that a crash left; return whether that could be, and was, done.
+    """Replace a lock file that a crash left behind; return whether that succeeded.
 
-    Who has the system's lock knows that nobody else is about to.
+    Only the holder of the system lock can be sure that no other session is doing the same.
     """
     try:
         if not system_locks and abs(time.time() - claim.stat().st_mtime) < CLAIM_S:
             return False
     except FileNotFoundError:
-        return False  # its maker has just given it the other name
+        return False  # its creator has just renamed it
     claim.unlink(missing_ok=True)
     return _make(claim)
 
 
 def _believed(journal: Path, *, system_locks: bool, now_s: float) -> Holder | None:
-    """Return who a lock file says is writing, as far as it can be believed."""
+    """Return the writer that a lock file names, if that is plausible."""
     holder = writer(journal)
     try:
         age_s = now_s - lock_file(journal).stat().st_mtime
@@ -178,14 +178,14 @@ def _believed(journal: Path, *, system_locks: bool, now_s: float) -> Holder | No
         return None
     if holder.host != socket.gethostname():
         return holder if age_s < STALE_S else None
-    # On this computer the system's lock knows better, where there is one.
+    # On this computer, the system lock (if supported) is more reliable.
     mine = holder.process == os.getpid()
     return None if system_locks or mine or not _runs(holder.process) else holder
 
 
 def _runs(process: int) -> bool:
-    """Return whether a process of this computer runs."""
-    if os.name == "nt":  # os.kill would end it there
+    """Return whether a process is running on this computer."""
+    if os.name == "nt":  # os.kill would end the process there
         return True
     try:
         os.kill(process, 0)

@@ -1,4 +1,4 @@
-"""What a run's journal says of the run itself: its plan, plate, software and how far it came."""
+"""Information about a run from its journal: plan, plate, software and progress."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ PACKAGES = ("slipscale", "numpy", "psychopy")
 
 
 def software() -> dict[str, str]:
-    """Return the versions of what a run's data can depend on, without importing it."""
+    """Return the versions of the software that can affect a run's data, without importing it."""
     return {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
 
 
 @cache
 def _version(package: str) -> str:
-    """Return an installed package's version: a look-up of milliseconds, and none changes."""
+    """Return an installed package's version. Cached: the look-up takes milliseconds."""
     try:
         return version(package)
     except PackageNotFoundError:
@@ -36,13 +36,13 @@ def _version(package: str) -> str:
 
 
 def plan_from(record: Record) -> RunPlan:
-    """Return the plan that a journal's header holds."""
+    """Return the plan stored in a journal's header."""
     data = {"population": "", **record.data}
     return RunPlan(**{name: data[name] for name in RunPlan.__dataclass_fields__})
 
 
 def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
-    """Return a journal's plan and records; UserError unless it is a run's."""
+    """Return a journal's plan and records; raise `UserError` if it is not a run's journal."""
     records, _ = read_records(path)
     if not records:
         raise UserError(f"journal {path}: holds nothing; begin the run anew with slipscale run")
@@ -53,14 +53,14 @@ def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
 
 
 def read_usable(path: Path, most: int | None = None) -> tuple[RunPlan | None, Reading]:
-    """Return what is whole of a run's journal, and its plan; None where the header is not whole.
+    """Return the undamaged part of a run's journal, and its plan; None if the header is damaged.
 
-    With ``most``, no line further on is looked at.
+    With ``most``, reading stops after that many lines.
 
     Raises
     ------
     UserError
-        The file cannot be read, or its header is whole and yet no run's.
+        The file cannot be read, or its header is intact but not that of a run.
     """
     reading = read_whole(path, most)
     records, more = checked(reading.records)
@@ -71,9 +71,9 @@ def read_usable(path: Path, most: int | None = None) -> tuple[RunPlan | None, Re
 
 
 def holds_records(path: Path) -> bool:
-    """Return whether a journal holds at least one record, whole or damaged.
+    """Return whether a journal contains at least one record, intact or damaged.
 
-    One that the machine left torn at its first record holds nothing: the run can be begun anew.
+    A journal that was torn at its first record is empty: the run can be started again.
     """
     return has_begun(path) and bool(read_whole(path, most=1).records)
 
@@ -83,12 +83,13 @@ def _line(damage: Damage) -> int:
 
 
 def dataset_of(path: Path, plan: RunPlan) -> Path:
-    """Return the folder of the data set that a journal lies in.
+    """Return the data set folder that contains a journal.
 
     Raises
     ------
     UserError
-        The journal was renamed, or lies outside a data set: what it says and where it lies differ.
+        The journal's content does not match its location: it was renamed, or is outside a data
+        set.
     """
     whole = path.resolve()
     expected = plan.journal_path(Path("DATASET"))
@@ -100,24 +101,24 @@ def dataset_of(path: Path, plan: RunPlan) -> Path:
 
 
 def is_mock(spec: str) -> bool:
-    """Return whether a plate is simulated: a finger would feel nothing."""
+    """Return whether a plate is simulated, so that a finger would feel nothing."""
     return spec.partition(":")[0] == "mock"
 
 
 def last_markers(records: list[Record]) -> tuple[str, ...]:
-    """Return where the run's markers went last: SPECs, as after ``--markers``."""
+    """Return the run's latest marker outputs, as SPECs for ``--markers``."""
     told = [record.data["outputs"] for record in records if record.kind == "markers"]
     return tuple(told[-1]) if told else ()
 
 
 def last_backup(records: list[Record]) -> Path | None:
-    """Return the folder that the run's journal was last to be copied to."""
+    """Return the run's latest backup folder."""
     told = [str(record.data["folder"]) for record in records if record.kind == "backup"]
     return Path(told[-1]) if told else None
 
 
 def last_plate(records: list[Record]) -> str:
-    """Return the SPEC of the plate that a run was last on."""
+    """Return the SPEC of the plate on which a run was last performed."""
     specs = [r.data["plate_spec"] for r in records if r.kind in ("header", "resume")]
     return str(specs[-1])
 
@@ -128,22 +129,22 @@ def answered_by(records: list[Record]) -> str:
 
 
 def consent_was_taken_back(records: list[Record]) -> bool:
-    """Return whether the participant said no when they were asked again for their consent."""
+    """Return whether the participant withdrew their consent when asked a second time."""
     again = [r.data for r in records if r.kind == "answered_again"]
     given = [data["answer"]["value"] for data in again if data["what"]["name"] == CONSENT]
     return given[-1:] == ["no"]
 
 
 def elapsed_s(records: list[Record]) -> float:
-    """Return how far a run had come: the session's time at its last step."""
+    """Return the session time of a run's last step."""
     return max((r.time_s for r in records if r.kind in ("header", "begin", "done")), default=0.0)
 
 
 def latest_s(records: list[Record]) -> float:
-    """Return the latest session time that a journal holds: none goes back behind it."""
+    """Return the latest session time in a journal; a resumed run continues from there."""
     return max((record.time_s for record in records), default=0.0)
 
 
 def is_complete(records: list[Record]) -> bool:
-    """Return whether a run went on to its end."""
+    """Return whether a run reached its end."""
     return any(record.kind == "end" for record in records)

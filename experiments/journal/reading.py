@@ -1,14 +1,16 @@
-"""A journal, read: what is whole of it, and what is damaged, by line.
+"""Read a journal: its intact records, and its damage by line.
 
-`read_records` is for whoever goes on with a run: it takes no damage. `read_whole` is for the data
-set: damage in one place costs that place only. The rules:
+`read_records` is for resuming a run and accepts no damage. `read_whole` is for data sets: damage
+in one place affects only that place. The rules:
 
-- A record's place is its number, not its line: lines that were moved are read in their order.
-- Of several records with one number the one counts whose hash its neighbours confirm.
-- A torn end is no damage: the last line, cut short or with bytes of 0. No record holds one; a disk
-  that lost its power leaves them in place of a sector. The end begins earlier if several records
-  were on their way to the disk: `kept`, in the "begin" of each question, counts those on disk.
-- Numbers that are missing leave one mark; a record that does not follow from the one before it is
+- A record's position is its number, not its line. Lines that were moved are read in the order of
+  their numbers.
+- If several records have the same number, the one whose hash its neighbours confirm is used.
+- A torn end does not count as damage: the last line, cut short or with zero bytes. Records never
+  contain zero bytes; a disk that loses power leaves them in place of a sector. The torn end begins
+  earlier if several records were being written: `kept`, in the "begin" record of each question,
+  counts those on disk.
+- A gap in the numbers leaves one mark. A record that does not follow from the previous one is
   replaced by a mark. Every line that is not as written is reported.
 """
 
@@ -25,37 +27,38 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from pathlib import Path
 
-# Stands in a reading where one record or more cannot be used.
+# Kind of the placeholder for one or more unusable records.
 DAMAGED = "damaged"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Damage:
-    """What is wrong with one line of a journal; ``line`` counts from 1."""
+    """Damage to one line of a journal; ``line`` counts from 1."""
 
     line: int
     reason: str
 
     def __str__(self) -> str:
-        """Return line and reason, as a sentence names them."""
+        """Return line and reason for use in a sentence."""
         return f"line {self.line}: {self.reason}"
 
 
 @dataclass(slots=True, kw_only=True)
 class Reading:
-    """What a journal holds.
+    """The content of a journal.
 
     Parameters
     ----------
     records : list of Record
-        The whole records in order. Where one or more are damaged or missing, one record of the
-        kind `DAMAGED` stands in their place.
+        The intact records in order. One record of kind `DAMAGED` replaces each sequence of damaged
+        or missing records.
     damage : list of Damage
-        Where and why; empty for a whole journal.
+        Position and reason of each damage; empty for an intact journal.
     length : int
-        Length in bytes of what is whole up to the end: a torn end begins there.
+        Length of the intact part in bytes. A torn end begins there.
     torn : bool
-        Whether the end is torn: the machine stopped while writing it. That is no damage.
+        Whether the end is torn: the machine stopped while writing it. This does not count as
+        damage.
     """
 
     records: list[Record] = field(default_factory=list)
@@ -64,7 +67,7 @@ class Reading:
     torn: bool = False
 
     def mark(self) -> None:
-        """Leave a mark among the records, where one or more cannot be used."""
+        """Append a mark in place of one or more unusable records."""
         if not self.records or self.records[-1].kind != DAMAGED:
             last = self.records[-1] if self.records else None
             self.records.append(
@@ -78,7 +81,7 @@ class Reading:
 
 
 def has_begun(path: Path) -> bool:
-    """Return whether a journal holds anything; UserError where that cannot be found out."""
+    """Return whether a journal contains anything; raise `UserError` if that is unknown."""
     try:
         return path.stat().st_size > 0
     except (FileNotFoundError, NotADirectoryError):
@@ -88,14 +91,14 @@ def has_begun(path: Path) -> bool:
 
 
 def read_whole(path: Path, most: int | None = None) -> Reading:
-    """Return what is whole of a journal, and what is not.
+    """Return the intact records of a journal and a list of its damage.
 
-    With ``most``, no line further on is looked at.
+    With ``most``, reading stops after that many lines.
 
     Raises
     ------
     UserError
-        The file cannot be read, or is a journal of another format.
+        The file cannot be read, or is a journal in another format.
     """
     try:
         with path.open("rb") as stream:
@@ -104,7 +107,7 @@ def read_whole(path: Path, most: int | None = None) -> Reading:
         raise UserError(f"journal {path}: {error.strerror}") from None
     reading = Reading()
     found: list[_Line] = []
-    wrong: list[int] = []  # lines that hold no record
+    wrong: list[int] = []  # lines without a record
     lines = [line for line in lines if line]
     whole = _before_torn_end(lines)
     reading.torn = whole < len(lines)
@@ -127,7 +130,7 @@ def read_whole(path: Path, most: int | None = None) -> Reading:
 
 
 class _Line(NamedTuple):
-    """A line that is whole: its place in the file from 0, its record, the text its hash covers."""
+    """An intact line: its index in the file from 0, its record, and the text its hash covers."""
 
     place: int
     record: Record
@@ -135,14 +138,14 @@ class _Line(NamedTuple):
 
 
 def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
-    """Return one line for each number, in the order of the file; report the others."""
+    """Return one line per number, in file order; report the others."""
     of_number: dict[int, list[_Line]] = {}
     for line in found:
         of_number.setdefault(line.record.number, []).append(line)
     at = {line.place: line.record.number for line in found}
 
     def trust(line: _Line) -> tuple[int, int]:
-        """Return how many neighbours confirm a line: by their hashes, and by their places."""
+        """Return how many neighbours confirm a line: by hash, and by position."""
         number, place = line.record.number, line.place
         before = of_number.get(number - 1, [])
         after = of_number.get(number + 1, [])
@@ -165,8 +168,8 @@ def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
 
 
 def _report_moved(chosen: list[_Line], reading: Reading) -> None:
-    """Report the fewest lines whose removal leaves all others in the order of their numbers."""
-    ends: list[int] = []  # the lowest number that a rising row of each length can end with
+    """Report a minimal set of lines whose removal leaves the rest in numerical order."""
+    ends: list[int] = []  # lowest last number of an increasing sequence of each length
     lengths = []
     for line in chosen:
         length = bisect_left(ends, line.record.number)
@@ -182,9 +185,9 @@ def _report_moved(chosen: list[_Line], reading: Reading) -> None:
 
 
 def _put_in_order(chosen: list[_Line], wrong: list[int], reading: Reading) -> None:
-    """Put the records in the order of their numbers, with marks where something is missing."""
+    """Sort the records by number, with marks in place of missing ones."""
     expected, place = 0, -1
-    before: str | None = ""  # the running hash; None after a gap: it is not known
+    before: str | None = ""  # the running hash; None (unknown) after a gap
     for line in sorted(chosen, key=lambda line: line.record.number):
         record = line.record
         if missing := record.number - expected:
@@ -205,9 +208,9 @@ def _put_in_order(chosen: list[_Line], wrong: list[int], reading: Reading) -> No
 
 
 def read_records(path: Path) -> tuple[list[Record], int]:
-    """Return a journal's records and the length in bytes of what is whole.
+    """Return a journal's records and the length of its intact part in bytes.
 
-    A torn last line is left out; the length tells where it begins.
+    A torn last line is omitted; the length is its offset.
 
     Raises
     ------
@@ -223,7 +226,7 @@ def read_records(path: Path) -> tuple[list[Record], int]:
 
 
 def damaged(path: Path, damage: Damage) -> UserError:
-    """Return the error that names a journal's damage."""
+    """Return the error that describes a journal's damage."""
     return UserError(
         f"journal {path}, line {damage.line}: damaged or not a journal ({damage.reason}); "
         "expected one record of JSON a line, as the session wrote it"
@@ -231,7 +234,7 @@ def damaged(path: Path, damage: Damage) -> UserError:
 
 
 def _before_torn_end(lines: list[bytes]) -> int:
-    """Return how many lines there are before the end that the machine did not finish."""
+    """Return the number of lines before the torn end."""
     torn = [place for place, line in enumerate(lines) if line[-1:] != b"\n" or b"\0" in line]
     if not torn or torn[0] == len(lines) - 1:
         return torn[0] if torn else len(lines)
@@ -243,13 +246,13 @@ def _before_torn_end(lines: list[bytes]) -> int:
 
 
 def _kept(records: list[Record]) -> int:
-    """Return how many records were on disk, as far as some of them say."""
+    """Return how many records were confirmed on disk, according to the records themselves."""
     said = [record.data.get("kept") for record in records]
     return max((each for each in said if isinstance(each, int)), default=0)
 
 
 def _records(lines: list[bytes]) -> list[Record]:
-    """Return the records that are whole; one may follow an empty sector in the same line."""
+    """Return a line's intact records; one may follow an empty sector in the same line."""
     found = []
     for line in lines:
         with suppress(ValueError):

@@ -1,12 +1,12 @@
-"""One line of a journal: a record, its checksum, and the running hash that chains it to all before.
+"""One line of a journal: a record, its checksum and a running hash.
 
-One JSON object a line. Each holds its number ``n``, the session's time ``t`` in seconds, what it
-is (``kind``), its data, and two proofs at the end:
+Each line is a JSON object. It contains the record's number ``n``, the session's time ``t`` in
+seconds, its ``kind`` and its data. The last two entries verify it:
 
-- ``hash``: SHA-256, its first 32 hexadecimal digits, of the hash of the record
-  before and of this one's text. A record that was removed, moved, repeated or edited breaks it.
-- ``crc``: CRC-32 of all before it in the line. A torn or altered line is known by itself, so that
-  damage in one place leaves the rest readable.
+- ``hash``: the first 32 hexadecimal digits of the SHA-256 of the previous record's hash and this
+  record's text. It no longer matches if a record is removed, moved, repeated or edited.
+- ``crc``: CRC-32 of everything before it in the line. It detects a torn or altered line without
+  the other lines, so that damage in one place leaves the rest readable.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import Any
 
 FORMAT = 2
 HASH_DIGITS = 32
-# Of a whole number: more are not written, and beyond some 308 no float can hold it.
+# Most digits of an integer: longer ones are never written, and floats overflow at about 308.
 MOST_DIGITS = 300
 _HASH = re.compile(rf',"hash":"([0-9a-f]{{{HASH_DIGITS}}})"}}$')
 
@@ -34,13 +34,13 @@ class Record:
     number : int
         0, 1, ... in the order of writing.
     time_s : float
-        On the session's clock.
+        Time on the session's clock.
     kind : str
-        What it is: "header", "begin", "done", ...
+        "header", "begin", "done", ...
     data : dict
-        All else that the line holds.
+        All other entries of the line.
     hash : str
-        The running hash up to this record; empty until `chained` gives it.
+        The running hash up to this record; empty until `chained` sets it.
     """
 
     number: int
@@ -51,7 +51,7 @@ class Record:
 
 
 def chained(record: Record, before: str) -> Record:
-    """Return a record with the running hash that follows from the one before it."""
+    """Return a record with its running hash, computed from the previous one."""
     return Record(
         number=record.number,
         time_s=record.time_s,
@@ -70,12 +70,12 @@ def encode(record: Record) -> bytes:
 
 
 def decode(line: bytes) -> tuple[Record, str]:
-    """Return the record that a line holds, and the text that its hash covers.
+    """Return the record in a line, and the text that its hash covers.
 
     Raises
     ------
     ValueError
-        The line is not a whole record, or its checksum does not fit.
+        The line is not a complete record, or its checksum does not match.
     """
     body, mark, tail = line.decode().rpartition(',"crc":"')
     if not mark or tail[8:] != '"}\n' or f"{zlib.crc32((body + '}').encode()):08x}" != tail[:8]:
@@ -105,7 +105,7 @@ def _whole(digits: str) -> int:
 
 
 def follows(record: Record, covered: str, before: str) -> bool:
-    """Return whether a record's hash is the one that its text and the hash before it give."""
+    """Return whether a record's hash matches its text and the previous hash."""
     return record.hash == _running_hash(before, covered)
 
 

@@ -1,8 +1,8 @@
-"""What each kind of record must hold: journals are checked against it before they are used.
+"""The required content of each kind of record; journals are checked against it before use.
 
-A checksum tells what was damaged by chance; a record that another program wrote, or that was
-edited with its checksum recomputed, can hold anything. What is not named here (a later version's
-kinds and entries) is let pass.
+A checksum detects random damage. A record that another program wrote, or that was edited and given
+a new checksum, can contain anything. Kinds and entries that are not listed here (those of later
+versions) are accepted.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from slipscale.stimuli.texture import Grating
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-# Thirty years: no session lasts so long.
+# About thirty years, longer than any session.
 LONGEST_S = 1e9
 Number = Annotated[int, Field(ge=0)]
 Text = dict[str, Any]
@@ -175,7 +175,7 @@ class _Adjust(_InInterval):
     again: tuple[_LeadIn, Any] | None = None
 
 
-# kind of record: what its data must hold
+# kind of record -> required data
 RECORDS: dict[str, Any] = {
     "header": _Header,
     "begin": _Begin,
@@ -192,7 +192,7 @@ RECORDS: dict[str, Any] = {
     "contact": _Contact,
     "tracking": _Tracking,
 }
-# type of step: what its record must hold, and the type of its answer
+# type of step -> its required record, and the type of its answer
 STEPS: dict[str, tuple[Any, type | None]] = {
     "Instruct": (_Step, Reply),
     "Rest": (_Step, Reply),
@@ -208,10 +208,10 @@ STEPS: dict[str, tuple[Any, type | None]] = {
 
 
 def checked(records: Sequence[Record]) -> tuple[list[Record], list[Damage]]:
-    """Return a run's records with those marked that cannot be used, and why they cannot.
+    """Return a run's records with unusable ones marked, and the reasons.
 
-    A record of the kind `DAMAGED` takes the place of each that is wrong: its shape, or its place
-    in the order of steps (a step ends that never began, something follows the end).
+    A record of kind `DAMAGED` replaces each invalid record: its content does not fit its kind, or
+    it is out of order (a step ends that never began, or something follows the end).
     """
     kept: list[Record] = []
     damage: list[Damage] = []
@@ -231,17 +231,17 @@ def checked(records: Sequence[Record]) -> tuple[list[Record], list[Damage]]:
 
 
 class _Order:
-    """The order of a run's steps: each begins, once or again, and is done, one after another."""
+    """The order of a run's steps: each begins at least once, and ends before the next begins."""
 
     def __init__(self) -> None:
-        self.sure = True  # no damage since the last beginning of a step
+        self.sure = True  # no damage since a step last began
         self._first = True
         self._ended = False
         self._over = 0
         self._open: dict[str, Any] | None = None
 
     def refuses(self, record: Record) -> str:
-        """Take note of a record; return why it cannot stand here, or nothing."""
+        """Process a record; return why it is out of order, or an empty string."""
         first, self._first = self._first, False
         if (record.kind == "header") != (first and record.number == 0):
             return "a run has one header, its first record"
@@ -275,7 +275,7 @@ class _Order:
 
 
 def _misshapen(record: Record) -> str:
-    """Return what is wrong with a record's data; nothing if all is well."""
+    """Return what is wrong with a record's data; empty if the data are valid."""
     if not abs(record.time_s) <= LONGEST_S:
         return f"its time is {record.time_s:g} s; expected the seconds since the run began"
     shape = RECORDS.get(record.kind)
@@ -328,15 +328,12 @@ def _check_answer(answer: dict[str, Any]) -> None:
 
 
 def _fit(shape: Any, data: dict[str, Any]) -> None:
-    """Raise unless data have a shape: one of ours, or a dataclass with none but its own fields.
-
-    An answer, a trial or a surface with another field would not read back.
-    """
+    """Raise unless data fit a shape: one of ours, or a dataclass without additional fields."""
     if not issubclass(shape, _Shape):
         data = in_own_names(data)
     if not issubclass(shape, _Shape) and (other := set(data) - {f.name for f in fields(shape)}):
         raise UserError(f"{shape.__name__} has no {min(other)[:40]!r}")
-    # By way of JSON: strict, and yet its lists are tuples of ours.
+    # Validate as JSON: strict, but lists are accepted for tuples.
     _adapter(shape).validate_json(json.dumps(data), strict=True)
 
 

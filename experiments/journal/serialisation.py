@@ -1,7 +1,7 @@
-"""Steps and answers as the journal's plain data, and back.
+"""Convert steps and answers to the journal's plain data, and back.
 
-What is read may have the names of a journal in µm (`slipscale.stimuli.quantity.in_um`) or the
-code's; what is made has the code's.
+Input may have the names of a journal in µm (`slipscale.stimuli.quantity.in_um`) or the code's own
+names. Output has the code's names.
 """
 
 from __future__ import annotations
@@ -29,18 +29,19 @@ ANSWERS: dict[str, Callable[..., Answer]] = {
     "Voided": Voided,
 }
 _WHOLE = frozenset({str, int, float, bool, type(None)})
-# Texts may be corrected between versions; a run can still be resumed.
+# Texts may be corrected between versions without preventing a run from being resumed.
 WORDS = ("text", "title", "question")
-# What the header of a journal states whose levels are not in µm: its records have our own names.
+# Header entry of a journal with levels in another unit than µm; its records use our names.
 QUANTITY = "quantity"
 
 
 def step_record(step: Step) -> dict[str, Any]:
-    """Return a step as plain data, with its type, as it reads back from a journal.
+    """Return a step as plain data with its type, exactly as it reads back from a journal.
 
-    A step outside intervals does not name one, a question without a sound, whose answer the
-    participant enters, does not say so, nor does an `Adjust` what cannot be felt again: their
-    records are those of the versions without these, whose journals are gone on with.
+    Entries that earlier versions did not have are omitted if they are at their default: the
+    interval of a step outside intervals, a question's sound, who answers a question (if the
+    participant enters the answer), and whether a surface can be felt again during an `Adjust`.
+    Journals of those versions can therefore be resumed.
     """
     record: dict[str, Any] = _plain(step)
     for part in (record, *(record.get("lead_in") or ())):
@@ -57,7 +58,7 @@ def step_record(step: Step) -> dict[str, Any]:
 
 def _plain(value: Any) -> Any:
     """Return a value as JSON reads it back: a class as its fields, a tuple as a list."""
-    # `asdict` copies every number and text too: half of the time of a simulated run.
+    # `asdict` also copies every number and string, which takes half the time of a simulated run.
     kind = type(value)
     if kind in _WHOLE:
         return value
@@ -70,20 +71,20 @@ def _plain(value: Any) -> Any:
 
 @cache
 def _names(kind: type) -> tuple[str, ...]:
-    """Return the names of a dataclass's fields; none of another type."""
+    """Return the names of a dataclass's fields; empty for other types."""
     return tuple(each.name for each in fields(kind)) if is_dataclass(kind) else ()
 
 
 def same_step(one: dict[str, Any], other: dict[str, Any]) -> bool:
-    """Return whether two step records are one step, but for its words."""
+    """Return whether two step records are the same step, apart from their texts."""
     return bool(_without_words(in_own_names(one)) == _without_words(in_own_names(other)))
 
 
 def in_own_names(record: dict[str, Any]) -> dict[str, Any]:
-    """Return a step's or answer's record with the names that the code has."""
+    """Return a step's or answer's record with the names used in the code."""
     found: dict[str, Any] = renamed(record, in_code)
     if found.get("type") == "Adjust":
-        found["name"] = in_code(found["name"])  # it is a column of the data set
+        found["name"] = in_code(found["name"])  # the name is a column of the data set
     return found
 
 
@@ -96,7 +97,7 @@ def _without_words(record: Any) -> Any:
 
 
 def answer_record(answer: Answer) -> dict[str, Any] | None:
-    """Return an answer as plain data, with its type; None stays None."""
+    """Return an answer as plain data with its type; None stays None."""
     return None if answer is None else {"type": type(answer).__name__, **_plain(answer)}
 
 
@@ -110,7 +111,7 @@ def in_um_names(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def answer_from(record: dict[str, Any] | None) -> Answer:
-    """Return the answer that a record holds."""
+    """Return the answer in a record."""
     if record is None:
         return None
     fields = {key: _tuples(value) for key, value in in_own_names(record).items()}
@@ -122,11 +123,11 @@ def _tuples(value: Any) -> Any:
 
 
 def surface_from(record: dict[str, Any]) -> Surface:
-    """Return the surface that a record holds: a texture is known by its period."""
+    """Return the surface in a record; a texture is recognised by its period."""
     fields = in_own_names(record)
     return Grating(**fields) if "spatial_period_mm" in fields else VirtualSurface(**fields)
 
 
 def trial_from(record: dict[str, Any]) -> Trial:
-    """Return the trial that a record holds."""
+    """Return the trial in a record."""
     return Trial(**in_own_names(record))

@@ -1,1 +1,1 @@
-"""A laboratory: the folder that knows its study, and who has taken part and who comes next."""
+"""The laboratory folder: its settings, its participants and who comes next."""

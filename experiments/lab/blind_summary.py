@@ -1,4 +1,4 @@
-"""What a run's journal says without unblinding anybody: how it went, not what was answered."""
+"""Summarise a run's journal without unblinding the operator: progress and events, no answers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Event:
-    """Something that happened: a fault, a pause, a void, a note."""
+    """Something that happened in a run: a fault, a pause, a voided trial, a note or a stop."""
 
     time_s: float
     kind: str
@@ -32,15 +32,15 @@ class Event:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlateReading:
-    """What the plate told at a presentation.
+    """What the plate reported at one presentation.
 
     Parameters
     ----------
     used_tolerance : float or None
-        How far the measured amplitude lay from what was commanded, as a share of what the plate's
-        limits allow; None where nothing was measured.
+        Deviation of the measured amplitude from the commanded one, as a fraction of the deviation
+        that the plate's limits allow. None if nothing was measured.
     temperature_c : float or None
-        The plate's; None where it tells none.
+        The plate's temperature. None if the plate does not report one.
     """
 
     time_s: float
@@ -50,24 +50,24 @@ class PlateReading:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSummary:
-    """A run, as far as it has come.
+    """The state of a run so far.
 
     Parameters
     ----------
     trials : int
-        That are over, practice and voided ones among them.
+        Finished trials, including practice and voided ones.
     flags : Mapping
-        Flag -> how many trials carry it.
+        Flag -> number of trials that carry it.
     response_times_s : tuple of float
-        Of the trials in order; of each task's answer.
+        Response times of all tasks, in trial order.
     duration_s : float
-        From the beginning to the last step.
+        Time from the beginning to the last step.
     readings : tuple of PlateReading
-        One for each presentation.
+        One per presentation.
     doing : str
-        The step that was begun last: its type, and the name of a question after a colon.
+        The step that was begun last: its type, a colon, and the question's name (if any).
     consent : {"", "yes", "no"}
-        The participant's last answer; empty where they were not asked.
+        The participant's last answer; empty if they were not asked.
     """
 
     trials: int = 0
@@ -80,13 +80,13 @@ class RunSummary:
     consent: str = ""
 
 
-# Kind of record -> the entry that has its words. A fault's code only: its sentence may name an
-# amplitude.
+# Kind of record -> the entry that describes it. For a fault, the code only: its message may
+# contain an amplitude.
 EVENTS = {"fault": "code", "void": "reason", "note": "text", "pause": "", "stop": "reason"}
 
 
 def summary(path: Path) -> RunSummary:
-    """Return what a run's journal says; an empty summary where it cannot be read."""
+    """Return the summary of a run's journal; an empty summary if the journal cannot be read."""
     try:
         stat = path.stat()
         return _summary(path, stat.st_ino, stat.st_mtime_ns, stat.st_size)
@@ -117,7 +117,7 @@ def _summary(path: Path, _inode: int, _changed_ns: int, _size: int) -> RunSummar
 
 
 def _consent(records: list[Record]) -> str:
-    """Return the last answer to the question for consent; questions can be answered again."""
+    """Return the last answer to the consent question; an answer can be corrected later."""
     asked, given = "", ""
     for record in records:
         if record.kind in ("begin", "answered_again"):

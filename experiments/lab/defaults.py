@@ -1,6 +1,6 @@
-"""What commands take where the command line says nothing: the laboratory folder's, or the house's.
+"""Defaults of commands: the laboratory folder's settings, or the built-in ones.
 
-Loaded by every command's parser: what it needs beyond the standard library is loaded only where
+Every command's parser loads this module. Modules outside the standard library are loaded only if
 there is a ``slipscale.toml``.
 """
 
@@ -17,7 +17,7 @@ REHEARSALS = "rehearsals"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Defaults:
-    """The defaults of commands; see `slipscale.experiments.lab.folder.LabFile`.
+    """Defaults of commands; see `slipscale.experiments.lab.folder.LabFile`.
 
     ``file`` is None outside a laboratory folder.
     """
@@ -37,24 +37,24 @@ class Defaults:
     backup: Path | None = None
 
     def out(self, *, pilot: bool) -> Path:
-        """Return where a run with a person goes: pilots and participants never meet."""
+        """Return the output folder of a run with a person; rehearsals have their own."""
         return self.pilots / REHEARSALS if pilot else self.data
 
 
 def here() -> Defaults:
-    """Return the defaults in the current folder. Only this one counts, not those above it.
+    """Return the defaults in the current folder; parent folders are not searched.
 
     Raises
     ------
     UserError
-        Its ``slipscale.toml`` has a fault.
+        The folder's ``slipscale.toml`` is invalid.
     """
     if not FILE.exists():
         return Defaults()
     from slipscale.experiments.lab.folder import read_lab  # noqa: PLC0415 - pydantic, when needed
 
     lab = read_lab(Path())
-    if lab is None:  # gone in between
+    if lab is None:  # deleted in the meantime
         return Defaults()
     return Defaults(
         file=FILE.resolve(),
@@ -74,12 +74,12 @@ def here() -> Defaults:
 
 
 def dataset_default() -> dict[str, Any]:
-    """Return what makes a command's data set optional, where a laboratory folder knows it."""
+    """Return parser options that make a data set optional if a laboratory folder defines it."""
     defaults = here()
     return {"nargs": "?", "default": defaults.data} if defaults.file else {}
 
 
 def say(defaults: Defaults) -> None:
-    """Say on standard error which file the defaults are from, if there is one."""
+    """Print on standard error which file the defaults come from, if there is one."""
     if defaults.file:
         print(f"defaults: {defaults.file}", file=sys.stderr)

@@ -1,7 +1,7 @@
-"""Who was excluded from the analysis, and by which of the study's rules: as the last one found.
+"""The participants whom the last analysis excluded, and by which rule of the study.
 
-The study file names the flags that exclude (`slipscale.experiments.study.analysis_choices`); who
-has them is for the analysis to say. This reads what it wrote.
+The study file names the flags that exclude (`slipscale.experiments.study.analysis_choices`). The
+analysis determines who has them; this module reads its output.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ RESULTS = Path("derivatives", "slipscale", "results.json")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exclusions:
-    """What the last analysis of a data set found.
+    """Exclusions found by the last analysis of a data set.
 
     Parameters
     ----------
     flags : Mapping
-        Label of a participant -> the flags that excluded them; nobody else is in it.
+        Label of each excluded participant -> the flags that excluded them.
     analysed_utc : str
-        When that was, in ISO 8601; empty where there was no analysis, or its results are being
-        written or cannot be read.
+        Time of the analysis in ISO 8601. Empty if there was none, or if its results are incomplete
+        or cannot be read.
     """
 
     flags: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -37,7 +37,7 @@ class Exclusions:
 
 
 def read_exclusions(dataset: Path) -> Exclusions:
-    """Return who was excluded, as the last analysis found; nobody without one."""
+    """Return the exclusions found by the last analysis; empty if there was none."""
     path = dataset / RESULTS
     try:
         stat = path.stat()

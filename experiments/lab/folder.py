@@ -1,4 +1,4 @@
-"""The laboratory folder: ``slipscale.toml`` says what every command in it takes for granted."""
+"""The laboratory folder: ``slipscale.toml`` sets the defaults of every command run in it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Text = Annotated[str, Field(min_length=1)]
 
 
 class LabFile(BaseModel):
-    """What ``slipscale.toml`` says. Paths in it are relative to its folder."""
+    """Contents of ``slipscale.toml``. Paths in it are relative to its folder."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -78,7 +78,7 @@ class LabFile(BaseModel):
     @field_validator("language")
     @classmethod
     def _a_code(cls, value: str) -> str:
-        # Which languages there are beside the shipped ones, the study says.
+        # The study defines which languages exist in addition to the shipped ones.
         if value and not CODE.fullmatch(value):
             raise ValueError("expected a language's code, such as en, fr or de")
         return value
@@ -92,12 +92,12 @@ class LabFile(BaseModel):
 
 
 def read_lab(folder: Path) -> LabFile | None:
-    """Return what a folder's ``slipscale.toml`` says; None where there is none.
+    """Read a folder's ``slipscale.toml``; return None if there is none.
 
     Raises
     ------
     UserError
-        It has a fault.
+        The file is invalid.
     """
     path = folder / FILE
     return read_toml(path, LabFile) if path.exists() else None
@@ -109,17 +109,17 @@ def init(folder: Path, answers: dict[str, str], ask: Callable[[str, str], str] |
     Parameters
     ----------
     folder : Path
-        New, or one without that file.
+        A new folder, or one without that file.
     answers : dict
-        Values by key, as they were given on the command line.
+        Values by key, as given on the command line.
     ask : callable or None
-        Given a question and the value that an empty answer stands for, returns the answer; None
-        where nobody can be asked: the rest keeps its default.
+        Called with a question and the value that an empty answer selects; returns the answer. If
+        None, the remaining keys keep their defaults.
 
     Raises
     ------
     UserError
-        The file is there, cannot be written, or what was answered cannot be used.
+        The file already exists, cannot be written, or an answer is invalid.
     """
     path = folder / FILE
     if path.exists():
@@ -136,7 +136,7 @@ def init(folder: Path, answers: dict[str, str], ask: Callable[[str, str], str] |
 
 
 def _check_study(folder: Path, lab: LabFile) -> None:
-    """Raise `UserError` if the study cannot be read, or lacks words in the language."""
+    """Raise `UserError` if the study cannot be read or lacks texts in the language."""
     own = folder / lab.study
     study, study_text = read_study(str(own) if own.is_file() else lab.study)
     RunPlan(
@@ -150,7 +150,7 @@ def _check_study(folder: Path, lab: LabFile) -> None:
 
 
 def lab_text(folder: Path) -> str:
-    """Return the text of a folder's ``slipscale.toml``; empty without one."""
+    """Return the text of a folder's ``slipscale.toml``; empty if there is none."""
     try:
         return (folder / FILE).read_text(encoding="utf-8-sig", errors="replace")
     except OSError:
@@ -158,13 +158,13 @@ def lab_text(folder: Path) -> str:
 
 
 def write_settings(folder: Path, lab: LabFile) -> None:
-    """Write settings into a folder's ``slipscale.toml``; its comments and order stay.
+    """Write settings to a folder's ``slipscale.toml``; keep its comments and order.
 
     Raises
     ------
     UserError
-        The file that is there has a fault, the study or the backup folder cannot be used, or the
-        file cannot be written.
+        The existing file is invalid, the study or the backup folder cannot be used, or the file
+        cannot be written.
     """
     import tomlkit  # noqa: PLC0415 - when a file is written
 
@@ -191,7 +191,7 @@ QUESTIONS = {
 
 
 def rendered(given: dict[str, str]) -> str:
-    """Return the text of a ``slipscale.toml``, every key with what it means."""
+    """Return the text of a ``slipscale.toml``, with an explanation of every key."""
     import tomlkit  # noqa: PLC0415 - when a file is written
 
     document = tomlkit.document()
@@ -207,7 +207,7 @@ def rendered(given: dict[str, str]) -> str:
 
 
 def _typed(value: str, default: object) -> object:
-    """Return an answer as its key's kind of value; as it is where it is none, to be refused."""
+    """Convert an answer to its key's type; return it unchanged (to be rejected) if that fails."""
     if isinstance(default, bool):
         return {"true": True, "false": False}.get(value, value)
     if isinstance(default, int) and value.isdecimal():

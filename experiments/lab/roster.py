@@ -1,4 +1,4 @@
-"""Who has taken part, how far each has come, and who comes next: read from the journals alone."""
+"""Read from the journals who has taken part, the state of each run, and who comes next."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.model import Study
 
 PersonState = Literal["running now", "interrupted", "damaged", "returns", "done", "withdrew"]
-# The first of these that one of a person's runs is in is the person's own state.
+# A participant's state is the first of these that any of their runs is in.
 PRESSING: tuple[RunState, ...] = ("running now", "damaged", "interrupted")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Visit:
-    """A run of a participant's, planned or begun.
+    """A participant's run, planned or begun.
 
     Parameters
     ----------
     started_utc : str
-        When it began, in ISO 8601; empty where it has not.
+        Start time in ISO 8601; empty if the run has not begun.
     planned : bool
-        Whether the study plans it.
+        Whether the study plans this run.
     """
 
     session: str
@@ -47,7 +47,7 @@ class Visit:
     planned: bool = True
 
     def __str__(self) -> str:
-        """Return session and run as a person names them."""
+        """Return a readable name of the session and run."""
         return f"session {self.session}, run {self.run}" if self.session else f"run {self.run}"
 
 
@@ -58,13 +58,13 @@ class Person:
     Parameters
     ----------
     state : str
-        "returns": a planned run has not begun; "done": all have come to their end.
+        "returns": a planned run has not begun; "done": all runs are complete.
     place : int or None
-        In the counterbalancing, from 1; None for who withdrew.
+        Position in the counterbalancing, from 1; None for a participant who withdrew.
     order : tuple of str
-        The tasks in the order of the person's first run.
+        Tasks in the order of the participant's first run.
     excluded : tuple of str
-        The study's rules that excluded the person from the last analysis.
+        The study's rules that excluded the participant from the last analysis.
     """
 
     label: str
@@ -93,13 +93,13 @@ class Roster:
     Parameters
     ----------
     planned : int
-        How many the study plans.
+        Number of participants that the study plans.
     new : str or None
-        The label of who comes next for the first time; None once all planned have begun.
+        Label of the next new participant; None once all planned participants have begun.
     exclusions : tuple of str
-        The study's rules that exclude; who is excluded is known after an analysis.
+        The study's exclusion rules. Who is excluded is known only after an analysis.
     analysed_utc : str
-        When that was, in ISO 8601; empty without one.
+        Time of the last analysis in ISO 8601; empty if there is none.
     """
 
     people: tuple[Person, ...]
@@ -109,21 +109,21 @@ class Roster:
     analysed_utc: str = ""
 
     def of(self, state: PersonState) -> list[Person]:
-        """Return those in a state."""
+        """Return the participants in a state."""
         return [person for person in self.people if person.state == state]
 
     def person(self, label: str) -> Person | None:
-        """Return a participant, None where there is none of that label."""
+        """Return the participant with this label; None if there is none."""
         return next((person for person in self.people if person.label == label), None)
 
     @property
     def excluded(self) -> list[Person]:
-        """Those whom the last analysis left out."""
+        """Return the participants whom the last analysis excluded."""
         return [person for person in self.people if person.excluded]
 
     @property
     def running(self) -> Visit | None:
-        """A run that goes on now."""
+        """The run in progress, if any."""
         visits = (visit for person in self.people for visit in person.visits)
         return next((visit for visit in visits if visit.state == "running now"), None)
 
@@ -134,7 +134,7 @@ def read_roster(dataset: Path, study: Study, study_text: str) -> Roster:
     Raises
     ------
     UserError
-        The list of those who withdrew cannot be read.
+        The list of withdrawn participants cannot be read.
     """
     gone = withdrawn(dataset)
     begun: dict[str, list[Path]] = {}
@@ -156,7 +156,7 @@ def read_roster(dataset: Path, study: Study, study_text: str) -> Roster:
 
 
 def _person(dataset: Path, study: Study, study_text: str, label: str, paths: list[Path]) -> Person:
-    """Return a participant: what the study plans of them, and what else there is."""
+    """Return a participant with their planned runs and any additional ones."""
     plans = [
         RunPlan(
             study_name=study.name,
@@ -210,7 +210,7 @@ def _visit(path: Path, plan: RunPlan | None) -> Visit:
 
 
 def _header(path: Path) -> tuple[str, str, str]:
-    """Return a journal's session, run and beginning; empty where its header cannot be read."""
+    """Return a journal's session, run and start time; empty if its header cannot be read."""
     try:
         stat = path.stat()
         return _read_header(path, stat.st_ino)
@@ -222,12 +222,12 @@ def _header(path: Path) -> tuple[str, str, str]:
 def _read_header(path: Path, _inode: int) -> tuple[str, str, str]:
     plan, reading = read_usable(path, most=1)
     if plan is None:
-        raise UserError(f"{path}: no header")  # not kept: it may be being written
+        raise UserError(f"{path}: no header")  # not cached: the file may still be incomplete
     return plan.session, plan.run, str(reading.records[0].data["started_utc"])
 
 
 def _known_state(path: Path) -> RunState:
-    """Return a run's state; a journal that has not changed is not read again."""
+    """Return a run's state; read a journal again only if it has changed."""
     if is_being_written(path):
         return "running now"
     try:
@@ -251,9 +251,9 @@ def _number(label: str) -> int:
 
 
 def _next_label(labels: list[str], gone: list[str], planned: int) -> str | None:
-    """Return the label of the next new participant: first a replacement, then the next number.
+    """Return the label of the next new participant: a replacement first, then the next number.
 
-    Numbers are written as those before: P01, P02 are followed by P03.
+    Numbers follow the existing format: P01, P02 are followed by P03.
     """
     for label in gone:
         if (instead := replacement(label)) not in labels:

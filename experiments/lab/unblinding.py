@@ -1,8 +1,8 @@
-"""When results may be seen before the end: an act that is written down.
+"""Decide when results may be seen, and record early unblinding.
 
-Answers as they come in unblind the operator who sees them. Means and figures are shown once all
-planned participants are done, or after somebody has said, and it was recorded, that they want to
-see them before.
+An operator who sees answers while data are being collected is no longer blind. Means and figures
+are therefore shown only after all planned participants are done, or after an operator has
+explicitly asked to see them earlier. That request is recorded.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ RECORD = Path("sourcedata", "unblinded.json")
 
 
 def unblinded(dataset: Path) -> list[str]:
-    """Return when somebody asked to see results before the end, in UTC.
+    """Return the times at which results were requested before the end, in UTC.
 
     Raises
     ------
@@ -40,7 +40,7 @@ def unblinded(dataset: Path) -> list[str]:
 
 
 def unblind(dataset: Path, roster: Roster) -> None:
-    """Write down that results are looked at from now on, and how many had taken part."""
+    """Record that results are visible from now on, and how many participants had taken part."""
     path = dataset / RECORD
     entries = json.loads(path.read_text(encoding="utf-8")) if unblinded(dataset) else []
     entries.append(

@@ -1,1 +1,1 @@
-"""The laboratory console: pages on this machine that show and steer what sessions do."""
+"""The laboratory console: web pages on this computer that show and control running sessions."""

@@ -1,7 +1,7 @@
-"""What a page can ask for: a table of actions, each a function of its own.
+"""The actions that a page can request, as a table of functions.
 
-A page names people, runs and pilots by their labels, which are looked up among those there are; it
-never names a path. Each returns the sentence that the page shows.
+Pages refer to participants, runs and pilots by label, never by path. Labels are looked up among
+those that exist. Each action returns the sentence that the page shows.
 """
 
 from __future__ import annotations
@@ -49,17 +49,17 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.console.state import Snapshot, State
     from slipscale.experiments.lab.roster import Person
 
-# What may move the plate: one of these at a time.
+# Jobs that may drive the plate. Only one of them runs at a time.
 USING_THE_PLATE: tuple[Kind, ...] = ("session", "check", "test")
 
 
 def text_hash(text: str) -> str:
-    """Return what tells whether a text is still the one that was shown."""
+    """Return a digest of a text, to check whether it is still the text that was shown."""
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 class Actions:
-    """What the console does when it is asked.
+    """Carry out the actions that pages request.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Actions:
     def __init__(self, state: State, jobs: Jobs) -> None:
         self._state = state
         self._jobs = jobs
-        self._warned: dict[tuple[str, str], None] = {}  # (session, sentence), in their order
+        self._warned: dict[tuple[str, str], None] = {}  # (session, sentence), in order
         self._acknowledged: set[tuple[str, str]] = set()
         self._analysed: frozenset[tuple[Path, int]] = frozenset()
         self._table: dict[str, tuple[type[Form], Callable[[Any], str]]] = {
@@ -92,12 +92,12 @@ class Actions:
         }
 
     def do(self, name: str, sent: bytes) -> str:
-        """Do what a page asks for; return what to tell.
+        """Carry out an action; return the sentence to show.
 
         Raises
         ------
         UserError
-            There is no such action, what was sent is not what it needs, or it cannot be done now.
+            The action does not exist, the data sent do not fit it, or it is not possible now.
         """
         if name not in self._table:
             raise UserError("there is no such action")
@@ -109,14 +109,14 @@ class Actions:
         return action(asked)
 
     def _now(self) -> Snapshot:
-        """Return the folder as it is this very moment; raise where it is unusable."""
+        """Return a fresh snapshot of the folder; raise `UserError` if the folder is unusable."""
         found = self._state.now(fresh=True)
         if found.problem:
             raise UserError(found.problem)
         return found
 
     def _free(self) -> Snapshot:
-        """Return the folder where nothing uses the plate now."""
+        """Return a fresh snapshot of the folder; raise `UserError` if anything uses the plate."""
         found = self._now()
         self._check_free(found)
         return found
@@ -185,7 +185,7 @@ class Actions:
         return f"the session was asked: {asked.what.replace('_', ' ')}"
 
     def warnings(self) -> list[tuple[str, str]]:
-        """Return what sessions warned of and nobody has acknowledged: (session, sentence)."""
+        """Return the sessions' unacknowledged warnings as (session, sentence)."""
         live, job = self._state.now().live, self._jobs.last("session")
         if live and live.status:
             found = [(live.status.token, sentence) for sentence in live.status.warnings]
@@ -199,7 +199,7 @@ class Actions:
         return ""
 
     def _settings(self, asked: Settings) -> str:
-        self._check_free(self._state.now(fresh=True))  # also in a folder without settings
+        self._check_free(self._state.now(fresh=True))  # works in a folder without settings, too
         if text_hash(lab_text(Path())) != asked.before:
             raise UserError(
                 f"{FILE} was changed on disk since this page showed it; reload the page, and "
@@ -275,10 +275,10 @@ class Actions:
         self._jobs.start("analysis", "the analysis", "analyse", "--steps", str(found.defaults.data))
 
     def renew(self) -> None:
-        """Analyse anew where runs have ended since, and results may be seen.
+        """Analyse again if runs have ended since the last analysis and results may be seen.
 
-        Not while a session runs: its frames come first, and it may be about to end. What has
-        failed is not tried again before another run has ended.
+        No analysis starts while a session runs, so that the session can present its frames on
+        time. A failed analysis is not repeated until another run has ended.
         """
         found = self._state.now()
         job = self._jobs.last("analysis")
@@ -286,7 +286,7 @@ class Actions:
             return
         ended = ended_runs(found)
         newest_ns = max((changed_ns for _, changed_ns in ended), default=0)
-        # What another process analysed is known by the clock alone.
+        # Analyses by other processes are known only by the modification time of their results.
         due = bool(self._analysed) or newest_ns > (found.results_ns or 0)
         if ended and ended != self._analysed and due:
             self._start_analysis(found)
@@ -315,7 +315,7 @@ class Actions:
         return f"saved: {path.name}"
 
     def _study_file(self, found: Snapshot) -> Path:
-        """Return the study's file; raise unless it may be edited."""
+        """Return the study's file; raise `UserError` if it may not be edited."""
         if why := why_not_edited(found):
             raise UserError(why)
         return Path(found.defaults.study)
@@ -333,7 +333,7 @@ class Actions:
         return f"wrote {path}; to use it, choose it on the page Settings"
 
 
-# What is typed to unblind, in the console's languages.
+# The word to type to unblind, in the console's languages.
 CONFIRMING = frozenset({"unblind", "voir"})
 
 
@@ -343,7 +343,7 @@ def _check_meant(word: str) -> None:
 
 
 def why_not_edited(found: Snapshot) -> str:
-    """Return why the study's file is not edited here; empty where it may be."""
+    """Return why the study's file cannot be edited here; empty if it can."""
     name = found.defaults.study
     if name in shipped_studies():
         return f"'{name}' comes with Slipscale: make a copy, and edit that"

@@ -1,4 +1,4 @@
-"""The console's pages and what they can ask for, as an ASGI application."""
+"""The console's pages and actions as an ASGI application."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.console.security import Access
 
 PACKAGE = "slipscale.experiments.lab.console"
-LOOK_S = 1.0  # between two looks at all
-PULSE_S = 0.1  # between two looks at the running session and at what was started
+LOOK_S = 1.0  # interval between two complete checks for changes
+PULSE_S = 0.1  # interval between two checks of the running session and of started jobs
 STATIC = {
     "console.css": "text/css",
     "console.js": "text/javascript",
@@ -54,16 +54,16 @@ CANNOT = 409
 
 
 class Console:
-    """The application's state: what it shows, what it started, and whether it is closing."""
+    """The application's state: laboratory folder, started jobs, and whether it is closing."""
 
     def __init__(self, access: Access, jobs: Jobs) -> None:
         self.access = access
-        self.name = token_hex(4)  # pages of a console that has ended are told apart by it
+        self.name = token_hex(4)  # identifies pages left over from a console that has ended
         self.lab = Path.cwd().name
         self.jobs = jobs
         self.state = State()
         self.actions = Actions(self.state, jobs)
-        # A console that only shows is no second hand on the session.
+        # A read-only console cannot control the session, so others need not know about it.
         self.presence = None if access.read_only else Presence(Path.cwd(), access.port)
         self.closing = anyio.Event()
         self._environment = Environment(
@@ -78,11 +78,11 @@ class Console:
     # Pages ------------------------------------------------------------------------------------
 
     async def page(self, request: Request, name: str) -> Response:
-        """Return a page as it is now."""
+        """Return a page with its current content."""
         return await run_in_threadpool(self._page, request, name, f"{name}.html", {})
 
     def _page(self, request: Request, name: str, template: str, more: dict[str, Any]) -> Response:
-        """Return a page made from a template, in the reader's language."""
+        """Render a template in the reader's language."""
         found = self.state.now()
         chosen = request.query_params.get("lang", request.cookies.get("lang", ""))
         t = Words(preferred(request.headers.get("accept-language", ""), chosen))
@@ -113,7 +113,7 @@ class Console:
         return response
 
     async def events(self, _: Request) -> Response:
-        """Return a stream that says each time when something has changed."""
+        """Return a stream that sends an event whenever something has changed."""
         return StreamingResponse(
             self._changes(), media_type="text/event-stream", headers={"x-accel-buffering": "no"}
         )
@@ -126,14 +126,14 @@ class Console:
             if pulse != last or time.monotonic() - looked_s >= LOOK_S:
                 looked_s = time.monotonic()
                 now = await run_in_threadpool(self._version)
-                # A comment keeps the line open, and finds out that nobody listens any more.
+                # A comment keeps the connection open and detects that the browser has gone.
                 yield f"data: {now}\n\n" if now != before else ": there\n\n"
                 before = now
             with anyio.move_on_after(PULSE_S):
                 await self.closing.wait()
 
     def _pulse(self) -> object:
-        """Return what changes at once when a session or something that was started does."""
+        """Return a value that changes as soon as a session or a started job changes."""
         jobs = (self.jobs.last(kind) for kind in KINDS)
         return self.state.pulse(), [job and job.status for job in jobs]
 
@@ -152,10 +152,10 @@ class Console:
     def _notices(self) -> tuple[str, ...]:
         return self.state.now().notices + (self.presence.notices() if self.presence else ())
 
-    # Files: each is named here, none by the page ------------------------------------------------
+    # Files: their names are fixed here; a page cannot choose a path -----------------------------
 
     async def static(self, request: Request) -> Response:
-        """Return a file of the console's own."""
+        """Return one of the console's own files."""
         name = request.path_params["name"]
         if name not in STATIC:
             return Response(status_code=NOT_THERE)
@@ -163,24 +163,24 @@ class Console:
         return Response(content, media_type=STATIC[name])
 
     async def report(self, request: Request) -> Response:
-        """Return the page that holds the data set's report."""
+        """Return the page that contains the data set's report."""
         if not (await run_in_threadpool(self.state.now)).seen:
             return Response(status_code=NOT_THERE)
         more = {"source": "/data/report.html"}
         return await run_in_threadpool(self._page, request, "data", "report.html", more)
 
     async def report_file(self, _: Request) -> Response:
-        """Return the data set's report, where it may be seen."""
+        """Return the data set's report, if it may be seen."""
         found = await run_in_threadpool(self.state.now)
         return _result(found.defaults.data, "report.html") if found.seen else _result(None, "")
 
     async def figure(self, _: Request) -> Response:
-        """Return Fig. 15, where it may be seen."""
+        """Return Fig. 15, if it may be seen."""
         found = await run_in_threadpool(self.state.now)
         return _result(found.defaults.data, "fig15.svg") if found.seen else _result(None, "")
 
     async def pilot_report(self, request: Request) -> Response:
-        """Return the page that holds a pilot's report."""
+        """Return the page that contains a pilot's report."""
         number = request.path_params["number"]
         if self._pilot(number) is None:
             return Response(status_code=NOT_THERE)
@@ -192,12 +192,12 @@ class Console:
         return _result(self._pilot(request.path_params["number"]), "report.html")
 
     def _pilot(self, number: str) -> Path | None:
-        """Return the folder of the pilot of a number, among those there are."""
+        """Return the folder of the pilot with this number; None if there is none."""
         folders = pilots(self.state.now().defaults)
         return next((folder for folder in folders if folder.name == number), None)
 
     async def download(self, _: Request) -> Response:
-        """Return the data set as a zip, without locks and mailboxes."""
+        """Return the data set as a zip file, without locks and mailboxes."""
         if self.access.read_only:
             return Response(status_code=NOT_THERE)
         found = await run_in_threadpool(self.state.now)
@@ -207,10 +207,10 @@ class Console:
         headers = {"content-disposition": 'attachment; filename="data-set.zip"'}
         return Response(content, media_type="application/zip", headers=headers)
 
-    # What is asked for --------------------------------------------------------------------------
+    # Actions ------------------------------------------------------------------------------------
 
     async def do(self, request: Request) -> Response:
-        """Do what a page asks for; say what came of it."""
+        """Carry out an action that a page requests; return its result."""
         sent = await request.body()
         try:
             said = await run_in_threadpool(self.actions.do, request.path_params["action"], sent)
@@ -220,14 +220,14 @@ class Console:
 
 
 def make_app(access: Access, jobs: Jobs) -> tuple[Starlette, Console]:
-    """Return the application, and the console behind it.
+    """Return the application and its console.
 
     Parameters
     ----------
     access : Access
-        Who may see it, and where.
+        The address, and who may see the console.
     jobs : Jobs
-        Starts processes in the laboratory folder, which is the current one.
+        Starts processes in the laboratory folder, which is the current folder.
     """
     console = Console(access, jobs)
 
@@ -262,7 +262,7 @@ def _page_of(console: Console, name: str) -> Any:
 
 
 def _result(dataset: Path | None, name: str) -> Response:
-    """Return a file of a data set's results; not there where it is not."""
+    """Return a file of a data set's results; 404 if it does not exist."""
     kinds = {"report.html": "text/html", "fig15.svg": "image/svg+xml"}
     try:
         content = (dataset / RESULTS / name).read_bytes() if dataset else None
@@ -275,7 +275,7 @@ def _result(dataset: Path | None, name: str) -> Response:
 
 
 def zipped(dataset: Path) -> bytes:
-    """Return a data set as a zip: all its files but locks, mailboxes and drafts."""
+    """Return a data set as a zip file: every file except locks, mailboxes and drafts."""
     content = BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in _files(dataset):

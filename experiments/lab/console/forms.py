@@ -1,4 +1,4 @@
-"""What pages send: one type per action; anything else is refused."""
+"""The data that pages send: one type per action. Anything else is rejected."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ LARGEST_STUDY = 500_000
 
 
 class Form(BaseModel):
-    """What a page sends; anything else is refused."""
+    """Base of all forms; rejects unknown fields."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class Begin(Form):
-    """Begin a participant's session: ``participant`` is who the page said is next."""
+    """Begin a participant's session; ``participant`` is the label that the page showed as next."""
 
     participant: Label
     pilot: bool = False
 
 
 class Resume(Form):
-    """Go on with an interrupted run."""
+    """Resume an interrupted run."""
 
     participant: Label
     session: Annotated[str, Field(pattern="^[A-Za-z0-9]{0,40}$")]
@@ -36,7 +36,7 @@ class Resume(Form):
 
 
 class Ask(Form):
-    """Ask the running session for what a key would."""
+    """Send the running session a request that could also be made with a key."""
 
     token: Annotated[str, Field(pattern="^[0-9a-f]{1,64}$")]
     what: Literal[
@@ -50,24 +50,24 @@ class Ask(Form):
 
 
 class Nothing(Form):
-    """Nothing needs to be said."""
+    """A form without fields."""
 
 
 class Unblind(Form):
-    """``word`` is typed by hand: a click by mistake does not unblind."""
+    """Unblind. ``word`` is typed by hand, so that a mistaken click does not unblind."""
 
     word: str
 
 
 class Acknowledge(Form):
-    """Somebody has read a session's warning."""
+    """Acknowledge a session's warning."""
 
     session: str
     sentence: str
 
 
 class Settings(Form):
-    """The laboratory folder's settings, and the file's text that the page showed."""
+    """The laboratory folder's new settings, and a digest of the file that the page showed."""
 
     settings: LabFile
     before: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
@@ -75,14 +75,14 @@ class Settings(Form):
     @field_validator("settings", mode="before")
     @classmethod
     def _listed(cls, value: Any) -> Any:
-        """Take markers as they are typed: one word each."""
+        """Split markers as they are typed, one per word."""
         if isinstance(value, dict) and isinstance(value.get("markers"), str):
             return value | {"markers": value["markers"].split()}
         return value
 
 
 class Test(Form):
-    """Try a plate before it is written down."""
+    """Test a plate before it is saved in the settings."""
 
     plate: Annotated[str, Field(min_length=1, max_length=300)]
 
@@ -95,21 +95,21 @@ class Pilot(Form):
 
 
 class Study(Form):
-    """A study's new text, and what the page was shown before it was edited."""
+    """A study's new text, and a digest of the text that the page showed before it was edited."""
 
     text: Annotated[str, Field(max_length=LARGEST_STUDY)]
     before: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 
 
 class Copy(Form):
-    """A copy of the study under another name."""
+    """Copy the study under another name."""
 
     name: Annotated[str, Field(pattern="^[A-Za-z][A-Za-z0-9_-]{0,60}$")]
     text: Annotated[str, Field(max_length=LARGEST_STUDY)]
 
 
 class Exclude(Form):
-    """Exclude a participant from the analysis by hand, or include them again."""
+    """Exclude a participant from the analysis, or include them again."""
 
     participant: Label
     excluded: bool
@@ -118,7 +118,7 @@ class Exclude(Form):
 
 
 class Withdraw(Form):
-    """Remove a participant's data; ``word`` is their label, typed by hand."""
+    """Remove a participant's data. ``word`` is the participant's label, typed by hand."""
 
     participant: Label
     word: Words

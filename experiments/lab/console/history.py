@@ -1,7 +1,7 @@
-"""How the plate did over a run: how far its readback was off, how warm it was, when it failed.
+"""The plate's history over a run: readback deviation, temperature and faults.
 
-Of a single presentation a deviation could tell which amplitude that was. So nothing is told of
-fewer than eight together: the largest and the median of each eight that are over.
+The deviation of a single presentation could reveal its amplitude. Deviations are therefore shown
+only for complete groups of eight presentations: the largest and the median of each group.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 TOGETHER = 8
 RIGHT = 10
-LEAST_SPAN_C = 2.0  # of the temperature's axis: noise must not look like a rise
+LEAST_SPAN_C = 2.0  # least range of the temperature axis, so that noise does not look like a rise
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Deviation:
-    """Of eight presentations in a row: how much of the allowed deviation the readback used."""
+    """How much of the allowed deviation the readback used in eight consecutive presentations."""
 
     begin_s: float
     end_s: float
@@ -34,7 +34,7 @@ class Deviation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bar:
-    """A group of presentations in the SVG's units."""
+    """A group of presentations, in SVG units."""
 
     x: float
     width: float
@@ -44,22 +44,22 @@ class Bar:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class History:
-    """What is drawn, in the SVG's units.
+    """The elements to draw, in SVG units.
 
     Parameters
     ----------
     bars : tuple of Bar
         Deviations.
     limit : float
-        Where the allowed deviation is.
+        Position of the allowed deviation.
     warmth : tuple of (float, float)
-        Temperature over time; empty where the plate tells none.
+        Temperature over time; empty if the plate does not report one.
     warmth_ticks : tuple of (float, str)
-        Its axis, in °C.
+        Ticks of the temperature axis, in °C.
     faults : tuple of float
-        When there were faults.
+        Positions of faults in time.
     minutes : float
-        Where the axis of time ends.
+        End of the time axis.
     """
 
     bars: tuple[Bar, ...]
@@ -71,7 +71,7 @@ class History:
 
 
 def deviations(readings: Sequence[PlateReading]) -> list[Deviation]:
-    """Return the deviations of each eight presentations that are over, in order."""
+    """Return the deviations of each complete group of eight presentations, in order."""
     measured = [
         (reading.time_s, reading.used_tolerance)
         for reading in readings
@@ -91,7 +91,7 @@ def deviations(readings: Sequence[PlateReading]) -> list[Deviation]:
 
 
 def history(run: RunSummary) -> History | None:
-    """Return how the plate did over a run; None before there is anything to draw."""
+    """Return the plate's history over a run; None if there is nothing to draw yet."""
     groups = deviations(run.readings)
     warm = [(r.time_s, r.temperature_c) for r in run.readings if r.temperature_c is not None]
     faults_s = [event.time_s for event in run.events if event.kind == "fault"]

@@ -1,7 +1,7 @@
-"""What the console starts: each a process of its own, which outlives the console.
+"""The processes that the console starts. They continue to run if the console ends.
 
-A session's output goes to a file, not to a pipe: whoever writes to the pipe of a console that has
-died is ended by it.
+A session writes its output to a file, not to a pipe: if the console died, writing to its pipe
+would end the session.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from slipscale.faults import UserError, harmless
 
 Kind = Literal["session", "check", "test", "analysis", "pilot"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
-LONGEST = 20_000  # characters of a job's output that are read
-# How a session's last warnings begin; those before its end are in its status.
+LONGEST = 20_000  # characters read from the end of a job's output
+# Prefixes of the warnings at a session's end; earlier warnings are in its status.
 WARNS = ("NO BACKUP of this run:", "The journal's own place has gone")
-STEP = "step: "  # how a command begins a line that says what it does now
-LEAST_URGENT = 19  # a session's frames come before what is computed beside it
+STEP = "step: "  # prefix of a line with which a command reports its current step
+LEAST_URGENT = 19  # priority of background computations: a running session's frames come first
 COMPUTING: frozenset[Kind] = frozenset({"analysis", "pilot"})
 
 
@@ -35,11 +35,11 @@ class Job:
     Parameters
     ----------
     kind : str
-        What it does: one of each kind runs at a time.
+        What it does. At most one job of each kind runs at a time.
     about : str
-        Whom or what it is about, in words.
+        The participant or object it concerns, in words.
     parts : int
-        Of how many parts its work consists; 0 where that is not known.
+        Number of parts of its work; 0 if unknown.
     """
 
     kind: Kind
@@ -52,29 +52,29 @@ class Job:
 
     @property
     def running(self) -> bool:
-        """Whether it has not ended yet."""
+        """Whether the process is still running."""
         return self.process.poll() is None
 
     @property
     def status(self) -> int | None:
-        """Its exit status; None while it runs."""
+        """Exit status; None while the process runs."""
         return self.process.poll()
 
     def said(self) -> str:
-        """Return what it wrote for programs."""
+        """Return the process's machine-readable output."""
         return _text(self.output)
 
     def complained(self) -> str:
-        """Return the last line of what it wrote for people."""
+        """Return the last line of the messages for people."""
         lines = [line for line in self._lines() if not line.startswith(STEP)]
         return lines[-1] if lines else ""
 
     def warnings(self) -> list[str]:
-        """Return the warnings that a session wrote for people."""
+        """Return the warnings in a session's messages for people."""
         return [line for line in self._lines() if line.startswith(WARNS)]
 
     def steps(self) -> list[str]:
-        """Return the steps that it said it came to, in order."""
+        """Return the steps that the process reported, in order."""
         return [line.removeprefix(STEP) for line in self._lines() if line.startswith(STEP)]
 
     def _lines(self) -> list[str]:
@@ -82,12 +82,12 @@ class Job:
 
 
 class Jobs:
-    """The processes that this console started, the last of each kind.
+    """The last process of each kind that this console started.
 
     Parameters
     ----------
     folder : Path
-        The laboratory folder: where they run.
+        The laboratory folder, in which they run.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -99,12 +99,12 @@ class Jobs:
         return self._last.get(kind)
 
     def start(self, kind: Kind, about: str, *words: str, parts: int = 0) -> Job:
-        """Start a slipscale command; one that computes gives way to a session.
+        """Start a slipscale command; computations run at a lower priority than a session.
 
         Raises
         ------
         UserError
-            One of this kind runs already, or the laboratory folder has gone.
+            A job of this kind is already running, or the laboratory folder no longer exists.
         """
         before = self._last.get(kind)
         if before and before.running:
@@ -119,7 +119,7 @@ class Jobs:
                     stdin=subprocess.DEVNULL,
                     stdout=out,
                     stderr=err,
-                    # A Ctrl-C for the console is not meant for a session.
+                    # Ctrl-C in the console's terminal must not reach the session.
                     start_new_session=True,
                 )
         except OSError as error:
@@ -130,13 +130,13 @@ class Jobs:
             kind=kind, about=about, process=process, output=output, errors=errors, parts=parts
         )
         if kind in COMPUTING and sys.platform != "win32":
-            with suppress(OSError):  # it has ended already
+            with suppress(OSError):  # it has already ended
                 os.setpriority(os.PRIO_PROCESS, process.pid, LEAST_URGENT)
         return self._last[kind]
 
 
 def _text(path: Path) -> str:
-    """Return the end of what a process has written until now."""
+    """Return the end of a process's output so far."""
     try:
         with path.open("rb") as stream:
             size = stream.seek(0, os.SEEK_END)

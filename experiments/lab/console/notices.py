@@ -1,7 +1,7 @@
-"""What is odd about the laboratory folder and stops nothing: a sentence each, on every page.
+"""Notices about irregularities in the laboratory folder, shown on every page; they block nothing.
 
-The rule: what somebody at this computer should know before they begin the next session, and could
-not see from the table of participants.
+A notice is something that the operator should know before the next session and could not see in
+the table of participants.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.roster import Roster, Visit
     from slipscale.experiments.study.model import Study
 
-AHEAD_S = 120.0  # two computers' clocks may differ by as much
+AHEAD_S = 120.0  # clocks of two computers may differ by this much
 MOST_NAMED = 5
 
 
 def notices(
     defaults: Defaults, study: Study, text: str, rosters: tuple[Roster, Roster], now: datetime
 ) -> tuple[str, ...]:
-    """Return what is odd, of participants and of rehearsals.
+    """Return notices about participants and rehearsals.
 
     Parameters
     ----------
     text : str
-        The study file's, as it is now.
+        Current text of the study file.
     rosters : tuple of Roster
-        Of participants, then of rehearsals.
+        Participants first, then rehearsals.
     now : datetime
         In UTC.
     """
@@ -61,7 +61,7 @@ def notices(
 
 
 def _running(begun: list[tuple[str, Visit]]) -> str:
-    """Tell of two sessions at once: each has its plate and its window."""
+    """Report two or more simultaneous sessions; each has its own plate and window."""
     names = [f"participant {label} ({v})" for label, v in begun if v.state == "running now"]
     if len(names) < 2:  # noqa: PLR2004
         return ""
@@ -94,7 +94,7 @@ def _first_damage(path: Path, _inode: int, _changed_ns: int, _size: int) -> int 
 
 
 def _still_to_come(begun: list[tuple[str, Visit]], now: datetime) -> str:
-    """Tell of a run that began later than now: the clock was set back, or it was wrong then."""
+    """Report a run whose start is in the future: the clock was set back, or was wrong then."""
     last = max(begun, key=lambda each: each[1].started_utc, default=None)
     if last is None or not last[1].started_utc:
         return ""
@@ -110,7 +110,7 @@ def _still_to_come(begun: list[tuple[str, Visit]], now: datetime) -> str:
 
 
 def _edited(theirs: list[tuple[str, Visit]], file: str, name: str, text: str) -> str:
-    """Tell that the study was edited after a run: that run's journal has the text it had."""
+    """Report a study that was edited after a run; that run's journal keeps the earlier text."""
     other = [label for label, visit in theirs if _has_another_text(visit.path, name, text)]
     if not other:
         return ""
@@ -136,7 +136,7 @@ def _has_another_text(path: Path, name: str, text: str) -> bool:
 def _study_text(path: Path, _inode: int) -> tuple[str, str] | None:
     plan, _ = read_usable(path, most=1)
     if plan is None:
-        raise UserError(f"{path}: no header")  # not kept: it may be being written
+        raise UserError(f"{path}: no header")  # not cached: the file may still be incomplete
     return plan.study.name, _plain(plan.study_text)
 
 

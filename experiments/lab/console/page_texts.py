@@ -1,4 +1,4 @@
-"""What the pages say, in the language of whoever reads them."""
+"""The texts of the pages, in the reader's language."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ LANGUAGES = ("en", "fr")
 
 @cache
 def page_texts(language: str) -> Mapping[str, str]:
-    """Return the texts of a language, by their keys."""
+    """Return the texts of a language by key."""
     source = files("slipscale.experiments.lab.console").joinpath("texts", f"{language}.toml")
     return flatten(tomllib.loads(source.read_text(encoding="utf-8")))
 
 
 @dataclass(frozen=True, slots=True)
 class Words:
-    """The texts of a language: called with a key, and what fills the text's {braces}."""
+    """The texts of one language. Call with a key and the values for the text's {placeholders}."""
 
     language: str
 
     def __call__(self, key: str, **blanks: object) -> str:
-        """Return a text."""
+        """Return a text with its placeholders filled in."""
         return page_texts(self.language)[key].format(**blanks)
 
     def known(self, key: str, otherwise: str) -> str:
-        """Return a text, or another where there is no such text."""
+        """Return a text, or ``otherwise`` if the key has no text."""
         return page_texts(self.language).get(key, otherwise)
 
 
 def preferred(accepted: str, chosen: str) -> str:
-    """Return the language of a reader: the one chosen on a page, else the browser's.
+    """Return the reader's language: the one chosen on a page, otherwise the browser's.
 
     >>> preferred("de, fr;q=0.8, en;q=0.5", ""), preferred("fr", "en"), preferred("", "xx")
     ('fr', 'en', 'en')

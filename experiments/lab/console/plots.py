@@ -1,4 +1,4 @@
-"""Small plots as SVG elements: where points and bars stand, for a template to draw."""
+"""Small plots as SVG elements: coordinates of points and bars for a template."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 640, 180
 LEFT, BOTTOM, TOP = 56, 28, 10
-MOST_POINTS = 2000  # of the newest runs; more would only be a band
+MOST_POINTS = 2000  # from the newest runs; more points would merge into a band
 
 
 @dataclass(frozen=True, slots=True)
 class Scatter:
-    """Points in a frame, in the SVG's units, and the labels of its axes."""
+    """Points in a frame and the labels of its axes, in SVG units."""
 
     points: tuple[tuple[float, float], ...]
     line: tuple[tuple[float, float], ...]
@@ -25,10 +25,10 @@ class Scatter:
 
 
 def scatter(series: Sequence[Sequence[float]]) -> Scatter | None:
-    """Return response times of several runs over the trial's number, with the median of each.
+    """Plot the response times of several runs against trial number, with the median per trial.
 
-    None where there are none. The largest times are drawn at the frame's top: 95 % of all points
-    fix the scale.
+    Returns None if there are no response times. The scale is set by the 95th percentile; larger
+    times are drawn at the top of the frame.
     """
     rows = [(number, time) for times in series for number, time in enumerate(times, start=1)]
     rows = rows[-MOST_POINTS:]

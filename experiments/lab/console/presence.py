@@ -1,7 +1,7 @@
-"""Which consoles are open on this folder: each holds a locked file while it is.
+"""Keeps track of the consoles that are open on a folder: each holds a lock on a file.
 
-The lock goes with the process: a console that was killed leaves a file that nobody holds. The
-files are located where no other user can write.
+The operating system releases the lock when the process ends, so a killed console leaves only an
+unlocked file. The files are in a folder to which no other user can write.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
 
 class Presence:
-    """A console among those that are open on the same folder.
+    """One of the consoles that are open on the same folder.
 
     Parameters
     ----------
     folder : Path
         The laboratory folder.
     port : int
-        Where this console listens.
+        The port on which this console listens.
     """
 
     def __init__(self, folder: Path, port: int) -> None:
@@ -39,8 +39,8 @@ class Presence:
         self._held: IO[bytes] | None = None
 
     def announce(self) -> None:
-        """Tell the others that this console is open, until it is closed."""
-        with suppress(OSError, portalocker.LockException):  # then nobody knows of it, no more
+        """Announce this console to the others until it is closed."""
+        with suppress(OSError, portalocker.LockException):  # the others do not see it
             self._held = self._own.open("wb")
             portalocker.lock(self._held, portalocker.LOCK_EX | portalocker.LOCK_NB)
 
@@ -49,11 +49,11 @@ class Presence:
         return [_port(path) for path in self._open() if path != self._own]
 
     def first(self) -> bool:
-        """Whether none was open before this one: what one console does for all, the first does."""
+        """Whether no console was opened before this one; the first performs tasks shared by all."""
         return next((path == self._own for path in self._open()), True)
 
     def notices(self) -> tuple[str, ...]:
-        """Return the sentence that tells of other consoles, if there are any."""
+        """Return a notice about other consoles, if there are any."""
         ports = ", ".join(str(port) for port in self.others())
         if not ports:
             return ()
@@ -64,7 +64,7 @@ class Presence:
         return (sentence,)
 
     def close(self) -> None:
-        """Tell the others no more."""
+        """Withdraw the announcement."""
         if self._held:
             self._held.close()
             self._held = None
@@ -72,7 +72,7 @@ class Presence:
                 self._own.unlink()
 
     def _open(self) -> list[Path]:
-        """Return the files that are held, the longest open first; remove what was left behind."""
+        """Return the locked files, oldest first; remove files left behind by killed consoles."""
         held = []
         for path in sorted(self._place.glob(f"{self._prefix}*")):
             if (path == self._own and self._held) or _is_held(path):

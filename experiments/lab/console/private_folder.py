@@ -1,4 +1,4 @@
-"""A folder of this user's own for what a console keeps while it runs: no other user gets in."""
+"""A private folder for files that a console keeps while it runs; other users have no access."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ OWNER_ONLY = 0o700
 
 
 def private_folder() -> Path:
-    """Return the folder; make it if it is not there.
+    """Return the private folder; create it if it does not exist.
 
-    It is located in the system's folder for running programs, else in the user's cache.
+    It is located in the system's folder for runtime files or, if there is none, in the user's
+    cache.
 
     Raises
     ------
     UserError
-        Neither can be made for this user alone.
+        No folder that only this user can access could be created.
     """
     places = (os.environ.get("XDG_RUNTIME_DIR"), str(Path.home() / ".cache"))
     for place in filter(None, places):
@@ -37,7 +38,7 @@ def private_folder() -> Path:
 
 
 def write_private(path: Path, text: str) -> None:
-    """Write a file in place of an older one; only its owner can read it."""
+    """Replace a file with a new text that only its owner can read."""
     path.unlink(missing_ok=True)
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     with os.fdopen(descriptor, "w", encoding="utf-8") as stream:
@@ -45,7 +46,7 @@ def write_private(path: Path, text: str) -> None:
 
 
 def _is_private(folder: Path) -> bool:
-    """Return whether a folder, and no link to one, is this user's alone."""
+    """Return whether a path is a folder, not a link, and accessible to this user only."""
     if os.name != "posix":
         return True
     found = folder.lstat()

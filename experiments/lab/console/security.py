@@ -1,15 +1,16 @@
-"""Who may see the console, and who may ask it for something: one layer before every page.
+"""Access control for the console: one layer in front of every page.
 
-The rule that governs this file: **what is not plainly the operator's own browser is refused before
-any page is looked at.**
+The principle: **every request that does not clearly come from the operator's own browser is
+rejected before any page handles it.**
 
-- On this computer, another user's connection is refused, whatever it holds: cookies know no ports,
-  so another user's web page could receive ours.
-- The address that the terminal shows holds a token that opens one browser, once. The browser gets
-  another secret for it, in a cookie; the next address has a new token.
-- The host name must be this console's; a foreign name that resolves to this machine is not.
-- What changes something needs this console's origin, and a header that no form of another site can
-  send.
+- Connections from other users of this computer are rejected, whatever they contain. Cookies are
+  not tied to a port, so another user's web page could receive ours.
+- The address shown in the terminal contains a token that opens one browser, once. The browser
+  then receives a different secret in a cookie, and the next address has a new token.
+- The host name must be this console's own. Another name that resolves to this computer is
+  rejected.
+- Requests that change something require this console's origin and a header that a form on another
+  site cannot send.
 """
 
 from __future__ import annotations
@@ -37,16 +38,16 @@ LARGEST_BODY = 1_000_000
 TO_THE_PAGES = (
     '<!doctype html><meta http-equiv="refresh" content="0;url={}"><title>Slipscale</title>'
 )
-CONNECTIONS = Path("/proc/net/tcp")  # Linux: who holds each
+CONNECTIONS = Path("/proc/net/tcp")  # Linux: the owner of each connection
 ESTABLISHED = "01"
 ROOT = 0
-ASKING = "x-slipscale"  # the header that no form of another site can send
+ASKING = "x-slipscale"  # a header that a form on another site cannot send
 READING = ("GET", "HEAD")
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
     "frame-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-# A report is a whole page of its own, with its styles and figures inside; it runs nothing.
+# A report is a complete page with embedded styles and figures; it runs no scripts.
 REPORT_POLICY = (
     "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; font-src data:; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'self'"
@@ -59,7 +60,7 @@ class Entrance:
     Attributes
     ----------
     renewed : callable
-        Called when a token was used and there is a new one.
+        Called after a token was used and replaced.
     """
 
     def __init__(self) -> None:
@@ -68,7 +69,7 @@ class Entrance:
         self.renewed: Callable[[], None] = lambda: None
 
     def opens(self, given: str) -> bool:
-        """Return whether a token is the one that opens; it does so once."""
+        """Return whether a token is valid. A valid token is used up and replaced."""
         opened = secrets.compare_digest(given.encode(), self.token.encode())
         if opened:
             self.token = secrets.token_urlsafe(24)
@@ -76,24 +77,24 @@ class Entrance:
         return opened
 
     def admits(self, held: str) -> bool:
-        """Return whether a browser's cookie holds the secret."""
+        """Return whether a browser's cookie contains the secret."""
         return secrets.compare_digest(held.encode(), self.secret.encode())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Access:
-    """Where a console is reached, and by whom.
+    """The console's address, and who may use it.
 
     Parameters
     ----------
     host, port
-        The address it listens on.
+        The address on which it listens.
     tls : bool
-        Whether it speaks TLS.
+        Whether it uses TLS.
     read_only : bool
-        Whether nothing can be asked of it: for a phone in the laboratory's network.
+        Whether it rejects all actions, for example for a phone in the laboratory's network.
     entrance : Entrance
-        What opens it.
+        Checks tokens and cookies.
     """
 
     host: str = "127.0.0.1"
@@ -104,37 +105,37 @@ class Access:
 
     @property
     def hosts(self) -> frozenset[str]:
-        """The host names that a browser may ask for."""
+        """The accepted host names."""
         names = {self.host, "localhost"} if self.host == "127.0.0.1" else {self.host}
         return frozenset(f"{name}:{self.port}" for name in names)
 
     @property
     def origins(self) -> frozenset[str]:
-        """The origins that a request may come from."""
+        """The accepted origins."""
         scheme = "https" if self.tls else "http"
         return frozenset(f"{scheme}://{host}" for host in self.hosts)
 
     @property
     def address(self) -> str:
-        """The address to open, with the token."""
+        """The address to open, including the token."""
         scheme = "https" if self.tls else "http"
         return f"{scheme}://{self.host}:{self.port}/?{urlencode({'token': self.entrance.token})}"
 
     @property
     def cookie(self) -> str:
-        """The cookie's name: cookies know no ports, and two consoles may run."""
+        """The cookie's name. It includes the port, because cookies are not tied to one."""
         return f"slipscale-{self.port}"
 
 
 class Guard:
-    """Refuses what `Access` does not allow; sets the headers of every answer."""
+    """Rejects requests that `Access` does not allow, and sets the headers of every response."""
 
     def __init__(self, app: ASGIApp, access: Access) -> None:
         self._app = app
         self._access = access
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer, or hand on."""
+        """Reject the request, or pass it on to the application."""
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return
@@ -142,7 +143,7 @@ class Guard:
         await (refusal or self._app)(scope, receive, self._with_headers(send))
 
     def _refusal(self, scope: Scope) -> Response | None:
-        """Return the answer to what is refused or redirected; None where a page may answer."""
+        """Return the response to a rejected or redirected request; None if a page may respond."""
         headers, access = Headers(scope=scope), self._access
         if not access.tls and belongs_to_another(scope.get("client")):
             return _refused("This console is another user's.", 403)
@@ -150,8 +151,8 @@ class Guard:
             return _refused("This is not the console's address.", 400)
         given = parse_qs(scope["query_string"].decode("latin-1")).get("token", [""])[0]
         if given and scope["method"] in READING and access.entrance.opens(given):
-            # The token leaves the address line. No redirect: a browser that came from a file sends
-            # no strict cookie to where one leads.
+            # Remove the token from the address bar. A redirect would not work: a browser that
+            # came from a file does not send strict cookies to a redirect's target.
             opened = HTMLResponse(TO_THE_PAGES.format("/"))
             secret = access.entrance.secret
             opened.set_cookie(
@@ -165,7 +166,7 @@ class Guard:
         return self._change_refusal(scope["method"], headers)
 
     def _change_refusal(self, method: str, headers: Headers) -> Response | None:
-        """Return the answer to a request that would change something, and may not."""
+        """Return the rejection of a forbidden request for a change; None if it is allowed."""
         length = headers.get("content-length", "")
         ours = headers.get("origin") in self._access.origins and headers.get(ASKING) == "1"
         reasons = {
@@ -178,7 +179,7 @@ class Guard:
         return next((_refused(reason, 403) for reason, holds in reasons.items() if holds), None)
 
     def _held(self, headers: Headers) -> str:
-        """Return what the browser's cookie holds, or nothing."""
+        """Return the content of the browser's cookie; empty if there is none."""
         try:
             cookies = SimpleCookie(headers.get("cookie", ""))
         except CookieError:
@@ -187,7 +188,7 @@ class Guard:
         return held.value if held else ""
 
     def _with_headers(self, send: Send) -> Send:
-        """Return a `send` that adds to each answer what a browser must keep to."""
+        """Wrap ``send`` so that each response includes the security headers."""
 
         async def sending(message: Message) -> None:
             if message["type"] == "http.response.start":
@@ -204,12 +205,13 @@ class Guard:
 
 
 def belongs_to_another(client: tuple[str, int] | None) -> bool:
-    """Return whether another user of this computer holds the other end of a connection.
+    """Return whether another user of this computer owns the other end of a connection.
 
     Parameters
     ----------
     client : tuple
-        Host and port of the other end. A name is no connection: a test's.
+        Host and port of the other end. Test clients give a name as host; that counts as no
+        connection.
     """
     if client is None or not CONNECTIONS.exists():
         return False
@@ -223,7 +225,7 @@ def belongs_to_another(client: tuple[str, int] | None) -> bool:
             _, here, _, state, *_, user = line.split()[:8]
             if (here, state) == (wanted, ESTABLISHED):
                 return int(user) not in (os.getuid(), ROOT)
-    return True  # it has hung up already
+    return True  # it has already disconnected
 
 
 def _refused(sentence: str, status: int) -> PlainTextResponse:

@@ -1,4 +1,4 @@
-"""Serves the console: the address, the browser, and in a laboratory's network TLS."""
+"""Serve the console: address, browser and, in a laboratory's network, TLS."""
 
 from __future__ import annotations
 
@@ -40,17 +40,17 @@ def serve(*, port: int, lan: str | None, browser: bool) -> None:
     Parameters
     ----------
     port : int
-        0: any that is free.
+        0 selects any free port.
     lan : str or None
-        An address of this computer in the laboratory's network: there the console speaks TLS and
-        only shows. None: this computer alone.
+        An address of this computer in the laboratory's network. The console then uses TLS and is
+        read-only. None restricts it to this computer.
     browser : bool
-        Whether to open it.
+        Whether to open a browser.
 
     Raises
     ------
     UserError
-        The port is taken, or the address is not this computer's.
+        The port is in use, or the address does not belong to this computer.
     """
     if lan:
         _check_address(lan)
@@ -82,13 +82,13 @@ def serve(*, port: int, lan: str | None, browser: bool) -> None:
 
 
 def _renew(access: Access, door: Path) -> None:
-    """Print the address for another browser, and write it into the file that opens one."""
+    """Print the address for another browser, and write it to the file that opens one."""
     write_private(door, TO_THE_PAGES.format(access.address))
     print(f"opened; for another browser: {access.address}", flush=True)
 
 
 class _Impatient(H11Protocol):
-    """Closes a connection on which no whole request arrives in time."""
+    """Closes connections on which no complete request arrives in time."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
@@ -107,7 +107,7 @@ class _Impatient(H11Protocol):
 
 
 class _Server(uvicorn.Server):
-    """Ends its streams before it waits for what is still being answered."""
+    """Ends its event streams before it waits for pending responses."""
 
     def __init__(self, config: uvicorn.Config, console: Console) -> None:
         super().__init__(config)
@@ -143,7 +143,7 @@ def _listen(host: str, port: int) -> socket.socket:
 
 
 def _check_address(lan: str) -> None:
-    """Raise `UserError` unless this is one address: all at once would be nobody's choice."""
+    """Raise `UserError` unless this is a single address; wildcard addresses are not allowed."""
     try:
         address = ipaddress.ip_address(lan)
     except ValueError:
@@ -156,7 +156,7 @@ def _check_address(lan: str) -> None:
 
 
 def _certificate(host: str, place: Path) -> tuple[Path, Path]:
-    """Return a certificate that this console signs itself, and its key, for some days."""
+    """Return a short-lived self-signed certificate and its key."""
     openssl = shutil.which("openssl")
     if not openssl:
         raise UserError(
@@ -176,9 +176,9 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
 
 
 def _open(address: str) -> None:
-    """Open a browser, where there is one, with the file that leads to the console.
+    """Open a browser, if there is one, with the file that leads to the console.
 
-    Other users can read a program's arguments: the token is not among them.
+    Other users can read a program's arguments, so the token is not among them.
     """
     try:
         opened = webbrowser.open(address)

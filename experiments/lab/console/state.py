@@ -1,4 +1,4 @@
-"""What the pages show: read from the laboratory folder, at most once a second, for all pages."""
+"""The data behind the pages: read from the laboratory folder at most once per second."""
 
 from __future__ import annotations
 
@@ -32,26 +32,27 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.model import Study
 
 FRESH_S = 1.0
-SILENT_S = 5  # a session looks for requests twenty times a second, except while a surface settles
+SILENT_S = 5  # a session checks for requests 20 times per second, except while a surface settles
 RESULTS = Path("derivatives", "slipscale")
 TABLE3 = "table3.csv"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Live:
-    """The session that runs now.
+    """The session that is running now.
 
     Parameters
     ----------
     status : LiveStatus or None
-        None where the session tells nothing: it was begun by an older Slipscale, or its mailbox
-        could not be made.
+        None if the session reports no status: an older Slipscale started it, or its mailbox could
+        not be created.
     pilot : bool
         Whether it is a rehearsal.
     left_s : float or None
-        What is left by its own pace, before its first trial by that of the runs before.
+        Estimated remaining time. It is based on the session's own pace or, before its first trial,
+        on earlier runs.
     silent_s : int
-        How long the session has not shown that it is there; 0 if it has done so lately.
+        Seconds since the session's last sign of life; 0 if it was recent.
     """
 
     label: str
@@ -70,21 +71,21 @@ class Snapshot:
     Parameters
     ----------
     problem : str
-        Why there is nothing to show; empty where there is.
+        Why there is nothing to show; otherwise empty.
     rehearsals : Roster
-        Of the folder of rehearsals.
+        Roster of the rehearsals' folder.
     seen : bool
         Whether means and figures may be shown.
     unblinded_utc : tuple of str
-        When somebody asked to see them before the end.
+        Times at which an operator unblinded early.
     results_ns : int or None
-        When the last analysis was written; None without one.
+        When the last analysis was written; None if there is none.
     notices : tuple of str
-        What is odd and stops nothing: see `slipscale.experiments.lab.console.notices`.
+        Irregularities that block nothing; see `slipscale.experiments.lab.console.notices`.
     free_gb : float or None
-        Free space on the disk of the data; None if it cannot be found out.
+        Free space on the data's disk; None if unknown.
     without_backup : int or None
-        How many runs have no backup; None if the folder names none.
+        Number of runs without a backup; None if no backup folder is set.
     """
 
     problem: str = ""
@@ -103,7 +104,7 @@ class Snapshot:
 
 
 class Pulse(NamedTuple):
-    """When the running session told something last, and recorded something; whether it is there."""
+    """Times of the running session's last status and last record, and whether it is still there."""
 
     told_ns: int | None = None
     recorded_ns: int | None = None
@@ -111,7 +112,7 @@ class Pulse(NamedTuple):
 
 
 class State:
-    """The laboratory folder as it is now: the current folder of the process."""
+    """The current state of the laboratory folder, which is the process's current folder."""
 
     def __init__(self) -> None:
         self._lock = Lock()
@@ -121,9 +122,9 @@ class State:
         self._beat: tuple[int | None, float] = (None, 0.0)
 
     def now(self, *, fresh: bool = False) -> Snapshot:
-        """Return a snapshot not older than a second, the running session as it is now.
+        """Return a snapshot at most one second old, with the current state of the running session.
 
-        ``fresh`` reads all again.
+        ``fresh`` forces everything to be read again.
         """
         with self._lock:
             pulse = self.pulse()
@@ -137,7 +138,7 @@ class State:
             return self._with_silence()
 
     def _with_silence(self) -> Snapshot:
-        """Return the snapshot, with how long its session has shown no sign of life."""
+        """Return the snapshot with the time since its session's last sign of life."""
         live = self._snapshot.live
         if live is None or live.status is None:
             return self._snapshot
@@ -149,7 +150,7 @@ class State:
         return replace(self._snapshot, live=replace(live, silent_s=told))
 
     def pulse(self) -> Pulse:
-        """Return what changes when the running session tells or records something."""
+        """Return a value that changes when the running session reports or records something."""
         live = self._snapshot.live
         if live is None or live.status is None:
             return Pulse()
@@ -163,7 +164,7 @@ class State:
 
 
 def take_snapshot() -> Snapshot:
-    """Read the current folder; what is wrong with it is a snapshot's problem, never raised."""
+    """Read the current folder. Problems are reported in the snapshot, never raised."""
     defaults = Defaults()
     try:
         defaults = here()
@@ -198,7 +199,7 @@ def take_snapshot() -> Snapshot:
 
 
 def _anew(found: Snapshot) -> Live | None:
-    """Return the running session as it is now."""
+    """Return the current state of the running session."""
     for roster, pilot in ((found.roster, False), (found.rehearsals, True)):
         if roster and (live := _live(roster, pilot=pilot)):
             return live
@@ -206,7 +207,7 @@ def _anew(found: Snapshot) -> Live | None:
 
 
 def _elsewhere(found: Snapshot) -> Iterator[Live]:
-    """Yield this study's sessions whose journals have gone, and go on in the fallback folder."""
+    """Yield this study's sessions that lost their journals and now write to the fallback folder."""
     boxes = (Path.home() / FALLBACK).glob("*/sourcedata/*/*_journal.jsonl.live")
     for path in (box.with_suffix("") for box in boxes):
         if not is_being_written(path):
@@ -252,14 +253,14 @@ def _left_s(roster: Roster, status: LiveStatus | None) -> float | None:
 
 
 def usual_duration_s(roster: Roster) -> float | None:
-    """Return how long a complete run took on average; None before there is one."""
+    """Return the mean duration of complete runs; None if there are none yet."""
     visits = [visit for person in roster.people for visit in person.visits]
     took = [summary(visit.path).duration_s for visit in visits if visit.state == "complete"]
     return sum(took) / len(took) if took else None
 
 
 def _free_gb(data: Path) -> float | None:
-    """Return the free space where the data are, or will be."""
+    """Return the free space on the disk where the data are, or will be."""
     try:
         return round(shutil.disk_usage(data if data.is_dir() else Path()).free / 1e9, 1)
     except OSError:
@@ -271,7 +272,7 @@ def _changed_ns(path: Path) -> int | None:
 
 
 def changed_ns(path: Path) -> int:
-    """Return when a file changed last; 0 without one."""
+    """Return when a file was last changed; 0 if it does not exist."""
     try:
         return path.stat().st_mtime_ns
     except OSError:
@@ -279,20 +280,20 @@ def changed_ns(path: Path) -> int:
 
 
 def ended_runs(found: Snapshot) -> frozenset[tuple[Path, int]]:
-    """Return participants' runs that have come to their end, with when their journals changed."""
+    """Return participants' complete runs, each with its journal's modification time."""
     people = found.roster.people if found.roster else ()
     paths = [v.path for person in people for v in person.visits if v.state == "complete"]
     return frozenset((path, changed_ns(path)) for path in paths)
 
 
 def pilots(defaults: Defaults) -> list[Path]:
-    """Return the folders of simulated pilots, the newest first."""
+    """Return the folders of simulated pilots, newest first."""
     found = [path for path in defaults.pilots.glob("[0-9]*") if path.name.isdigit()]
     return sorted(found, key=lambda path: int(path.name), reverse=True)
 
 
 def table3(dataset: Path) -> list[list[str]]:
-    """Return Table III as the last analysis wrote it, heading first; nothing without one."""
+    """Return the rows of Table III from the last analysis, header first; empty if there is none."""
     try:
         lines = (dataset / RESULTS / TABLE3).read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -301,7 +302,7 @@ def table3(dataset: Path) -> list[list[str]]:
 
 
 def findings(text: str) -> list[dict[str, object]] | None:
-    """Return what a checklist found, from its output; None where that cannot be read."""
+    """Return a checklist's findings from its output; None if they cannot be read."""
     try:
         found = json.loads(text)
     except ValueError:

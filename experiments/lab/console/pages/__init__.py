@@ -1,1 +1,1 @@
-"""What each page shows: from a snapshot to values of a template."""
+"""Page contents: functions that turn a snapshot into template values."""

@@ -1,4 +1,4 @@
-"""The page of the data, and the page of the pilots."""
+"""The pages "Data" and "Pilots"."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOST_BARS = 24
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """A run in the table of runs."""
+    """One run in the table of runs."""
 
     label: str
     visit: Visit
@@ -35,7 +35,7 @@ class Row:
 
 
 def data(view: View) -> dict[str, Any]:
-    """Return what the page of the data shows: results only where they may be seen."""
+    """Return the values of the data page; results only if they may be seen."""
     found, jobs = view.found, view.jobs
     people = found.roster.people if found.roster else ()
     rows = [
@@ -71,7 +71,7 @@ def data(view: View) -> dict[str, Any]:
 
 
 def _rounded(value: str) -> str:
-    """Return a number of a table as it is read; anything else as it is."""
+    """Round a number in a table for display; return other values unchanged."""
     try:
         number = float(value)
     except ValueError:
@@ -80,7 +80,7 @@ def _rounded(value: str) -> str:
 
 
 def pilot(view: View) -> dict[str, Any]:
-    """Return what the page of the pilots shows."""
+    """Return the values of the pilots page."""
     found, jobs = view.found, view.jobs
     job = jobs.last("pilot")
     return {
@@ -96,7 +96,7 @@ def pilot(view: View) -> dict[str, Any]:
 
 
 def parts_done(found: Snapshot, jobs: Jobs) -> int:
-    """Return how many simulated participants the pilot at work has come to."""
+    """Return how many simulated participants the running pilot has reached."""
     job = jobs.last("pilot")
     if job is None or not job.running:
         return 0
@@ -105,4 +105,4 @@ def parts_done(found: Snapshot, jobs: Jobs) -> int:
         begun = newest.stat().st_mtime >= job.began_s - 1
         return sum(1 for _ in (newest / "sourcedata").glob("sub-*")) if begun else 0
     except (IndexError, OSError):
-        return 0  # its folder is not there yet
+        return 0  # its folder does not exist yet

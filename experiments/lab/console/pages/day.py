@@ -27,7 +27,7 @@ MOST_REHEARSALS = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Note:
-    """The operator's words in a run."""
+    """An operator's note in a run."""
 
     label: str
     visit: Visit
@@ -36,7 +36,7 @@ class Note:
 
 
 def today(view: View) -> dict[str, Any]:
-    """Return what the page of the day shows."""
+    """Return the values of the day page."""
     found, jobs, t = view.found, view.jobs, view.t
     check, people = jobs.last("check"), found.roster.people if found.roster else ()
     over = check is not None and not check.running
@@ -62,12 +62,12 @@ def today(view: View) -> dict[str, Any]:
 
 
 def _between(found: Snapshot, job: Job | None) -> str:
-    """Return whose session begins or ends: its process is there, its journal is not written."""
+    """Return whose session is starting or ending: a process is running, but no journal is open."""
     return job.about if job and job.running and not found.live else ""
 
 
 def _pressing(people: Sequence[Person]) -> list[Person]:
-    """Return whom a long table shows: who waits for something, then who began last."""
+    """Return the participants to show if the table is long: pending ones, then the most recent."""
     if len(people) <= MOST_PEOPLE:
         return list(people)
 
@@ -80,7 +80,7 @@ def _pressing(people: Sequence[Person]) -> list[Person]:
 
 
 def _notes(found: Snapshot) -> list[Note]:
-    """Return the operators' newest notes, of rehearsals too."""
+    """Return the operators' latest notes, including those of rehearsals."""
     rosters = [roster for roster in (found.roster, found.rehearsals) if roster]
     begun = [
         (visit.started_utc, person.label, visit)
@@ -100,7 +100,7 @@ def _notes(found: Snapshot) -> list[Note]:
 
 
 def live(view: View) -> dict[str, Any]:
-    """Return what the page of the running session shows."""
+    """Return the values of the page of the running session."""
     found, jobs, t = view.found, view.jobs, view.t
     job = jobs.last("session")
     shown: dict[str, Any] = {"session_failed": failure(job), "began": _began(found, job)}
@@ -108,7 +108,7 @@ def live(view: View) -> dict[str, Any]:
         return shown
     groups = deviations(found.live.summary.readings)
     status = found.live.status
-    # A pause takes the surface away, and it is presented again: nothing is wrong with the plate.
+    # A pause removes the surface and presents it again later; the plate is not at fault.
     held = status is not None and status.state == "paused" and status.plate == "lost"
     return shown | {
         "plate": "silent" if held or status is None else status.plate,
@@ -121,7 +121,7 @@ def live(view: View) -> dict[str, Any]:
 
 
 def _doing(live: Live, t: Words) -> str:
-    """Return what the participant does now, in words."""
+    """Describe what the participant is doing now."""
     if live.status is None:
         return ""
     if live.status.state in ("paused", "fault", "done", "presenting"):
@@ -132,7 +132,7 @@ def _doing(live: Live, t: Words) -> str:
 
 
 def _began(found: Snapshot, job: Job | None) -> bool:
-    """Return whether a session that was started here came to record anything."""
+    """Return whether a session started here has recorded anything."""
     visits = (
         visit
         for roster in (found.roster, found.rehearsals)
@@ -144,14 +144,14 @@ def _began(found: Snapshot, job: Job | None) -> bool:
 
 
 def _when_over(job: Job | None) -> str:
-    """Return when a job ended, in ISO 8601; empty while there is no such time."""
+    """Return when a job ended, in ISO 8601; empty if it has not."""
     if job is None or job.running:
         return ""
     return datetime.fromtimestamp(changed_ns(job.output) / 1e9, UTC).isoformat()
 
 
 def _since_s(started_utc: str) -> float | None:
-    """Return how long ago a run began, as the times of its events count."""
+    """Return the seconds since a run began, on the time scale of its events."""
     if not started_utc:
         return None
     return (datetime.now(UTC) - datetime.fromisoformat(started_utc)).total_seconds()

@@ -1,4 +1,4 @@
-"""The page of a participant: runs, what happened in them, consent, exclusion and withdrawal."""
+"""The page of a participant: runs, events, consent, exclusion and withdrawal."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def person(view: View) -> dict[str, Any]:
-    """Return what the page of a participant shows, or of somebody's rehearsals."""
+    """Return the values of a participant's page, or of the page of a participant's rehearsals."""
     found, pilot = view.found, "pilot" in view.query
     roster = found.rehearsals if pilot else found.roster
     label = view.query.get("label", "")
@@ -43,7 +43,7 @@ def person(view: View) -> dict[str, Any]:
 
 
 def _decisions(dataset: Path, label: str) -> tuple[tuple[Decision, ...], str]:
-    """Return the decisions to exclude somebody by hand, and why they cannot be read."""
+    """Return the manual exclusions of a participant, and the error if they cannot be read."""
     path = dataset / "sourcedata" / f"sub-{label}" / RECORD
     try:
         return (decisions(path) if path.exists() else ()), ""

@@ -1,4 +1,4 @@
-"""Every screen of the study, as a participant sees it: per language, at a screen's size."""
+"""All screens of the study as participants see them, per language and screen size."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SIZE = re.compile(r"([0-9]{3,4})x([0-9]{3,4})")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Picture:
-    """A screen on the page: its title, its drawing (SVG), and why it cannot be read."""
+    """One screen on the page: its title, its drawing (SVG), and why it cannot be read."""
 
     title: str
     svg: str
@@ -32,7 +32,7 @@ class Picture:
 
 
 def screens(view: View) -> dict[str, Any]:
-    """Return what the page of the screens shows."""
+    """Return the values of the screens page."""
     found, t = view.found, view.t
     checked = _size_of_the_check(view.jobs)
     wanted = view.query.get("size", "")
@@ -92,7 +92,7 @@ def _pixels(size: str) -> tuple[int, int]:
 
 
 def _size_of_the_check(jobs: Jobs) -> str:
-    """Return the size of the participant's screen that the last checklist found, else nothing."""
+    """Return the size of the participant's screen from the last checklist; empty if unknown."""
     check = jobs.last("check")
     for finding in findings(check.said()) or () if check else ():
         size = re.search(r"([0-9]{3,4}) x ([0-9]{3,4})", str(finding.get("detail", "")))

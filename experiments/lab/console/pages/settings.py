@@ -1,4 +1,4 @@
-"""The page of the settings: each key of slipscale.toml."""
+"""The settings page: one field per key of slipscale.toml."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Field:
-    """A setting on its page: its input's type, its value, what is offered, what it means."""
+    """One setting on the page: input type, value, choices and explanation."""
 
     key: str
     kind: str
@@ -34,7 +34,7 @@ class Field:
 
 
 def settings(view: View) -> dict[str, Any]:
-    """Return what the page of the settings shows: each key of slipscale.toml."""
+    """Return the values of the settings page, one field per key of slipscale.toml."""
     test = view.jobs.last("test")
     over = test is not None and not test.running
     text, fault = lab_text(Path()), ""

@@ -1,4 +1,4 @@
-"""The first line of every page: laboratory, study, plate, session, disk and backup."""
+"""The status line at the top of every page: laboratory, study, plate, session, disk and backup."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.console.page_texts import Words
     from slipscale.experiments.lab.console.state import Snapshot
 
-LOW_GB = 1.0  # a run takes some megabytes; a disk that is nearly full fails elsewhere too
+LOW_GB = 1.0  # a run takes a few megabytes, but a nearly full disk also causes failures elsewhere
 
 
 def strip(found: Snapshot, t: Words, lab: str) -> list[tuple[str, str, str]]:
-    """Return what every page's first line shows: (what, its value, how it is)."""
+    """Return the entries of the status line as (label, value, status)."""
     live, status = found.live, found.live.status if found.live else None
     session = t("strip.running", label=live.label) if live else t("strip.none")
     if live and status and status.state in ("paused", "fault"):

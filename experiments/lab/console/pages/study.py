@@ -1,4 +1,4 @@
-"""The page of the study: its tasks, its orders, its file."""
+"""The study page: tasks, orders and the study file."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from slipscale.experiments.study.file import shipped_studies, study_text
 if TYPE_CHECKING:
     from slipscale.experiments.lab.console.state import Snapshot
 
-CONTEXT = 2  # lines around each change
+CONTEXT = 2  # lines of context around each change
 KINDS = {"+": "now", "-": "before", "@": "gap"}
 
 
 class Line(NamedTuple):
-    """A line of a comparison: only in the file now, only in the version used before, or both."""
+    """A line of a comparison: only in the current file, only in the earlier version, or in both."""
 
     kind: str
     words: str
 
 
 def study(view: View) -> dict[str, Any]:
-    """Return what the page of the study shows; the file's text, without its texts files' words."""
+    """Return the values of the study page; the file is shown without the contents of text files."""
     found = view.found
     template = view.query.get("from", "")
     template = template if template in shipped_studies() else ""
@@ -67,7 +67,7 @@ def study(view: View) -> dict[str, Any]:
 
 
 def _compared(found: Snapshot) -> tuple[str, list[Line]]:
-    """Return whose run was the last with another version of the study, and what differs since."""
+    """Return the last run that used another version of the study, and the changes since then."""
     begun = [
         (visit.started_utc, person.label, visit)
         for person in (found.roster.people if found.roster else ())

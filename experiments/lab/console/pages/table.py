@@ -1,4 +1,4 @@
-"""The one table of pages, in the order of the navigation."""
+"""The table of pages, in the order of the navigation."""
 
 from __future__ import annotations
 
@@ -26,5 +26,5 @@ PAGES: dict[str, Callable[[View], dict[str, Any]]] = {
     "pilot": pilot,
     "settings": settings,
 }
-# Pages that are reached from another one -> that page, which the navigation marks.
+# Subpage -> its parent page, which the navigation highlights.
 WITHIN = {"screens": "study", "person": "today"}

@@ -1,4 +1,4 @@
-"""What every page is made from, and what several pages need."""
+"""The input of all pages, and functions that several pages share."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.console.page_texts import Words
     from slipscale.experiments.lab.console.state import Snapshot
 
-MOST_PEOPLE = 60  # in a table, unless all are asked for
+MOST_PEOPLE = 60  # in a table, unless all are requested
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class View:
-    """A page that somebody asked for.
+    """A requested page.
 
     Parameters
     ----------
     query : Mapping
-        What the address says after the question mark.
+        The query string's parameters.
     """
 
     found: Snapshot
@@ -35,7 +35,7 @@ class View:
 
 
 def local_time(utc: str) -> str:
-    """Return a time in ISO 8601 as this computer's clocks show it, to the minute.
+    """Return an ISO 8601 time in this computer's time zone, to the minute.
 
     >>> local_time("")
     ''
@@ -44,21 +44,21 @@ def local_time(utc: str) -> str:
 
 
 def date_of(when_ns: int | None) -> str:
-    """Return when a file changed, in ISO 8601; empty if there is none."""
+    """Convert a file's modification time to ISO 8601; empty for None."""
     return "" if when_ns is None else datetime.fromtimestamp(when_ns / 1e9, UTC).isoformat()
 
 
 def failure(job: Job | None) -> str:
-    """Return what a job that has ended complained of; nothing where it did what it should.
+    """Return the error message of a job that failed; empty if it succeeded.
 
-    A session that was stopped says so itself: that is no failure.
+    A session that was stopped reports that itself and does not count as a failure.
     """
     stopped = 130
     return job.complained() if job and job.status not in (None, 0, stopped) else ""
 
 
 def plan_of(found: Snapshot, participant: str) -> RunPlan:
-    """Return the plan of a participant's first run; LookupError without a study."""
+    """Return the plan of a participant's first run; raise LookupError without a study."""
     if found.study is None:
         raise LookupError("there is no study to plan with")
     return RunPlan(
@@ -73,7 +73,7 @@ def plan_of(found: Snapshot, participant: str) -> RunPlan:
 
 
 def titles_of(found: Snapshot) -> dict[str, str]:
-    """Return the titles of the study's tasks, by their labels."""
+    """Return the titles of the study's tasks by label."""
     if found.study is None:
         return {}
     return {protocol.task: protocol.title for protocol, _ in plan_of(found, "01").tasks()}
