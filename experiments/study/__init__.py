@@ -1,1 +1,1 @@
-"""The study file: its model, validation and plan of a run."""
+"""The study file: its model, its validation, and the plan of a run."""

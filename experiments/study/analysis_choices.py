@@ -1,7 +1,7 @@
-"""How a study's data will be analysed, frozen in the study file before anything is looked at.
+"""Analysis choices that are frozen in the study file before anyone sees the data.
 
-The ``[analysis]`` table of a study. All keys are optional; what is left out keeps the default
-given here, and the report says which choices were frozen and which were not.
+They are the ``[analysis]`` table of a study. All keys are optional and default to the values given
+here. The report states which choices were frozen and which were not.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ QualityFlag = Literal[
     "false_alarms",
     "faults",
 ]
-#: Flags that look at how estimates follow the amplitude: whoever is left shows the effect.
+#: Flags that depend on how estimates follow the amplitude: only those who show the effect remain.
 OF_THE_OUTCOME = ("non_monotone",)
 Test = Literal[
     "rm_anova",
@@ -65,7 +65,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Thresholds(BaseModel):
-    """When a participant's data is flagged (a flag excludes only where ``exclusions`` says so)."""
+    """Criteria for flagging a participant's data (only flags in ``exclusions`` exclude it)."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -1,6 +1,6 @@
-"""Study files: found, read, and every fault told at once, with its line.
+"""Find, read and validate study files; report all faults at once, with their lines.
 
-What a study may say is `slipscale.experiments.study.model.Study`.
+For the allowed keys, see `slipscale.experiments.study.model.Study`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ LOG = logging.getLogger(__name__)
 
 @lru_cache(maxsize=16)
 def parse_study(text: str, source: str) -> Study:
-    """Return the study that a TOML text describes.
+    """Parse the TOML text of a study file.
 
     Parameters
     ----------
@@ -42,13 +42,14 @@ def parse_study(text: str, source: str) -> Study:
     Raises
     ------
     UserError
-        One message that lists every fault with its line or key and what was expected.
+        If the text is not valid. The message lists every fault with its line or key and the
+        expected value.
     """
     return parse_toml(text, source, Study, names=_names)
 
 
 def _names(table: dict[str, Any]) -> FileNames:
-    """Return the keys of a study file in the quantity that it states."""
+    """Return the names that a study file's keys have in its quantity."""
     tasks = table.get("tasks")
     named = {str(t.get("protocol")) for t in tasks if isinstance(t, dict)} if tasks else set()
     known = named & set(protocol_names())
@@ -64,7 +65,7 @@ def _names(table: dict[str, Any]) -> FileNames:
 
 
 def shipped_studies() -> list[str]:
-    """Return the names of the studies that come with Slipscale.
+    """Return the names of the studies that are part of Slipscale.
 
     >>> "biet2007" in shipped_studies()
     True
@@ -79,7 +80,7 @@ def study_text(name: str) -> str:
     Raises
     ------
     UserError
-        There is neither, or the file cannot be read as text.
+        If neither exists, or the file cannot be read as text.
     """
     if name in shipped_studies():
         return (
@@ -88,7 +89,7 @@ def study_text(name: str) -> str:
             .read_text(encoding="utf-8")
         )
     try:
-        return Path(name).read_text(encoding="utf-8-sig")  # Windows' editors begin with a mark
+        return Path(name).read_text(encoding="utf-8-sig")  # Windows editors write a byte order mark
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         files_here = [str(path) for path in Path().glob("*.toml")]
@@ -100,12 +101,13 @@ def study_text(name: str) -> str:
 
 
 def parse_whole(text: str, name: str) -> tuple[Study, str]:
-    """Return the study that a file's text describes, and that text with its own language put in.
+    """Return the study that a file's text describes, and the text including its texts files.
 
     Raises
     ------
     UserError
-        As `parse_study`; or its own language lacks a text, or its words do not fit a screen.
+        As for `parse_study`; also if the study's own language lacks a text, or if its words do not
+        fit on a screen.
     """
     whole = with_own_language(text, name)
     study = parse_study(whole, name)
@@ -114,7 +116,7 @@ def parse_whole(text: str, name: str) -> tuple[Study, str]:
 
 
 def read_study(name: str) -> tuple[Study, str]:
-    """Return a study and its whole text: the file's, with the words of its texts files put in."""
+    """Return a study and its complete text, including the words of its texts files."""
     text = study_text(name)
     LOG.info("read study %s: %d characters", name, len(text))
     try:

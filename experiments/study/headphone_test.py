@@ -39,12 +39,12 @@ DECISION, AGAIN, GO_ON = "decision", "again", "go_on"
 NOISE, LEVEL, TONE = "noise", "noise_level", "tones"
 MOST_TRIALS = 60
 LEVELS = ("comfortable", "too_loud", "not_heard")
-# Of simulated people: how often a tone is misheard.
+# Share of tones that simulated participants mishear.
 MISHEARD = 0.02
 
 
 class HeadphoneTest(BaseModel):
-    """Three tones: which one is the quietest? From loudspeakers another one seems to be."""
+    """Asks which of three tones is the quietest; with loudspeakers, another tone appears to be."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -71,15 +71,15 @@ class HeadphoneTest(BaseModel):
         return self
 
     def steps(self, context: Context, texts: Texts, noise: NoiseInEar | None) -> Steps:
-        """Yield the test, as often as the operator has it repeated.
+        """Yield the steps of the test, repeated as often as the operator requests.
 
         Parameters
         ----------
         context : Context
-            Of the run: what is quiet when follows from it.
+            The run's context, which determines the order of the tones.
         texts : Mapping
         noise : NoiseInEar or None
-            The study's masking noise in both ears; None where it has none.
+            The study's masking noise in both ears; None if it has none.
         """
         yield Instruct(title=texts["headphones.title"], text=texts["headphones.instructions"])
         attempt = 0
@@ -88,7 +88,7 @@ class HeadphoneTest(BaseModel):
             wrong_ears = yield from self._ears(attempt, context, texts, noise)
             right = 0 if wrong_ears is None else (yield from self._tones(attempt, context, texts))
             if wrong_ears is None or right is None:
-                return  # there is nothing to hear: the journal says why
+                return  # no sound output: the journal contains the reason
             if right >= self.needed and not wrong_ears:
                 return
             reply = yield self._decision(right, wrong_ears)
@@ -99,7 +99,7 @@ class HeadphoneTest(BaseModel):
     def _ears(
         self, attempt: int, context: Context, texts: Texts, noise: NoiseInEar | None
     ) -> Generator[Ask, Answer, list[str] | None]:
-        """Yield where the noise is heard; return the ears that were wrong, None without sound."""
+        """Ask in which ear the noise is heard; return the wrong ears, or None without sound."""
         if noise is None:
             return []
         wrong = []
@@ -131,7 +131,7 @@ class HeadphoneTest(BaseModel):
     def _tones(
         self, attempt: int, context: Context, texts: Texts
     ) -> Generator[Ask, Answer, int | None]:
-        """Yield the tones; return how many were answered rightly, None without sound."""
+        """Ask for the quietest tone; return how often it was right, or None without sound."""
         right = 0
         words = tuple(part.strip() for part in texts["headphones.tones"].split("|"))
         question = ComparisonQuestion(
@@ -152,7 +152,7 @@ class HeadphoneTest(BaseModel):
         return right
 
     def _decision(self, right: int, wrong_ears: list[str]) -> Ask:
-        """Return what the operator is asked; it is the operator's language."""
+        """Return the question to the operator, in the operator's language."""
         ears = f"; the noise in the {' and the '.join(wrong_ears)} ear" if wrong_ears else ""
         elsewhere = " was heard elsewhere" if wrong_ears else ""
         prompt = (
@@ -169,7 +169,7 @@ class HeadphoneTest(BaseModel):
         )
 
     def simulated(self) -> dict[tuple[str, str], SimulatedAnswer]:
-        """Return who answers in a pilot: people with headphones on."""
+        """Return the simulated answers for pilots: people who wear headphones."""
         named = [f"{NOISE}_{ear}" for ear in EARS]
         tones = [f"{TONE}_{number}" for number in range(1, self.trials + 1)]
         return {
@@ -184,7 +184,7 @@ def _ear(name: str) -> Ears:
 
 
 def _hears(step: Ask, person: SimulatedPerson) -> Value:
-    """Answer what somebody with headphones on hears, but for a slip now and then."""
+    """Return the correct answer, except for occasional slips."""
     sound = step.played.sound if step.played else None
     if isinstance(sound, NoiseInEar):
         return sound.ear

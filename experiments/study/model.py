@@ -1,7 +1,7 @@
-"""A study: what to run, frozen, and validated whole.
+"""The study: what to run, frozen and validated as a whole.
 
-Whatever is wrong is found at once, each fault with its place; only what cannot be judged for
-another fault (the limits of a plate whose own table is wrong) waits for that.
+All faults are reported at once, each with its location. A check that depends on another key is
+skipped if that key is invalid (for example, levels if the plate's table is invalid).
 """
 
 from __future__ import annotations
@@ -54,12 +54,12 @@ if TYPE_CHECKING:
     from slipscale.stimuli.texture import Grating
 
 
-# Surfaces, tasks, sessions, questions: more than anybody can have in mind, and few to compute with.
+# Surfaces, tasks, sessions, questions: more than any study needs, few enough to compute quickly.
 MOST = 100
 
 
 class Study(BaseModel):
-    """What to run. Each field is a key of the study file; its description says what it means."""
+    """What to run. Each field is a key of the study file; its description explains it."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -247,7 +247,7 @@ class Study(BaseModel):
         return value
 
     def __repr__(self) -> str:
-        """Return one line: name, title, participants, tasks and amplitudes."""
+        """Return a one-line summary: name, title, participants, tasks and amplitudes."""
         tasks = ", ".join(task.protocol for task in self.tasks)
         levels, q = ", ".join(f"{each:g}" for each in self.levels), self.quantity
         return (
@@ -257,7 +257,7 @@ class Study(BaseModel):
 
     @property
     def quantity(self) -> Quantity:
-        """What all levels are in."""
+        """The quantity of all levels."""
         return self.made.quantity
 
     @property
@@ -266,8 +266,8 @@ class Study(BaseModel):
         return tuple(t.grating(f"T{number}") for number, t in enumerate(self.textures, start=1))
 
 
-# What is wrong across keys. Where the other key has a fault of its own, that is told and nothing
-# can be said here: `info.data` holds only what is valid.
+# Checks across keys. They are skipped if the other key is invalid, because `info.data` contains
+# only valid keys.
 
 
 def _named_twice(table: str, names: list[str]) -> Iterator[Fault]:
@@ -282,7 +282,7 @@ def _quantity(info: ValidationInfo) -> Quantity:
 
 
 def _unstated(place: Place, table: BaseModel, info: ValidationInfo) -> Iterator[Fault]:
-    """Yield the levels that a table in another quantity leaves out: defaults are in µm."""
+    """Yield the levels that a table must state, because the defaults are in µm."""
     quantity = _quantity(info)
     if not quantity.of_plate:
         for key, field in type(table).model_fields.items():
@@ -306,11 +306,11 @@ def _beyond(place: Place, info: ValidationInfo, *levels: float) -> Iterator[Faul
 def _impossible(
     place: Place, task: Options, before: list[Options], info: ValidationInfo
 ) -> Iterator[Fault]:
-    """Yield what makes a task impossible in this study."""
+    """Yield the reasons why a task is impossible in this study."""
     protocol = load_protocol(task.protocol)
     labels = [load_protocol(other.protocol).for_task(other).task for other in before]
     if (label := protocol.for_task(task).task) in labels:
-        # Their trials would fall into one table, under the same numbers.
+        # Their trials would be in the same table, with the same numbers.
         said = f"there is a '{label}' already: give it a label"
         yield (*place, "label" if task.label else "protocol"), {"msg": said}
     for key in protocol.amplitudes:
@@ -370,7 +370,7 @@ def _unreadable(texts: dict[str, dict[str, Any]], tasks: tuple[Options, ...]) ->
 
 
 def _unspoken(texts: dict[str, dict[str, Any]], info: ValidationInfo) -> Iterator[Fault]:
-    """Yield what of the questions about the participant cannot be asked, and a language unknown."""
+    """Yield the questions that cannot be asked in the study's language, and an unknown language."""
     known = [*languages(), *sorted(set(texts) - set(languages()))]
     language, asked = info.data.get("language"), info.data.get("about_you", ())
     yield from _named_twice("about_you", [question.name for question in asked])

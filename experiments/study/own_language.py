@@ -1,9 +1,9 @@
-"""A language of the study's own: its file of texts, read with the study and put into its text.
+"""Languages that a study adds: read its texts files and insert them into the study's text.
 
-A study's text is what travels: into journals, into the data set's ``code`` folder, into the hash
-that tells one study from another. So the words of a texts file are put into it when it is read,
-and whatever becomes of the file, it is known what a participant read. Shipped
-languages are only those that somebody here could check: participants cannot tell a bad translation.
+The study's text is copied into journals and the data set's ``code`` folder, and its hash
+identifies the study. The words of the texts files are therefore inserted when the study is read,
+so that the record of what a participant read does not depend on those files. Slipscale ships only
+languages that its developers could check, because participants cannot detect a bad translation.
 """
 
 from __future__ import annotations
@@ -53,41 +53,42 @@ class _Table(RootModel[dict[str, Any]]):
 
 
 def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
-    """Return a study's text with the words of its texts files put in.
+    """Return a study's text with the words of its texts files inserted.
 
     Parameters
     ----------
     text : str
-        The study file's text; one that is no TOML, or names no such files, is returned as it is.
+        The study file's text. A text that is not TOML, or names no texts files, is returned
+        unchanged.
     source : str
-        The study file's name: texts files lie beside it.
+        The study file's name; texts files are located in the same folder.
     absent : bool
-        Whether a file that is not there is passed over.
+        Whether to ignore missing files.
 
     Raises
     ------
     UserError
-        A texts file cannot be read, is in a language that is there already, or is no such file.
+        If a texts file cannot be read, is not a texts file, or its language already exists.
     """
     if KEY not in text:
         return text
     try:
         table = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError):
-        return text  # what is wrong with it is told by whoever parses it
+        return text  # the parser of the study reports what is wrong
     named = table.get(KEY)
     if not isinstance(table.get("texts", {}), dict):
         return text  # as above
     if not isinstance(named, list) or not all(isinstance(each, str) and each for each in named):
         return text
-    import tomlkit  # noqa: PLC0415 - where a file is changed
+    import tomlkit  # noqa: PLC0415 - only needed to change a file
 
     document = tomlkit.parse(text)
     del document[KEY]
     whole = tomlkit.dumps(document)
     there = {*languages(), *(table.get("texts") or {})}
     for name in named:
-        # The console's page can name files here, and must reach none outside the folder.
+        # The console's page can set these names, and must not reach files outside the folder.
         if Path(name).name != name or "\\" in name or not name.isprintable():
             raise UserError(
                 f"{source}: texts_files: {name!r}: expected the name of a file beside the study's, "
@@ -116,7 +117,7 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
 
 
 def _read(path: Path) -> tuple[str, Texts]:
-    """Return the language of a texts file, and its words; those not written yet are left out."""
+    """Return the language of a texts file and its words, without those that are still empty."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
@@ -153,10 +154,10 @@ def _leaves(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, A
 
 
 def check_words(study: Study, source: str) -> None:
-    """Raise `UserError` unless every text that the study brings can be read on the screen.
+    """Raise `UserError` unless every text that the study adds can be shown on the screen.
 
-    That is asked of a study that is going to be used. One that was recorded long ago keeps its
-    words whatever texts have come or gone since.
+    Call it only for studies that are about to be used. A recorded study keeps its words, even if
+    texts have been added or removed since.
     """
     told = [
         (0, f"texts.{language}{f'.{key}' if key else ''}: {sentence}")
@@ -168,7 +169,7 @@ def check_words(study: Study, source: str) -> None:
 
 
 def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tuple[str, str]]:
-    """Yield key (empty: the whole language) and sentence."""
+    """Yield each faulty text's key (empty for the whole language) and what is wrong."""
     yield from unshown(own)
     if language in languages():
         return
@@ -183,7 +184,7 @@ def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tu
 
 
 def brought_texts(study: Study, language: str) -> dict[str, str]:
-    """Return what a study's protocols bring for a language, in English where not in it."""
+    """Return the texts of a study's protocols in a language, or in English if not translated."""
     brought: dict[str, str] = {}
     for task in study.tasks:
         brought |= protocol_texts(load_protocol(task.protocol), language)
@@ -191,7 +192,7 @@ def brought_texts(study: Study, language: str) -> dict[str, str]:
 
 
 def check_own_code(language: str) -> None:
-    """Raise `UserError` unless a language can be one of a study's own."""
+    """Raise `UserError` unless a study can add a language with this code."""
     if not CODE.fullmatch(language):
         raise UserError(f"--language {language}: expected a language's code, such as de or pt-BR")
     if language in languages():
@@ -202,7 +203,7 @@ def check_own_code(language: str) -> None:
 
 
 def with_room_for(text: str, source: str, language: str) -> str:
-    """Return a study's whole text where its file of a language may not be written yet."""
+    """Return a study's complete text, with an empty table for a language not written yet."""
     whole = with_own_language(text, source, absent=True)
     if language not in parse_toml(whole, source, _Table).root.get("texts", {}):
         whole += f"\n[texts.{_key(language)}]\n"
@@ -210,9 +211,9 @@ def with_room_for(text: str, source: str, language: str) -> str:
 
 
 def template(study: Study, language: str) -> str:
-    """Return a texts file to be filled in: every key, its English text, where it is seen.
+    """Return a texts file to fill in: each key with its English text and its place on the screen.
 
-    What the study has in that language already stands in its place.
+    Texts that the study already has in that language are included.
     """
     own = flatten(study.texts.get(language, {}))
     english = to_translate(brought_texts(study, language))
@@ -247,5 +248,5 @@ def _key(part: str) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return a text as TOML writes it; JSON's escapes are TOML's, but for one character."""
+    """Return a text as a TOML string; JSON has the same escapes, except for one character."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,7 +1,7 @@
-"""The participant's keys where a laboratory has its own: a keypad, a response box, a pedal.
+"""The participant's keys, for laboratories with a keypad, a response box or a pedal.
 
-All of these are keyboards to the computer, and send characters. What the keys are is shown on the
-screen. Numbers and choices need nothing here: their keys are digits, and Enter hands a number in.
+The computer treats all of these as keyboards that send characters. The screen shows which keys to
+use. Numbers and choices need no setting: their keys are digits, and Enter submits a number.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from slipscale.experiments.protocols.base import Switch
 
 NAMED = ("space", "enter")
-AGAIN = ("r", "a")  # the first of them that does not go on
+AGAIN = ("r", "a")  # the first one that is not the `go_on` key
 Key = Annotated[str, Field(strict=True)]
 
 
@@ -72,7 +72,7 @@ class ParticipantKeys(BaseModel):
         return self
 
     def texts(self) -> dict[str, str]:
-        """Return the texts that name the keys, in place of the language's."""
+        """Return the texts that name the keys; they replace those of the language."""
         again = self.again or next(key for key in AGAIN if key != self.go_on.casefold())
         named = {"window.go_on_key": self.go_on, "window.again_key": again}
         if self.yes:

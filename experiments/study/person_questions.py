@@ -1,6 +1,6 @@
-"""Questions about the participant: one of a few given answers, or a whole number within bounds.
+"""Questions about the participant, answered by a choice or a whole number within bounds.
 
-What the data hold of an answer is its code; what the participant reads are words in their language.
+The data contain the code of an answer; the participant reads its words in their language.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Translated = Annotated[dict[str, Words], Field(min_length=1)]
 def distinct(
     value: tuple[str, ...] | dict[str, dict[str, str]] | None,
 ) -> tuple[str, ...] | dict[str, dict[str, str]] | None:
-    """Return the answers to choose from; ValueError unless they can be told apart everywhere."""
+    """Return the options; raise ValueError unless they differ from each other in every language."""
     if isinstance(value, dict):
         spoken = {language for words in value.values() for language in words}
         lists = [[words.get(each) for words in value.values()] for each in sorted(spoken)]
@@ -46,7 +46,7 @@ def distinct(
 class PersonQuestion(BaseModel):
     """A question about the participant; names are never asked for.
 
-    Either ``options`` are given, or ``minimum`` and ``maximum``: then a whole number is typed.
+    Give either ``options``, or ``minimum`` and ``maximum`` for a whole number to be typed.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -104,14 +104,14 @@ class PersonQuestion(BaseModel):
         return self
 
     def languages(self) -> Iterator[tuple[str, str]]:
-        """Yield each key that has words in several languages, with each language's code."""
+        """Yield each key that has words in several languages, once per language, with its code."""
         for words in self.options.values() if isinstance(self.options, dict) else ():
             yield from (("options", language) for language in words)
         if isinstance(self.prompt, dict):
             yield from (("prompt", language) for language in self.prompt)
 
     def faults(self, language: str) -> Iterator[tuple[Place, str]]:
-        """Yield the key, and a sentence, for all that cannot be read in a language."""
+        """Yield the key and a message for everything that has no words in a language."""
         if isinstance(self.options, dict) and language not in next(iter(self.options.values())):
             yield ("options",), f"'{self.name}' has no words for its options in '{language}'"
         shipped = f"about_you.{self.name}" in shipped_texts(language)
@@ -122,12 +122,12 @@ class PersonQuestion(BaseModel):
             yield ("prompt",), f"'{self.name}' needs a prompt of its own"
 
     def ask(self, language: str, texts: Mapping[str, str]) -> Ask:
-        """Return the question as it is asked in a language.
+        """Return the step that asks the question in a language.
 
         Raises
         ------
         UserError
-            The study has no words for it in that language.
+            If the study has no words for the question in that language.
         """
         if told := [f"about_you: {sentence}" for _, sentence in self.faults(language)]:
             raise UserError("; ".join(told))
@@ -143,9 +143,9 @@ class PersonQuestion(BaseModel):
         return Ask(name=self.name, question=ChoiceQuestion(prompt=prompt, options=options))
 
     def levels(self, language: str) -> dict[str, str]:
-        """Return the words of each code that the data can hold; none for a number.
+        """Return the words of each code that the data can contain; empty for a number.
 
-        In a language that the study has no words in, those of another.
+        If the study has no words in that language, those of another language are returned.
         """
         if isinstance(self.options, dict):
             return {
@@ -158,9 +158,9 @@ class PersonQuestion(BaseModel):
 def unanswerable(
     questions: tuple[PersonQuestion, ...], language: str, known: Collection[str]
 ) -> Iterator[Fault]:
-    """Yield place and sentence of each question that cannot be asked in a language.
+    """Yield place and message for each question that cannot be asked in a language.
 
-    ``known`` are the languages there are: words in another are never read.
+    ``known`` are the available languages. Words in any other language are faults too.
     """
     for number, question in enumerate(questions):
         for key in {key for key, each in question.languages() if each not in known}:

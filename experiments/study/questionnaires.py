@@ -1,7 +1,7 @@
-"""Questionnaires: many items, most with the same answers, recorded by item code.
+"""Questionnaires: many items, usually with the same answers, recorded by item code.
 
-An item is a question about the participant; its answers are kept apart from those of `about_you`,
-in a table for each questionnaire (BIDS' folder ``phenotype``).
+An item is a question about the participant. Its answers are stored separately from those of
+`about_you`, in one table per questionnaire (BIDS folder ``phenotype``).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from slipscale.faults.validation import Fault
 
 MOST_ITEMS = 200
-# What a row of a questionnaire's table begins with, beside the participant: which visit it was.
+# The columns that identify a row of a questionnaire's table, in addition to the participant.
 ROW = ("session_id", "run")
 
 Answers = (
@@ -59,7 +59,7 @@ class Item(BaseModel):
 
 
 class Questionnaire(BaseModel):
-    """A questionnaire: its items are asked one after the other, in their order."""
+    """A questionnaire. Its items are asked one after the other, in the given order."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -94,12 +94,12 @@ class Questionnaire(BaseModel):
         ]
 
     def asks(self, language: str, texts: Mapping[str, str]) -> list[Ask]:
-        """Return the items as they are asked in a language.
+        """Return the steps that ask the items in a language.
 
         Raises
         ------
         UserError
-            The study has no words for one of them, or for what comes before, in that language.
+            If an item, the title or the instructions have no words in that language.
         """
         for words in (self.title, self.instructions):
             if isinstance(words, dict) and language not in words:
@@ -119,11 +119,11 @@ class Questionnaire(BaseModel):
             yield ask
 
     def simulated(self) -> dict[tuple[str, str], SimulatedAnswer]:
-        """Return who answers in a pilot: any answer to any item."""
+        """Return the simulated answers for pilots: a random answer to each item."""
         return {(self.name, item.name): any_choice for item in self.items}
 
     def levels(self, language: str) -> dict[str, tuple[str, dict[str, str]]]:
-        """Return each item's words and those of its codes, for the table's sidecar."""
+        """Return each item's words and the words of its codes, for the table's sidecar."""
         return {
             item.name: (_words(item.prompt, language), question.levels(language))
             for item, question in zip(self.items, self.questions(), strict=True)
@@ -131,7 +131,7 @@ class Questionnaire(BaseModel):
 
 
 def _words(given: str | dict[str, str], language: str) -> str:
-    """Return words in a language; of a journal in another language, those there are."""
+    """Return words in a language, or in another language if there are none."""
     if isinstance(given, str):
         return given
     return given.get(language, next(iter(given.values())))
@@ -143,17 +143,17 @@ def unusable(
     known: Collection[str],
     taken: Collection[str],
 ) -> Iterator[Fault]:
-    """Yield place and sentence of all that cannot be asked in a language, or not be told apart.
+    """Yield place and message of everything that cannot be asked in a language or is ambiguous.
 
     Parameters
     ----------
     questionnaires : tuple of Questionnaire
     language : str
-        Of the study.
+        The study's language.
     known : collection of str
-        All languages that there are.
+        All available languages.
     taken : collection of str
-        Names that the study has given already: of tasks, and of questions about the participant.
+        Names already used in the study, for tasks and for questions about the participant.
     """
     names = set(taken)
     for number, each in enumerate(questionnaires):
@@ -176,7 +176,7 @@ def unusable(
                     told.add((_place(place, index, key, own=own), said))
             for found, said in question.faults(language):
                 where = _place(place, index, str(found[0]), own=own)
-                shared = where == (*place, "options")  # said once, not for each item
+                shared = where == (*place, "options")  # reported once, not per item
                 told.add((where, said.replace(question.name, each.name) if shared else said))
         yield from ((where, {"msg": said}) for where, said in sorted(told, key=str))
 
@@ -184,7 +184,7 @@ def unusable(
 def _place(
     place: tuple[str | int, ...], index: int, key: str, *, own: bool
 ) -> tuple[str | int, ...]:
-    """Return where a fault of an item lies: answers are the questionnaire's, as a rule."""
+    """Return the location of an item's fault; options usually belong to the questionnaire."""
     if key == "options" and not own:
         return (*place, "options")
     return (*place, "items", index, key)

@@ -1,4 +1,4 @@
-"""The plan of a run: everything that decides what happens, but for the participant's answers."""
+"""The plan of a run: everything that determines the run, except the participant's answers."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ Mode = Literal["participant", "pilot"]
 
 
 def check_labels(*, participant: str, session: str, run: str) -> None:
-    """Raise `UserError` unless these can be parts of file names; ``session`` may be empty."""
+    """Raise `UserError` unless the labels can be parts of file names; ``session`` may be empty."""
     for name, value in (("participant", participant), ("run", run), ("session", session)):
         if not re.fullmatch(r"[A-Za-z0-9]+", value) and (value or name != "session"):
             raise UserError(
@@ -48,7 +48,7 @@ def check_labels(*, participant: str, session: str, run: str) -> None:
 
 
 def _last_number(label: str) -> int | None:
-    """Return the number that a label ends with, P01's 1; None if it ends with a letter."""
+    """Return the number at the end of a label (P01 gives 1), or None if there is none."""
     found = re.search(r"[0-9]{1,18}$", label)
     return int(found[0]) if found else None
 
@@ -59,32 +59,33 @@ def stem(participant: str, session: str) -> str:
 
 
 def journal_path(dataset: Path, *, participant: str, session: str, run: str) -> Path:
-    """Return where a run's journal lies in a data set."""
+    """Return the path of a run's journal in a data set."""
     folder = dataset / "sourcedata" / f"sub-{participant}"
     return folder / f"{stem(participant, session)}_run-{run}_journal.jsonl"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunPlan:
-    """Everything that decides what happens in a run, but for the participant's answers.
+    """Everything that determines a run, except the participant's answers.
 
     Parameters
     ----------
     study_name, study_text : str
-        The study file's name and text, kept whole in the journal's first record.
+        The study file's name and complete text, stored in the journal's first record.
     participant, session, run : str
         Labels: letters and digits. ``session`` may be empty.
     seed : int
-        The study's, unless the command named another.
+        The study's seed, unless the command set another.
     language : str
-        What the participant reads.
+        The language of the participant's screen.
     mode : {"participant", "pilot"}
-        Told in every record, so that a pilot can never pass for a person.
+        Stored in every record, so that a pilot cannot be mistaken for a participant.
     order_version : int
-        The rule that orders are drawn by; a run cannot be resumed with another.
+        Version of the rule that generates orders. A run cannot be resumed with another version.
     population : str
-        Whom a pilot simulates, all numbers as JSON: a `Population` of
-        `slipscale.experiments.participants.simulated_people.population`; empty for a person's run.
+        The `Population` that a pilot simulates, from
+        `slipscale.experiments.participants.simulated_people.population`, as JSON with all its
+        numbers; empty for a participant's run.
     """
 
     study_name: str
@@ -110,15 +111,15 @@ class RunPlan:
 
     @property
     def study(self) -> Study:
-        """The study, parsed."""
+        """The parsed study."""
         return parse_study(self.study_text, self.study_name)
 
     @property
     def row(self) -> int:
         """The participant's place in the counterbalancing, from 0: the label's last number.
 
-        A label without a number has a place drawn from the label itself: such places are not
-        balanced.
+        The place of a label without a number is derived from a hash of the label. Such places are
+        not balanced.
         """
         number = _last_number(self.participant)
         if number is not None:
@@ -127,12 +128,12 @@ class RunPlan:
 
     @property
     def visit(self) -> int:
-        """Which of the participant's runs this is, from 0, as the study plans them.
+        """The index of this run among the participant's planned runs, from 0.
 
         Raises
         ------
         UserError
-            The study plans sessions, and this is none of them.
+            If the study plans sessions, and this session is not one of them.
         """
         study = self.study
         if study.sessions and self.session not in study.sessions:
@@ -153,13 +154,13 @@ class RunPlan:
         return stem(self.participant, self.session)
 
     def journal_path(self, dataset: Path) -> Path:
-        """Return where the run's journal lies in a data set."""
+        """Return the path of the run's journal in a data set."""
         return journal_path(
             dataset, participant=self.participant, session=self.session, run=self.run
         )
 
     def heading(self, plate: str) -> tuple[str, ...]:
-        """Return what a session's operator must see at a glance: who, which study, which plate."""
+        """Return what the operator must see at a glance: participant, study, plate."""
         session = f", session {self.session}" if self.session else ""
         pilot = ("PILOT",) if self.mode == "pilot" else ()
         return (
@@ -170,12 +171,12 @@ class RunPlan:
         )
 
     def texts(self) -> Texts:
-        """Return what the participant reads.
+        """Return the texts that the participant reads.
 
         Raises
         ------
         UserError
-            A protocol of the study has no words in the run's language.
+            If a protocol of the study has no words in the run's language.
         """
         brought: dict[str, str] = {}
         for options in self.study.tasks:
@@ -185,7 +186,7 @@ class RunPlan:
         return {**texts, **self.study.keys.texts()}
 
     def context(self, task: str = "") -> Context:
-        """Return what the protocol of a task knows of the run."""
+        """Return the information about the run that a task's protocol receives."""
         return Context(
             seed=self.seed,
             participant=self.participant,
@@ -202,7 +203,7 @@ class RunPlan:
         )
 
     def tasks(self) -> list[tuple[Protocol, Options]]:
-        """Return the tasks in the order in which this participant has them."""
+        """Return the tasks in this participant's order."""
         study = self.study
         tasks = [
             (load_protocol(options.protocol).for_task(options), options) for options in study.tasks
@@ -212,14 +213,14 @@ class RunPlan:
         return tasks[::-1] if turned else tasks
 
     def planned_trials(self) -> int:
-        """Return how many trials the run will have if none is repeated."""
+        """Return the number of trials in the run if none is repeated."""
         return sum(
             protocol.trials(options, self.context(protocol.task))
             for protocol, options in self.tasks()
         )
 
     def simulated_answers(self) -> dict[tuple[str, str], SimulatedAnswer]:
-        """Return who answers the tasks' questions in a pilot, by task and question."""
+        """Return the functions that answer the questions of a pilot, by task and question."""
         answers = {
             (protocol.task, name): answer
             for protocol, _ in self.tasks()
@@ -234,12 +235,12 @@ class RunPlan:
     def person_questions(self) -> list[Ask]:
         """Return the questions about the participant, in the run's language.
 
-        Those of questionnaires are not among them.
+        Questionnaire items are not included, but their words are checked.
 
         Raises
         ------
         UserError
-            The study has no words for one of them in that language.
+            If a question or a questionnaire has no words in that language.
         """
         texts = self.texts()
         for questionnaire in self.study.questionnaires:
@@ -282,7 +283,7 @@ class RunPlan:
 
 
 def _spoken(steps: Steps) -> Steps:
-    """Yield the steps, with the operator to type each number that is asked for."""
+    """Yield the steps, but let the operator type the answer to each question for a number."""
     answer: Answer = None
     while True:
         try:
@@ -297,7 +298,7 @@ def _spoken(steps: Steps) -> Steps:
 
 
 def _consent(texts: Texts) -> Steps:
-    """Yield what the participant agrees to, and ask; without a yes nothing else comes."""
+    """Yield the consent text and question, repeated until the participant consents."""
     options = tuple((code, texts[f"session.consent_{code}"]) for code in ("yes", "no"))
     question = ChoiceQuestion(prompt=texts["session.consent_question"], options=options)
     yield Instruct(title=texts["session.consent_title"], text=texts["session.consent"])

@@ -1,4 +1,4 @@
-"""The tables of a study file that stand beside its tasks: plate, noise, textures, cost."""
+"""Tables of a study file other than its tasks: plate, noise, textures, cost."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from slipscale.stimuli.texture import Grating, Waveform
 
 
 class MaskingNoise(BaseModel):
-    """Pink noise in the headphones while the plate may sound."""
+    """Pink noise in the headphones while the plate may be audible."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -32,7 +32,7 @@ Amount = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 
 
 class Cost(BaseModel):
-    """What the study costs, for ``slipscale study show --timeline``."""
+    """The costs of the study, for ``slipscale study show --timeline``."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -55,7 +55,7 @@ class Cost(BaseModel):
 
 
 class PlateSettings(BaseModel):
-    """Which plate, and its limits where they differ from the shipped ones."""
+    """The plate of a study, and limits that differ from the shipped ones."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -103,12 +103,12 @@ class PlateSettings(BaseModel):
     )
 
 
-# No plate is a metre long: one period is the whole stroke there, and more.
+# No plate is a metre long, so a longer period would exceed any stroke.
 LONGEST_MM = 1000.0
 
 
 class Texture(BaseModel):
-    """A grating that the study presents as one more surface."""
+    """A grating that the study presents as an additional surface."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -135,5 +135,5 @@ class Texture(BaseModel):
         return self
 
     def grating(self, label: str = "") -> Grating:
-        """Return the surface, with a label that does not tell which it is."""
+        """Return the texture as a surface, with a label that does not identify it."""
         return Grating(label=label, **self.model_dump())
