@@ -1,1 +1,1 @@
-"""Who answers: a person at a PsychoPy window, a simulated or a scripted participant."""
+"""Participants: a person at a PsychoPy window, a simulated or a scripted participant."""

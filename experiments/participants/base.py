@@ -1,4 +1,4 @@
-"""Who answers, behind one small interface, and the ways out of a step."""
+"""The interface that all participants implement, and the exceptions that end a step."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from slipscale.hardware.contact.source import Finger
 
 # Called at every frame while a participant reads, explores or answers. It checks the plate and
-# the operator and may raise (a plate fault, a pause, a stop): a participant class lets
-# the exception pass and must be able to start the same step again afterwards.
+# the operator and may raise (a plate fault, a pause, a stop). Participant classes must let the
+# exception propagate, and must be able to start the same step again afterwards.
 Watch = Callable[[], None]
 
-# Turns the surface by so many notches, up or down; what it raises passes through as well.
+# Turns the surface up or down by a number of notches. Its exceptions propagate, too.
 Turn = Callable[[int], None]
 
 Kind = Literal["person", "simulated", "scripted"]
@@ -25,14 +25,14 @@ Kind = Literal["person", "simulated", "scripted"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unfinished:
-    """What was typed of an answer when something interrupted it.
+    """The entry of an answer that was interrupted.
 
     Parameters
     ----------
     entry : str
-        What stood in the place for the answer.
+        The contents of the answer field.
     rejected : tuple of str
-        Entries before it that were not an answer.
+        Earlier entries that were rejected.
     """
 
     entry: str = ""
@@ -44,16 +44,16 @@ class StopRequested(Exception):
 
 
 class Participant(Protocol):
-    """A person at a screen, or a stand-in. A context manager: entering opens the window."""
+    """A person at a screen, or a substitute. A context manager: entering opens the window."""
 
     kind: ClassVar[Kind]
-    # Set before a question is asked: what to offer as typed already. Where `perform` raises, it
-    # says what was typed by then.
+    # Set before a question: the entry to start with. If `perform` raises an exception, it contains
+    # the entry up to then.
     unfinished: Unfinished
 
     @property
     def finger(self) -> Finger | None:
-        """Who can tell where the finger is: a window by its pointer, a simulated one by itself."""
+        """The source of the finger's position, if any: a window's pointer or a simulated finger."""
 
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
         """Carry out one step and return what the participant did.
@@ -61,25 +61,25 @@ class Participant(Protocol):
         Parameters
         ----------
         step : Instruct, Explore, Ask, Rest or Feedback
-            It never holds an amplitude.
+            It never contains an amplitude.
         watch : callable
-            To be called at every frame; what it raises passes through.
+            Must be called at every frame; its exceptions must propagate.
 
         Raises
         ------
         StopRequested
-            The participant asked to stop, and confirmed.
+            If the participant requested to stop, and confirmed.
         """
 
     def adjust(self, step: Adjust, turn: Turn, watch: Watch, *, again: int = 0) -> Reply:
-        """Have the participant turn the surface until it is as asked for; see `perform`.
+        """Let the participant adjust the surface as the step asks; see `perform`.
 
-        The reply's value is `FEEL_AGAIN` where the participant asks for the reference; this is
-        then called once more, and ``again`` is how often they felt it again.
+        If the participant requests the reference, the reply's value is `FEEL_AGAIN`. The session
+        then presents it and calls this method again; ``again`` counts these repetitions.
         """
 
     def hold(self, text: str, until: Callable[[], bool]) -> None:
-        """Show ``text`` (the operator paused, or the rig is being repaired) until ``until()``."""
+        """Show ``text`` until ``until()`` is true (during a pause, or a repair of the rig)."""
 
     def __enter__(self) -> Self: ...
 

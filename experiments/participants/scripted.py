@@ -1,4 +1,4 @@
-"""A scripted participant: gives the answers it was handed, in order. For tests."""
+"""A scripted participant for tests: gives a list of answers in order."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 
 
 class ScriptedParticipant:
-    """Answers questions from a list, or by a function of the question.
+    """Answers questions from a list, or with a function of the question.
 
     Parameters
     ----------
     script : iterable or callable
-        The answers, or what gives one for an `Ask`. An answer that is a `Reply` is given as it
-        is; one that is an exception is raised. Of an `Adjust` it is the number of notches, or
-        `FEEL_AGAIN`.
+        The answers, or a function that returns the answer to an `Ask`. A `Reply` is returned
+        unchanged, and an exception is raised. The answer to an `Adjust` is the number of notches,
+        or `FEEL_AGAIN`.
     clock : Clock
-        Each step takes ``step_s`` of it.
+        Advances by ``step_s`` in each step.
     step_s : float
         Seconds.
     """
@@ -49,7 +49,7 @@ class ScriptedParticipant:
         self.turned: list[Adjust] = []
 
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
-        """Let some time pass, then give the next answer."""
+        """Let ``step_s`` pass, then give the next answer."""
         watch()
         self.seen.append(step)
         onset_s = self._clock.now()
@@ -71,9 +71,9 @@ class ScriptedParticipant:
         turn: Turn,
         watch: Watch,
         *,
-        again: int = 0,  # noqa: ARG002 - the script knows
+        again: int = 0,  # noqa: ARG002 - fixed by the script
     ) -> Reply:
-        """Turn by the next answer's notches, one after the other, or ask to feel again."""
+        """Turn the surface by the next answer's notches one by one, or request the reference."""
         watch()
         self.turned.append(step)
         onset_s = self._clock.now()
@@ -88,7 +88,7 @@ class ScriptedParticipant:
         return Reply(onset_s=onset_s, response_time_s=self._clock.now() - onset_s)
 
     def hold(self, _text: str, until: Callable[[], bool]) -> None:
-        """Wait."""
+        """Wait until ``until()`` is true."""
         while not until():
             self._clock.sleep(0.1)
 

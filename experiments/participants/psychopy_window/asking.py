@@ -1,4 +1,4 @@
-"""The screen of a question: a place for its answer, and what was wrong with the last entry."""
+"""The screen of a question: its answer field, and why the last entry was rejected."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ CARET = "|"
 
 
 class Asking(Unmoved):
-    """A question and the place for its answer; the time limit is shown where there is one."""
+    """A question with its answer field, and a countdown if there is a time limit."""
 
     def __init__(self, step: Ask, texts: Texts) -> None:
         question = step.question
@@ -66,22 +66,22 @@ class Asking(Unmoved):
                 assert_never(question)
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the question, what has been typed, and what was wrong with the last entry."""
+        """Return the question, the entry, and why the last entry was rejected."""
         prompt = Text(content=self._prompt, y=0.28, size=0.06, width=1.2, height=0.17)
         left = remaining(self._limit_s, elapsed_s, self._texts, y=0.43)
         return (prompt, *self._body(), *self._foot(), *left)
 
     def _foot(self) -> Scene:
-        """Return what to do, and what was wrong with the last entry."""
+        """Return the hint, and why the last entry was rejected."""
         hint = () if self._touch else (scene.hint(self._hint),)
         if not self._notice:
             return hint
-        # Keys that are touched reach down to where there is no hint.
+        # Touch keys cover the notice's usual place, but leave the hint's place free.
         said = scene.notice(self._notice)
         return (replace(said, y=scene.HINT_Y),) if self._touch else (said, *hint)
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """Take a character; end when the entry is an answer given in time."""
+        """Process a character; return the outcome if the entry is an answer given in time."""
         if self.expire(elapsed_s):
             return None
         verdict = self._entry.press(character)
@@ -95,7 +95,7 @@ class Asking(Unmoved):
         return None
 
     def erase(self) -> None:
-        """Take back the last character."""
+        """Delete the last character."""
         self._notice = ""
         self._entry.erase()
 
@@ -106,16 +106,16 @@ class Asking(Unmoved):
 
     @property
     def typed(self) -> str:
-        """What stands in the place for the answer."""
+        """The contents of the answer field."""
         return self._entry.content
 
     def offer(self, typed: str) -> None:
-        """Put back what was typed, character by character as a hand would."""
+        """Restore an earlier entry, character by character as if typed."""
         for character in typed:
             self._entry.press(character)
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """End when the time limit is over."""
+        """Return the outcome if the time limit is over."""
         if self._limit_s is not None and elapsed_s >= self._limit_s:
             return ScreenResult(timed_out=True)
         return None
@@ -159,7 +159,7 @@ class Asking(Unmoved):
 
 
 class Stopping(Asking):
-    """The question whether Escape was meant."""
+    """The question whether the participant pressed Escape on purpose."""
 
     def __init__(self, texts: Texts) -> None:
         question = YesNoQuestion(prompt=texts["window.stop"])
@@ -174,6 +174,6 @@ class Stopping(Asking):
 
 
 def number_size(content: str) -> float:
-    """Return the size of the digits so that the longest entry fits its field."""
+    """Return a size of the digits at which the longest entry fits its field."""
     roomy = 11
     return scene.DIGITS * min(1.0, roomy / max(len(content), 1))

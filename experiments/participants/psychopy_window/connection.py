@@ -1,9 +1,9 @@
-"""The connection to an X server, which can end before the session does.
+"""The connection to an X server, which can break before the session ends.
 
-Xlib's rule for a broken connection is ``exit(1)`` from within any call, in any thread: no
-``finally`` runs. Ours: Xlib's handler only notes the loss, and the next frame raises `WindowLost`,
-which ends the session like any other fault of the rig. From then on nothing of X may be called, so
-the window is not closed, and the process ends before libraries close it at exit.
+When a connection breaks, Xlib calls ``exit(1)`` within any call and in any thread, without running
+``finally`` blocks. To avoid that, Xlib's handler here only records the loss. The next frame raises
+`WindowLost`, which ends the session like any other fault of the rig. X must not be called after
+that, so the window is not closed, and the process ends before libraries close it at exit.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _EXIT_HANDLER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 
 
 class WindowLost(RigError):
-    """The participant's window is gone with its display."""
+    """The participant's window was lost with its display."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -44,7 +44,7 @@ class WindowLost(RigError):
 
 
 class Connection:
-    """Notices that the X server is gone; elsewhere than under X11 there is nothing to notice."""
+    """Detects that the X server is gone; does nothing on platforms without X11."""
 
     def __init__(self) -> None:
         self.lost = False
@@ -52,7 +52,7 @@ class Connection:
         self._poll: Any = None
 
     def guard(self) -> None:
-        """Have Xlib call us instead of ending the process."""
+        """Install handlers, so that Xlib calls them instead of ending the process."""
         if sys.platform == "linux":
             self._xlib = ctypes.CDLL(LIBRARY)
             self._poll = select.poll()
@@ -60,16 +60,16 @@ class Connection:
             self._xlib.XSetIOErrorHandler(_KEPT[-2])
 
     def watch(self, window: Any) -> None:
-        """Watch the display of an open window of pyglet: PsychoPy gives it one of its own."""
+        """Watch the display of an open pyglet window; PsychoPy opens a separate display for it."""
         if self._xlib is None:
             return
         display = ctypes.cast(window.context.x_display, ctypes.c_void_p)
-        if hasattr(self._xlib, "XSetIOErrorExitHandler"):  # from version 1.7 of Xlib on
+        if hasattr(self._xlib, "XSetIOErrorExitHandler"):  # Xlib 1.7 or later
             self._xlib.XSetIOErrorExitHandler(display, _KEPT[-1], None)
         self._poll.register(self._xlib.XConnectionNumber(display), GONE)
 
     def check(self) -> None:
-        """Raise `WindowLost` once the connection is gone."""
+        """Raise `WindowLost` if the connection is gone."""
         if self._poll is not None and self._poll.poll(0):
             self._lose()
         if self.lost:
@@ -77,7 +77,7 @@ class Connection:
 
     @contextmanager
     def used(self) -> Iterator[None]:
-        """Use the connection in the block: what fails there because it broke is `WindowLost`."""
+        """Raise `WindowLost` for exceptions in the block that a broken connection causes."""
         self.check()
         try:
             yield
@@ -88,22 +88,22 @@ class Connection:
     def _lose(self) -> None:
         if not self.lost:
             self.lost = True
-            atexit.register(_end)  # called before those of libraries, which were registered earlier
+            atexit.register(_end)  # runs before handlers registered earlier, by libraries
 
     def _broken(self, _display: int) -> int:
-        """Note that a call met a broken connection: called by Xlib in the thread that called it."""
+        """Record a broken connection; Xlib calls this in the thread that made the failing call."""
         self._lose()
         if threading.current_thread() is not threading.main_thread():
-            threading.Event().wait()  # a library's own thread has nothing to go on with
+            threading.Event().wait()  # a library's thread has nothing left to do
         return 0
 
 
-# What Xlib may call as long as the process lives.
+# Keeps the handlers alive, because Xlib may call them until the process ends.
 _KEPT: list[Any] = []
 
 
 def _stay(_display: int, _data: int) -> None:
-    """Return to the call, which fails: the next frame ends the session."""
+    """Return to the failing call; the next frame ends the session."""
 
 
 def _end() -> NoReturn:

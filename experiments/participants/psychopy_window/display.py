@@ -1,7 +1,7 @@
-"""The PsychoPy window: opens on the right screen, draws scenes, paces the frames.
+"""The PsychoPy window: opens on the selected screen, draws scenes and paces the frames.
 
-PsychoPy is imported when the window opens: the import takes seconds and reads ``sys.argv``, the
-display and the home directory.
+PsychoPy is imported when the window opens, because the import takes seconds and reads
+``sys.argv``, the display and the home directory.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.clock import Clock
 
-SMALLEST = 0.6  # of a text's own size, where it must shrink
-FRAME_S = 0.010  # the shortest frame: without a display's own pace a loop would burn a core
+SMALLEST = 0.6  # of a text's own size, if it must shrink
+FRAME_S = 0.010  # the shortest frame; without vertical sync the loop would occupy a whole core
 
 
 @contextmanager
 def bare_argv() -> Iterator[None]:
-    """Hide the command line: PsychoPy parses it on import, and answers --help itself."""
+    """Hide the command line, because PsychoPy parses it on import and reacts to --help."""
     whole = sys.argv
     sys.argv = whole[:1]
     try:
@@ -56,15 +56,16 @@ def import_visual() -> Any:
     Raises
     ------
     UserError
-        No display, no system library for windows, or no folder for PsychoPy's settings.
+        If the display or a system library for windows is missing, or PsychoPy's settings cannot be
+        written.
     """
-    # A second import after a failed one would seem to succeed, so the display is asked for first.
+    # A second import after a failed one would seem to succeed, so the display is checked first.
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         raise UserError(
             "no display: DISPLAY is not set. Log in at the machine's own screen, or run under "
             "a virtual one: xvfb-run slipscale run ..."
         )
-    # PsychoPy's own package folder is not ours, and must not reach programs that we start.
+    # Programs that we start must not see PsychoPy's own package folder.
     os.environ.setdefault("PSYCHOPYNOPACKAGES", "1")
     try:
         with bare_argv():
@@ -85,12 +86,12 @@ def import_visual() -> Any:
             f"no display answers at DISPLAY={os.environ.get('DISPLAY')}. Check that the X server "
             "runs and lets this user in"
         ) from None
-    logging.console.setLevel(logging.CRITICAL)  # the terminal is the operator's
+    logging.console.setLevel(logging.CRITICAL)  # the terminal belongs to the operator
     return visual
 
 
 def screens() -> list[str]:
-    """Return the sizes of the screens there are; a screen's number is its place in the list."""
+    """Return the sizes of the available screens; a screen's number is its index in the list."""
     import_visual()
     import pyglet  # noqa: PLC0415  opens the display
 
@@ -98,7 +99,7 @@ def screens() -> list[str]:
 
 
 def check_screen(number: int) -> None:
-    """Raise `UserError` unless there is a screen of that number: PsychoPy would take another."""
+    """Raise `UserError` unless the screen exists, because PsychoPy would use another one."""
     there = screens()
     if not 0 <= number < len(there):
         known = ", ".join(f"{n} ({size})" for n, size in enumerate(there))
@@ -106,7 +107,7 @@ def check_screen(number: int) -> None:
 
 
 class Pointer:
-    """Where the pointer of a window is: a mouse's, or that of a touch panel which acts as one."""
+    """The position of a window's pointer: a mouse, or a touch panel that acts as one."""
 
     unit: Literal["mm", "px"] = "px"
 
@@ -115,19 +116,19 @@ class Pointer:
         self._mouse: Any = None
 
     def appears(self, window: Any) -> None:
-        """Note that the window is open."""
+        """Attach to the open window."""
         from psychopy import event  # noqa: PLC0415  loaded with psychopy.visual
 
         self._window = window
         self._mouse = event.Mouse(visible=window.mouseVisible, win=window)
 
-    def at(self, time_s: float) -> Touch | None:  # noqa: ARG002 - it is known for now only
-        """Return where it is, in pixels from the middle, to the right and up; None if elsewhere."""
+    def at(self, time_s: float) -> Touch | None:  # noqa: ARG002 - only the current position is known
+        """Return the position in pixels from the centre (right, up); None outside the window."""
         if self._mouse is None:
             return None
         x, y = (float(each) for each in self._mouse.getPos())
         width, height = self._window.size
-        # Until it moves, a pointer is told to be in the lower left corner.
+        # Until it moves, the pointer is reported in the lower left corner.
         inside = -width / 2 < x <= width / 2 and -height / 2 < y <= height / 2
         return Touch(x, y) if inside else None
 
@@ -138,13 +139,13 @@ class Display:
     Parameters
     ----------
     clock : Clock
-        The session's; it times the frames.
+        The session's clock; it times the frames.
     full_screen : bool
         Fill the screen and hide the mouse.
     screen : int
         0, 1, ...
     size : tuple of int
-        Width and height in pixels where the window does not fill the screen.
+        Width and height in pixels, if the window does not fill the screen.
     """
 
     def __init__(
@@ -202,22 +203,22 @@ class Display:
 
     @property
     def handle(self) -> Any:
-        """The pyglet window, which hears the keys."""
+        """The pyglet window, which receives the keys."""
         return self._window.winHandle
 
     def show_pointer(self, *, needed: bool) -> None:
-        """Show the mouse, which a full screen hides, where it is needed."""
+        """Show the mouse if it is needed; a full screen hides it otherwise."""
         visible = needed or not self._full_screen
         if visible != self._window.mouseVisible:
             self._window.mouseVisible = visible
 
     def place(self, x_px: float, y_px: float) -> tuple[float, float]:
-        """Return where in a scene a pixel is, counted from the window's lower left corner."""
+        """Convert pixels, counted from the window's lower left corner, to scene coordinates."""
         width, height = self._window.size
         return (x_px - width / 2) / self._unit, (y_px - height / 2) / self._unit
 
     def draw(self, scene: Scene) -> None:
-        """Draw a scene, unseen until the flip; what did not change is not built again."""
+        """Draw a scene, invisible until the flip; unchanged items are not built again."""
         with self.connection.used():
             self._shown = {item: self._shown.get(item) or self._build(item) for item in scene}
             for item in scene:
@@ -225,7 +226,7 @@ class Display:
                     stimulus.draw()
 
     def flip(self) -> float:
-        """Show what was drawn; return when, on the session's clock."""
+        """Show the drawn scene; return the time at which it appeared, on the session's clock."""
         with self.connection.used():
             self._window.flip()
         shown_s = self._clock.now()
@@ -234,7 +235,7 @@ class Display:
         return shown_s
 
     def save(self, path: Path) -> None:
-        """Write what was drawn and not yet shown to a picture file."""
+        """Write the drawn scene, which is not shown yet, to an image file."""
         self._window.getMovieFrame(buffer="back")
         self._window.saveMovieFrames(str(path))
 
@@ -293,7 +294,7 @@ class Display:
         )
 
     def _build_text(self, text: Text) -> tuple[Any, ...]:
-        letters = self._fit(text) if text.content else None  # PsychoPy cannot draw no letters
+        letters = self._fit(text) if text.content else None  # PsychoPy cannot draw an empty text
         if not text.caret:
             return (letters,) if letters else ()
         width = letters.boundingBox[0] / self._unit if letters else 0
@@ -303,7 +304,7 @@ class Display:
         return (*((letters,) if letters else ()), *self._build_box(caret))
 
     def _fit(self, text: Text) -> Any:
-        """Return the letters, smaller where they would be higher than the text may be."""
+        """Return the letters, reduced in size if they would exceed the text's height."""
         size = text.size
         letters = self._letters(text, size)
         limit = float("inf") if text.height is None else text.height * self._unit
@@ -315,7 +316,7 @@ class Display:
     def _letters(self, text: Text, size: float) -> Any:
         unit = self._unit
         left = text.align == "left"
-        # Capitals and digits sit low in their line: without this, a key's letter is off its centre.
+        # Capitals and digits are low in their line; without this, a key's letter is off centre.
         lift = 0.08 * size if text.anchor == "center" else 0.0
         return self._visual.TextStim(
             self._window,

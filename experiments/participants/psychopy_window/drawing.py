@@ -1,7 +1,7 @@
-"""A scene as a drawing (SVG): what a participant's screen shows, without a window.
+"""Draw a scene as SVG: the participant's screen without a window.
 
-Letters stand where `slipscale.experiments.participants.psychopy_window.layout` lays them, each line
-as wide as in the window's font, also where the reader's browser has another font.
+`slipscale.experiments.participants.psychopy_window.layout` positions the letters. Each line is as
+wide as in the window's font, even if the browser uses another font.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def drawn(scene: Scene, *, width_px: int, height_px: int, name: str) -> str:
     Parameters
     ----------
     name : str
-        What a screen reader says of the drawing.
+        The drawing's label for screen readers.
     """
     unit = min(height_px, width_px / DESIGN_WIDTH)
     parts = "".join(part for item in scene for part in _parts(item))
@@ -48,7 +48,7 @@ def drawn(scene: Scene, *, width_px: int, height_px: int, name: str) -> str:
 
 
 def _parts(item: Item) -> Iterator[str]:
-    """Yield what is drawn for an item; y points down here."""
+    """Yield the SVG elements of an item; y points down in SVG."""
     match item:
         case Text():
             yield from _letters(item)

@@ -1,7 +1,7 @@
-"""What is being typed, and whether it is an answer: no window, no clock, only characters.
+"""Answer fields: collect characters and decide whether they are an answer; no window, no clock.
 
-One rule governs this file: **nothing is clipped, guessed or dropped in silence.** An entry that is
-not an answer is refused with the name of the text that explains it, and whoever asked keeps it.
+One rule governs this module: **nothing is clipped, guessed or dropped silently.** An entry that
+is not an answer is refused with the name of the text that explains it, and the caller keeps it.
 """
 
 from __future__ import annotations
@@ -30,35 +30,35 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-# What keys that are drawn on the screen press, besides characters.
+# Codes that keys drawn on the screen send, in addition to characters.
 ENTER, ERASE, CLEAR = "\r", "\b", "\x18"
 NUMBER_LENGTH = 20
 NUMBER = re.compile(r"[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)")
-# "1,000" is one to half of the world and a thousand to the other half.
+# "1,000" means one in some countries and a thousand in others.
 THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(,[0-9]{3})+")
-# The digit row of a French keyboard, unshifted: who presses the key marked 2 means 2.
+# The digit row of a French keyboard, unshifted: the key marked 2 means 2.
 AZERTY = dict(zip("&é\"'(-è_ç", "123456789", strict=True))
 
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """The entry is an answer."""
+    """The verdict on an entry that is an answer."""
 
     value: Value
 
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """The entry is no answer.
+    """The verdict on an entry that is not an answer.
 
     Parameters
     ----------
     entry : str
-        What was typed, word for word.
+        The entry exactly as typed.
     reason : str
-        The key of the text that explains it ("window.not_a_number").
+        The key of the text that explains the refusal ("window.not_a_number").
     blanks : Mapping
-        What fills that text's {braces}.
+        Values for that text's {braces}.
     """
 
     entry: str
@@ -70,14 +70,14 @@ Verdict = Accepted | Refused | None
 
 
 def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
-    """Read a number as people type it: decimal point or comma, no exponent, finite.
+    """Parse a number as people type it: decimal point or comma, no exponent, finite.
 
     Parameters
     ----------
     entry : str
-        What was typed.
+        The text to parse.
     positive : bool
-        Whether 0 is no answer.
+        Whether to refuse 0.
 
     Examples
     --------
@@ -99,7 +99,7 @@ def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
     refusals = {
         "window.too_large": not math.isfinite(value),
         "window.too_small": value < 0,
-        # What is stored must be what was typed: a float tells some 16 digits.
+        # The stored number must equal the typed one: a float has about 16 digits.
         "window.too_many_digits": math.isfinite(value)
         and Decimal(repr(value)) != Decimal(text.replace(",", ".")),
         "window.not_positive": positive and value == 0,
@@ -111,7 +111,7 @@ def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
 
 
 def judge_whole_number(entry: str, *, minimum: int, maximum: int) -> Accepted | Refused:
-    """Read a whole number within bounds, both included.
+    """Parse a whole number between two bounds, both included.
 
     >>> judge_whole_number(" 34 ", minimum=18, maximum=99)
     Accepted(value=34.0)
@@ -121,7 +121,7 @@ def judge_whole_number(entry: str, *, minimum: int, maximum: int) -> Accepted | 
     text = entry.strip()
     if not text:
         return Refused(entry, "window.empty")
-    # ASCII digits alone; more of them than the maximum has could only be too many.
+    # ASCII digits only; a number with more digits than the maximum is too large.
     whole = bool(re.fullmatch("[0-9]+", text)) and len(text.lstrip("0")) <= len(str(maximum))
     if whole and minimum <= int(text) <= maximum:
         return Accepted(float(text))
@@ -130,27 +130,27 @@ def judge_whole_number(entry: str, *, minimum: int, maximum: int) -> Accepted | 
 
 
 class Entry(Protocol):
-    """A place to answer: takes characters one by one and says when they are an answer."""
+    """An answer field: takes characters one by one and decides when they are an answer."""
 
     content: str
 
     def turn(self, notches: int) -> None:
-        """Move up or down a list; what has none does nothing."""
+        """Move up or down a list; does nothing without a list."""
 
     def press(self, character: str) -> Verdict:
-        """Take one character; Enter is ``ENTER``."""
+        """Process one character; Enter is ``ENTER``."""
 
     def erase(self) -> None:
-        """Take back the last character."""
+        """Delete the last character."""
 
 
 class TypedEntry:
-    """A line of characters that Enter hands in; one character too many is refused, and said.
+    """A line of characters that Enter submits; characters beyond its length are refused.
 
     Parameters
     ----------
     question : NumberQuestion, WholeNumberQuestion or TextQuestion
-        What the line answers.
+        The question to answer.
     """
 
     def __init__(self, question: NumberQuestion | WholeNumberQuestion | TextQuestion) -> None:
@@ -161,25 +161,25 @@ class TypedEntry:
         )
 
     def press(self, character: str) -> Verdict:
-        """Take one character; on Enter judge the line, and empty it when it is refused."""
+        """Process one character; on Enter judge the line, and clear it if it is refused."""
         if character in (ENTER, "\n"):
             verdict = self._judge()
             if isinstance(verdict, Refused):
                 self.content = ""
             return verdict
         if not (character.isprintable() or unicodedata.category(character) == "Zs"):
-            return None  # Tab and its like write nothing; a no-break space is a space
+            return None  # Tab and similar keys write nothing; a no-break space is a space
         if len(self.content) >= self._max_length:
             return Refused("", "window.full")
         self.content += character
         return None
 
     def erase(self) -> None:
-        """Take back the last character."""
+        """Delete the last character."""
         self.content = self.content[:-1]
 
     def turn(self, notches: int) -> None:
-        """There is no list here."""
+        """Do nothing, because a line has no list."""
 
     def _judge(self) -> Accepted | Refused:
         if isinstance(self._question, NumberQuestion):
@@ -194,12 +194,12 @@ class TypedEntry:
 
 
 class KeyEntry:
-    """One key is the answer.
+    """An answer field in which a single key is the answer.
 
     Parameters
     ----------
     answers : Mapping
-        From the key's character, lower case, to the answer's value.
+        Maps the key's character, in lower case, to the answer's value.
     """
 
     def __init__(self, answers: Mapping[str, Value]) -> None:
@@ -207,7 +207,7 @@ class KeyEntry:
         self._answers = answers
 
     def press(self, character: str) -> Verdict:
-        """Take one key: the answer, or refused."""
+        """Process one key: it is the answer, or is refused."""
         key = character.casefold()
         if key not in self._answers:
             key = AZERTY.get(key, key)
@@ -217,19 +217,19 @@ class KeyEntry:
         return Refused(character, "window.other_key", {"keys": keys})
 
     def erase(self) -> None:
-        """Nothing is typed here, so nothing is erased."""
+        """Do nothing, because nothing is typed."""
 
     def turn(self, notches: int) -> None:
-        """There is no list here."""
+        """Do nothing, because single keys have no list."""
 
 
 class ListEntry:
-    """One of many, by its number or by moving to it; Enter hands it in.
+    """A choice from a list, by number or by moving through the list; Enter submits it.
 
     Parameters
     ----------
     values : tuple
-        What each place of the list stands for.
+        The value of each item.
     """
 
     def __init__(self, values: tuple[Value, ...]) -> None:
@@ -238,30 +238,30 @@ class ListEntry:
 
     @property
     def place(self) -> int | None:
-        """Which one it is now, from 0; None where it is none."""
+        """The index of the selected item; None if none is selected."""
         number = int(self.content) if self.content else 0
         return number - 1 if 1 <= number <= len(self._values) else None
 
     def press(self, character: str) -> Verdict:
-        """Take a digit, or Enter."""
+        """Process a digit, or Enter."""
         if character == CLEAR:
             self.content = ""
         elif character in (ENTER, "\n"):
             return self._judge()
         else:
             digit = AZERTY.get(character, character)
-            # ASCII digits alone, and no more of them than the longest number has.
+            # ASCII digits only, and no more of them than in the longest number.
             if digit not in "0123456789" or len(self.content) >= len(str(len(self._values))):
                 return self._refused(self.content + character)
             self.content += digit
         return None
 
     def erase(self) -> None:
-        """Take back the last digit."""
+        """Delete the last digit."""
         self.content = self.content[:-1]
 
     def turn(self, notches: int) -> None:
-        """Move up or down, from one end to the other but not beyond."""
+        """Move up or down the list, without wrapping around at its ends."""
         last = len(self._values) - 1
         here = self.place
         if here is None:
@@ -282,19 +282,19 @@ class ListEntry:
 
 
 def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
-    """Return an empty entry for a question.
+    """Return an empty answer field for a question.
 
     Parameters
     ----------
     question : Question
-        What is asked.
+        The question to answer.
     texts : Mapping
-        The language's texts; they name the keys for yes and no.
+        The language's texts; they define the keys for yes and no.
 
     Raises
     ------
     UserError
-        A comparison of more surfaces than there are number keys.
+        If a comparison has more surfaces than there are number keys.
     """
     if isinstance(question, YesNoQuestion):
         return KeyEntry(yes_no_keys(texts))
@@ -310,18 +310,18 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
 
 
 def is_long(question: Question) -> TypeGuard[ChoiceQuestion]:
-    """Return whether a question has more answers than there are number keys: then they scroll."""
+    """Return whether a question has more options than number keys, and needs a scrolling list."""
     return isinstance(question, ChoiceQuestion) and len(question.options) > NUMBER_KEYS
 
 
 def yes_no_keys(texts: Mapping[str, str]) -> dict[str, Value]:
-    """Return the keys for yes and no in the texts' language, and what they mean."""
+    """Return the keys for yes and no in the texts' language, and their values."""
     yes, no = texts["window.yes_key"].casefold(), texts["window.no_key"].casefold()
     return {yes: True, no: False}
 
 
 def choice_keys(question: ChoiceQuestion | ComparisonQuestion) -> dict[str, Value]:
-    """Return the number keys of a choice, and what is behind each: a code, or its number."""
+    """Return the number keys of a choice and their values: a code, or the number itself."""
     count = len(question.options)
     if not 1 <= count <= NUMBER_KEYS:
         raise UserError(

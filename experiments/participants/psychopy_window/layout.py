@@ -1,7 +1,7 @@
-"""Whether a scene can be read: its letters measured and laid out without a window.
+"""Check that a scene is readable: measure and lay out its letters without a window.
 
-Scenes scale with the screen (`display`), so one layout holds for every window's size. Letters are
-measured in the window's own font if PsychoPy is installed, else in matplotlib's, which is wider.
+Scenes scale with the screen (`display`), so one layout is valid for every window size. Letters are
+measured in the window's font if PsychoPy is installed, otherwise in matplotlib's, which is wider.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.psychopy_window.scene import Scene
 
 FILE = "NotoSans-Regular.ttf"
-SMALLEST = 0.6  # of a text's own size, where it must shrink
+SMALLEST = 0.6  # of a text's own size, if it must shrink
 SHRINK = 0.94
 LINE = 1.362  # of the size, from line to line: Noto Sans
 HALF_WIDTH, HALF_HEIGHT = 0.67, 0.5  # of a scene
 MEASURED_AT = 100.0  # points
-WIDER = 1.12  # letters of DejaVu Sans, in those of Noto Sans
-# How much a text may exceed its place, and what two texts may share: measures are to 1 %.
+WIDER = 1.12  # width of letters in DejaVu Sans, relative to Noto Sans
+# How much a text may exceed its place, and two texts may overlap: measures are accurate to 1 %.
 SLACK, SHARED = 0.012, 0.003
-LEAST_CONTRAST = 4.5  # of letters to what lies behind them: WCAG 2.2, 1.4.3
-MOST_NAMED = 50  # letters of a text that a message repeats
+LEAST_CONTRAST = 4.5  # of letters to their background: WCAG 2.2, 1.4.3
+MOST_NAMED = 50  # length of a text that a message repeats
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Laid:
-    """A text as it will stand: its lines, its edges, and whether it fits its own place."""
+    """A text as laid out: its lines, its edges, and whether it fits its place."""
 
     content: str
     lines: tuple[str, ...]
@@ -56,7 +56,7 @@ class Laid:
 
 
 def faults(scene: Scene) -> Iterator[str]:
-    """Yield a sentence for each text of a scene that cannot be read."""
+    """Yield a message for each text of a scene that is not readable."""
     texts = [item for item in scene if isinstance(item, Text) and item.content.strip()]
     strange = {text: reason for text in texts if (reason := not_drawn(text.content))}
     for text, reason in strange.items():
@@ -81,7 +81,7 @@ def faults(scene: Scene) -> Iterator[str]:
 
 
 def _backgrounds(scene: Scene) -> Iterator[tuple[Text, Colour]]:
-    """Yield each text with the colour behind its middle: of the last box that was drawn there."""
+    """Yield each text with the colour behind its centre: the last box drawn there."""
     boxes: list[Box] = []
     for item in scene:
         if isinstance(item, Box):
@@ -96,7 +96,7 @@ def _backgrounds(scene: Scene) -> Iterator[tuple[Text, Colour]]:
 
 
 def contrast(one: Colour, other: Colour) -> float:
-    """Return the contrast of two colours, from 1 to 21, as WCAG 2.2 defines it.
+    """Return the contrast of two colours, from 1 to 21, as defined by WCAG 2.2.
 
     >>> round(contrast("text", "ground"), 1)
     12.0
@@ -112,7 +112,7 @@ def _luminance(colour: tuple[int, int, int]) -> float:
 
 
 def lay(text: Text) -> Laid:
-    """Lay a text out as the window does: broken between words, smaller where it is too high."""
+    """Lay out a text as the window does: wrap at spaces, and shrink it if it is too high."""
     size = text.size
     lines = _lines(text, size)
     limit = float("inf") if text.height is None else text.height

@@ -1,4 +1,4 @@
-"""The screen of a visual analogue scale: a mark on a line, put there by mouse, touch or keys."""
+"""The screen of a visual analogue scale: a mark on a line, set with mouse, touch or keys."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Ask, VisualAnalogueQuestion
 
 LINE_Y, LINE_LENGTH, LINE_WIDTH = 0.05, 1.1, 0.006
-#: How far from the line a click still means it, up and down, and beyond its ends.
+#: Largest distance of a click from the line, vertically and beyond its ends.
 NEAR_Y, NEAR_X = 0.09, 0.05
 DONE = Box(x=0, y=-0.4, width=1.26, height=0.08, colour="field")
 
 
 class Marking:
-    """A line between two words and the mark on it; the time limit is shown where there is one.
+    """A line between two words, with a mark on it, and a countdown if there is a time limit.
 
-    The answer can be handed in once the mark was put somewhere: where it stands at first is no
+    The answer can be submitted only after the mark was moved: its start position is not an
     answer.
     """
 
@@ -46,7 +46,7 @@ class Marking:
         self._notice = ""
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the question, the line with its words, the mark, and how to hand it in."""
+        """Return the question, the line with its words, the mark, and how to submit the answer."""
         question, texts = self._question, self._texts
         half = LINE_LENGTH / 2
         said = (scene.notice(self._notice),) if self._notice else ()
@@ -70,20 +70,20 @@ class Marking:
         )
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """End on the key that goes on, or Enter, when the mark was put somewhere in time."""
+        """Submit on the `go_on` key or Enter, if the mark was set in time."""
         if character.casefold() not in (go_on_key(self._texts), ENTER, "\n"):
             return None
         return self._hand_in(elapsed_s)
 
     def move(self, notches: int) -> None:
-        """Move the mark, from its start at first."""
+        """Move the mark by notches; the first move begins at its start position."""
         self._notice = ""
         question = self._question
         place = question.start if self._put is None else self._put
         self._put = question.nearest(place + notches * question.key_step)
 
     def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> ScreenResult | None:
-        """Put the mark where it was clicked; a click on what says that it is right hands it in."""
+        """Set the mark where it was clicked; a click on the confirmation below submits it."""
         if abs(y - LINE_Y) <= NEAR_Y and abs(x) <= LINE_LENGTH / 2 + NEAR_X:
             self._notice = ""
             self._put = self._question.nearest(100 * (x / LINE_LENGTH + 0.5))
@@ -92,20 +92,20 @@ class Marking:
         return None
 
     def erase(self) -> None:
-        """Nothing is typed here."""
+        """Do nothing, because nothing is typed."""
 
     @property
     def typed(self) -> str:
-        """Where the mark was put, if it was."""
+        """The position of the mark; empty if it was not set."""
         return "" if self._put is None else f"{self._put:g}"
 
     def offer(self, typed: str) -> None:
-        """Put the mark where it was before the screen was interrupted."""
+        """Restore the mark's position from before an interruption."""
         if typed:
             self._put = self._question.nearest(float(typed))
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """End when the time limit is over."""
+        """Return the outcome if the time limit is over."""
         if self._limit_s is not None and elapsed_s >= self._limit_s:
             return ScreenResult(timed_out=True)
         return None
@@ -119,7 +119,7 @@ class Marking:
         return ScreenResult(value=self._put)
 
     def _mark(self) -> Scene:
-        """Return the mark; nothing before it is put, unless its start is shown."""
+        """Return the mark; nothing before it is set, unless its start position is shown."""
         question = self._question
         if self._put is None and not question.start_shown:
             return ()

@@ -1,9 +1,9 @@
-"""What a screen shows, as plain data: texts, key caps and bars, laid out for reading at 1 m.
+"""The contents of a screen as plain data: texts, key caps and bars, for reading at 1 m.
 
-Lengths are fractions of the screen's height, the origin is its centre and y points up. On a 24
-inch monitor (0.30 m high) the smallest letters that must be read, at 0.036, have an x-height of
-5.8 mm (0.54 of their size in Noto Sans): seen from 1 m, 20 minutes of arc, four times what normal
-sight needs to tell letters apart.
+Lengths are fractions of the screen's height, the origin is its centre, and y points up. On a
+24 inch monitor (0.30 m high), the smallest letters that must be readable, at 0.036, have an
+x-height of 5.8 mm (0.54 of their size in Noto Sans). At 1 m that is 20 minutes of arc, four times
+what normal sight needs to distinguish letters.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ COLOURS: dict[Colour, tuple[int, int, int]] = {
     "quiet": (168, 172, 177),
     "accent": (86, 180, 233),
 }
-FONT = "Noto Sans"  # comes with PsychoPy, so it is there on every platform
-DESIGN_WIDTH = 1.34  # scenes are this wide at most, in heights; narrower screens scale them down
+FONT = "Noto Sans"  # included in PsychoPy, so it is available on every platform
+DESIGN_WIDTH = 1.34  # largest width of a scene, in heights; narrower screens scale it down
 
 UP, DOWN = "up", "down"  # labels of the keys with arrows
 TITLE, BODY, HINT, DIGITS = 0.062, 0.042, 0.036, 0.13
@@ -33,9 +33,9 @@ WIDTH = 1.3  # of a text's lines; the narrowest monitors (5:4) are 1.25 wide, se
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Text:
-    """Letters of ``size`` (em), in lines of ``width`` about ``x``; their ``anchor`` lies at ``y``.
+    """Letters of ``size`` (em) in lines of ``width``, centred at ``x``, with ``anchor`` at ``y``.
 
-    ``caret`` draws a caret after the last letter of a text of one line.
+    ``caret`` draws a caret after the last letter of a one-line text.
     """
 
     content: str
@@ -53,7 +53,7 @@ class Text:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Box:
-    """A rectangle, filled; ``x``, ``y`` is its centre."""
+    """A filled rectangle with its centre at ``x``, ``y``."""
 
     x: float
     y: float
@@ -64,7 +64,7 @@ class Box:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Arrow:
-    """An arrow up or down, ``size`` high, about ``x``, ``y``: the font has no sign for it."""
+    """An arrow up or down of height ``size``, centred at ``x``, ``y``; the font has no arrows."""
 
     x: float
     y: float
@@ -75,9 +75,9 @@ class Arrow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Area:
-    """Where a touch or a click does what the key drawn there does; nothing is drawn for it.
+    """An area that acts like the key drawn there when touched or clicked; it is invisible.
 
-    ``presses`` are the characters that it presses, or `UP` or `DOWN`.
+    ``presses`` contains the characters that it sends, or `UP` or `DOWN`.
     """
 
     x: float
@@ -87,7 +87,7 @@ class Area:
     presses: str
 
     def holds(self, x: float, y: float) -> bool:
-        """Return whether a place lies in it."""
+        """Return whether a point is in the area."""
         return abs(x - self.x) <= self.width / 2 and abs(y - self.y) <= self.height / 2
 
 
@@ -96,7 +96,7 @@ Scene = tuple[Item, ...]
 
 
 def unbroken(text: str) -> str:
-    """Return a text in which French punctuation stays on the line of its word.
+    """Keep French punctuation on the line of its word with no-break spaces.
 
     >>> unbroken("Est-ce glissant ?") == "Est-ce glissant\N{NO-BREAK SPACE}?"
     True
@@ -105,7 +105,7 @@ def unbroken(text: str) -> str:
 
 
 def bar(fraction: float, *, y: float, width: float = 0.8, height: float = 0.018) -> Scene:
-    """Return a horizontal bar of which ``fraction`` (0 to 1) is filled from the left."""
+    """Return a horizontal bar, filled from the left up to ``fraction`` (0 to 1)."""
     filled = width * min(max(fraction, 0.0), 1.0)
     track = Box(x=0, y=y, width=width, height=height, colour="field")
     if not filled:
@@ -115,7 +115,7 @@ def bar(fraction: float, *, y: float, width: float = 0.8, height: float = 0.018)
 
 
 def key_cap(label: str, *, x: float, y: float, size: float = 0.14) -> Scene:
-    """Return a key as it is drawn on a keyboard; `UP` and `DOWN` are the keys with arrows."""
+    """Return a key as on a keyboard; `UP` and `DOWN` are the arrow keys."""
     rim = 0.01 * size / 0.14
     arrow = Arrow(x=x, y=y, size=0.45 * size, up=label == UP)
     letter = Text(content=label.upper(), x=x, y=y, size=0.45 * size, bold=True, width=size)
@@ -127,7 +127,7 @@ def key_cap(label: str, *, x: float, y: float, size: float = 0.14) -> Scene:
 
 
 def pressed_at(scene: Scene, x: float, y: float) -> str:
-    """Return what a touch or a click at a place presses; nothing where there is no key."""
+    """Return the characters that a touch or click at a point sends; empty without a key there."""
     areas = (item for item in scene if isinstance(item, Area))
     return next((area.presses for area in areas if area.holds(x, y)), "")
 
@@ -135,7 +135,7 @@ def pressed_at(scene: Scene, x: float, y: float) -> str:
 def key_row(
     keys: tuple[str, ...], meanings: tuple[str, ...], *, y: float, touch: bool = False
 ) -> Scene:
-    """Return keys side by side, with what each stands for below it."""
+    """Return keys in a row, each with its meaning below it."""
     pitch = 0.44 if len(keys) < 3 else 0.38  # noqa: PLR2004 - so that three fit the narrowest screen
     left = -pitch * (len(keys) - 1) / 2
     return tuple(
@@ -157,7 +157,7 @@ def _touched(touch: bool, area: Area) -> Scene:
 
 
 def key_list(meanings: tuple[str, ...], *, top: float, height: float, touch: bool = False) -> Scene:
-    """Return the number keys 1, 2, ... one below the other, each with what it stands for."""
+    """Return the number keys 1, 2, ... in a column, each with its meaning."""
     pitch = min(height / len(meanings), 0.1)
     left, cap = -0.32, 0.72 * pitch
     rows = [(str(n), words, top - pitch * (n - 0.5)) for n, words in enumerate(meanings, start=1)]
@@ -173,7 +173,7 @@ def key_list(meanings: tuple[str, ...], *, top: float, height: float, touch: boo
 
 
 def button(label: str, presses: str, *, x: float, y: float, width: float, height: float) -> Scene:
-    """Return a wide key with a word on it, which can be touched."""
+    """Return a wide touch key with a word on it."""
     rim = 0.006
     return (
         Box(x=x, y=y, width=width + rim, height=height + rim, colour="accent"),
@@ -184,12 +184,12 @@ def button(label: str, presses: str, *, x: float, y: float, width: float, height
 
 
 def hint(content: str) -> Text:
-    """Return the line at the foot of a screen that says which key goes on."""
+    """Return the line at the bottom of a screen that names the key to continue."""
     return Text(content=content, y=HINT_Y, size=HINT, colour="quiet")
 
 
 def notice(content: str) -> Text:
-    """Return the line that explains why an entry was not taken."""
+    """Return the line that explains why an entry was refused."""
     return Text(content=content, y=-0.28, size=HINT, colour="accent")
 
 
@@ -204,5 +204,5 @@ def pilot_banner(content: str) -> Scene:
 
 
 def message(content: str) -> Scene:
-    """Return a screen with one sentence and nothing to do."""
+    """Return a screen with a single sentence."""
     return (Text(content=content, y=0.0, size=TITLE, width=1.1),)

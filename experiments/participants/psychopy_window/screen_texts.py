@@ -1,4 +1,4 @@
-"""What screens share: how they end, which key goes on, and the time that is left."""
+"""Functions shared by screens: their outcome, the key to continue, and the countdown."""
 
 from __future__ import annotations
 
@@ -16,33 +16,33 @@ if TYPE_CHECKING:
 
     Texts = Mapping[str, str]
 
-# The keys that go on and have a name of their own in the texts; any other is its character.
+# Keys to continue that have a name in the texts; any other key is given by its character.
 NAMED_KEYS = {"space": " ", "enter": "\r"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScreenResult:
-    """How a screen ended."""
+    """The outcome of a screen."""
 
     value: Value = None
     timed_out: bool = False
 
 
 def go_on_key(texts: Texts) -> str:
-    """Return the character of the key that goes on, lower case."""
+    """Return the character of the key to continue, in lower case."""
     key = texts["window.go_on_key"]
     return NAMED_KEYS.get(key, key).casefold()
 
 
 def naming_key(texts: Texts, text: str) -> str:
-    """Return a text that names the key that goes on, as the participant knows it."""
+    """Return a text that contains the name of the key to continue, as the participant knows it."""
     key = texts["window.go_on_key"]
     name = texts[f"window.key_{key}"] if key in NAMED_KEYS else key.upper()
     return texts[text].format(key=name)
 
 
 def remaining(limit_s: float | None, elapsed_s: float, texts: Texts, *, y: float) -> Scene:
-    """Return the countdown, nothing where there is no limit."""
+    """Return the countdown; empty without a time limit."""
     if limit_s is None:
         return ()
     left_s = max(limit_s - elapsed_s, 0.0)

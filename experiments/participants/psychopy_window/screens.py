@@ -1,7 +1,7 @@
-"""How each step behaves on the screen: a table from step to screen, no window, no clock.
+"""Screens: the table from steps to their screens, without window or clock.
 
-A screen is told of keys and of the time that passed since it was shown, and says what to show and
-when it is over. The time is an argument everywhere, so a screen can be tested without waiting.
+A screen receives keys and the time since it was shown. It returns what to show and when it is
+over. The time is always an argument, so screens can be tested without waiting.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ if TYPE_CHECKING:
 class Screen(Protocol):
     """One screen.
 
-    ``single_key`` says that a key held from before could end it by mistake, ``pointed`` that the
-    mouse is needed.
+    If ``single_key`` is True, a key still held from the previous screen could end it by mistake.
+    If ``pointed`` is True, it needs the mouse.
     """
 
     single_key: bool
@@ -50,29 +50,29 @@ class Screen(Protocol):
     rejected: list[str]
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return what to show ``elapsed_s`` after the screen came up."""
+        """Return what to show ``elapsed_s`` after the screen appeared."""
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """Take a character; return the outcome if it ended the screen."""
+        """Process a character; return the outcome if it ended the screen."""
 
     def erase(self) -> None:
-        """Take back the last character."""
+        """Delete the last character."""
 
     def move(self, notches: int) -> None:
-        """Move what is moved by keys with arrows or the wheel, to the right and up."""
+        """Move the mark or the selection right or up by notches of the arrow keys or the wheel."""
 
     def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> ScreenResult | None:
-        """Take a click or touch at a place of the scene; return the outcome if it ended that."""
+        """Process a click or touch at a point; return the outcome if it ended the screen."""
 
     @property
     def typed(self) -> str:
-        """What has been typed and not handed in."""
+        """The entry that was typed and not submitted."""
 
     def offer(self, typed: str) -> None:
-        """Show what was typed already, before the screen was interrupted."""
+        """Restore an entry from before an interruption."""
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """Return the outcome if the time alone ended the screen."""
+        """Return the outcome if the screen is over because of the time alone."""
 
 
 SCREENS: dict[type, Callable[..., Screen]] = {
@@ -86,7 +86,7 @@ SCREENS: dict[type, Callable[..., Screen]] = {
 
 
 def screen_for(step: ParticipantStep | Adjust, texts: Texts) -> Screen:
-    """Return a fresh screen for a step."""
+    """Return a new screen for a step."""
     if isinstance(step, Ask) and step.by == "operator":
         return Listening(step, texts)
     if isinstance(step, Ask) and isinstance(step.question, VisualAnalogueQuestion):

@@ -1,4 +1,4 @@
-"""Keys drawn on the screen, to be touched or clicked: a number pad, and a list that scrolls."""
+"""Keys drawn on the screen for touch or mouse: a number pad and a scrolling list."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TOP, ROW = 0.19, 0.054
 
 
 def number_pad(content: str, texts: Mapping[str, str]) -> Scene:
-    """Return a field with what was entered, and keys for digits, decimals, deleting and Enter."""
+    """Return a field with the entry, and keys for digits, the decimal mark, deleting and Enter."""
     left, top = -0.27, 0.005
     keys = [
         (label, left + column * PITCH, top - row * PITCH)
@@ -49,7 +49,7 @@ def _cap(label: str, x: float, y: float) -> Scene:
 def scrolled(
     words: tuple[str, ...], place: int | None, content: str, texts: Mapping[str, str]
 ) -> Scene:
-    """Return as many answers of a long list as are seen at once, about the one at ``place``."""
+    """Return the visible part of a long list of answers, around the item at ``place``."""
     last = max(len(words) - ROWS_SHOWN, 0)
     first = min(max((place or 0) - ROWS_SHOWN // 2, 0), last)
     seen = range(first, min(first + ROWS_SHOWN, len(words)))
@@ -68,7 +68,7 @@ def scrolled(
 
 
 def _row(number: int, words: str, y: float, *, chosen: bool) -> Scene:
-    """Return one answer: touched, it is the one that Enter takes."""
+    """Return one answer of the list; touching it selects it for Enter."""
     left, width = -0.62, 1.0
     ground = (Box(x=left + width / 2, y=y, width=width, height=ROW, colour="accent"),)
     colour: scene.Colour = "ground" if chosen else "text"
@@ -83,7 +83,7 @@ def _row(number: int, words: str, y: float, *, chosen: bool) -> Scene:
 
 
 def _arrow(y: float, *, up: bool) -> Scene:
-    """Return the sign that the list goes on, which moves it when it is touched."""
+    """Return the arrow that shows that the list continues; touching it scrolls the list."""
     presses = scene.UP if up else scene.DOWN
     return (
         Arrow(x=0.53, y=y, size=0.05, up=up, colour="accent"),

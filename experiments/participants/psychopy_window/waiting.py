@@ -1,4 +1,4 @@
-"""The screens that wait for the key that goes on, or for time to pass."""
+"""Screens that wait for the key to continue, or for time to pass."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ if TYPE_CHECKING:
 
 
 class Unmoved:
-    """What screens share on which nothing is moved and nothing is pointed at."""
+    """Base class of screens that ignore movements and the pointer."""
 
     pointed = False
 
     def move(self, notches: int) -> None:
-        """Nothing is moved here."""
+        """Do nothing."""
 
     def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> None:
-        """Nothing is pointed at here."""
+        """Do nothing."""
 
 
 class Waiting(Unmoved):
-    """What the screens that wait for the key that goes on share: the space bar, as a rule."""
+    """Base class of screens that wait for the key to continue, usually the space bar."""
 
     single_key = True
     typed = ""
@@ -50,35 +50,35 @@ class Waiting(Unmoved):
         self._maximum_s = maximum_s
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """End on the key that goes on, at the earliest after the minimum."""
+        """End on the key to continue, but not before the minimum time is over."""
         if character.casefold() == self._go_on and elapsed_s >= self._minimum_s:
             return ScreenResult()
         return None
 
     def erase(self) -> None:
-        """Nothing is typed here."""
+        """Do nothing, because nothing is typed."""
 
     def offer(self, typed: str) -> None:
-        """Nothing was typed here."""
+        """Do nothing, because nothing is typed."""
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """End when the maximum is over."""
+        """Return the outcome if the maximum time is over."""
         if self._maximum_s is not None and elapsed_s >= self._maximum_s:
             return ScreenResult(timed_out=True)
         return None
 
     def wait_s(self, elapsed_s: float) -> int:
-        """Return the whole seconds until the key works, 0 when it does."""
+        """Return the whole seconds until the key works; 0 if it works."""
         return max(math.ceil(self._minimum_s - elapsed_s), 0)
 
 
 def by_touch(texts: Texts) -> bool:
-    """Return whether the participant touches keys that are drawn."""
+    """Return whether the participant answers with touch keys."""
     return texts["window.touch"] == "yes"
 
 
 def going_on(texts: Texts, text: str) -> Scene:
-    """Return the foot of a screen that says how to go on: a line, or a key to be touched."""
+    """Return the bottom of a screen, which shows how to continue: a line, or a touch key."""
     if not by_touch(texts):
         return (scene.hint(naming_key(texts, text)),)
     label = texts["window.go_on"]
@@ -86,7 +86,7 @@ def going_on(texts: Texts, text: str) -> Scene:
 
 
 class Reading(Waiting):
-    """A text, read at the participant's own pace."""
+    """A text that the participant reads at their own pace."""
 
     def __init__(self, step: Instruct, texts: Texts) -> None:
         super().__init__(texts)
@@ -95,8 +95,8 @@ class Reading(Waiting):
             texts, "window.press_space_last" if step.last else "window.press_space"
         )
 
-    def scene(self, elapsed_s: float) -> Scene:  # noqa: ARG002  a text does not change with time
-        """Return title, text and hint; a single paragraph stands in the middle."""
+    def scene(self, elapsed_s: float) -> Scene:  # noqa: ARG002  the text is constant
+        """Return title, text and hint; a single paragraph is centred vertically."""
         step, text = self._step, self._step.text.strip()
         title = Text(content=step.title, y=0.36, size=scene.TITLE, bold=True)
         if "\n" in text:
@@ -108,7 +108,7 @@ class Reading(Waiting):
 
 
 class Exploring(Waiting):
-    """The participant strokes the plate."""
+    """The participant explores the plate."""
 
     def __init__(self, step: Explore, texts: Texts) -> None:
         super().__init__(texts, step.minimum_s, step.maximum_s)
@@ -116,7 +116,7 @@ class Exploring(Waiting):
         self._texts = texts
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the task, the countdown where there is one, and when one may go on."""
+        """Return the task, the countdown if there is a limit, and how to continue."""
         task = Text(content=self._step.text.strip(), y=0.12, size=0.08, width=1.2, height=0.4)
         wait_s = self.wait_s(elapsed_s)
         if wait_s:
@@ -127,7 +127,7 @@ class Exploring(Waiting):
 
 
 class Resting(Waiting):
-    """A break, with the progress."""
+    """A break that shows the progress."""
 
     def __init__(self, step: Rest, texts: Texts) -> None:
         super().__init__(texts, step.minimum_s)
@@ -135,7 +135,7 @@ class Resting(Waiting):
         self._texts = texts
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the text, the progress and how long the break still lasts at least."""
+        """Return the text, the progress, and the remaining minimum time of the break."""
         step = self._step
         progress = self._texts["window.progress"].format(done=step.done, total=step.total)
         wait_s = self.wait_s(elapsed_s)
@@ -152,27 +152,27 @@ class Resting(Waiting):
 
 
 class Telling(Waiting):
-    """A text that goes by itself; no key hurries it."""
+    """A text that disappears after a fixed time; keys are ignored."""
 
     def __init__(self, step: Feedback, texts: Texts) -> None:
         super().__init__(texts)
         self._step = step
 
-    def scene(self, elapsed_s: float) -> Scene:  # noqa: ARG002  it stays as it is
+    def scene(self, elapsed_s: float) -> Scene:  # noqa: ARG002  it is constant
         """Return the text."""
         return scene.message(self._step.text.strip())
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:  # noqa: ARG002
-        """Take no key."""
+        """Ignore the key."""
         return None
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """End when the time is over: that is no answer missed."""
+        """End when the time is over; this does not count as timed out."""
         return ScreenResult() if elapsed_s >= self._step.duration_s else None
 
 
 class Listening(Waiting):
-    """The participant says a number, which the operator types; or the operator decides."""
+    """The participant answers aloud and the operator types the number, or the operator decides."""
 
     def __init__(self, step: Ask, texts: Texts) -> None:
         super().__init__(texts, maximum_s=step.time_limit_s)
@@ -181,7 +181,7 @@ class Listening(Waiting):
         self._prompt = step.question.prompt.strip() if said else ""
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the question and that it is answered aloud; a decision is not shown."""
+        """Return the question and a request to answer aloud; a decision is not shown."""
         if not self._prompt:
             return scene.message(self._texts["session.hold"])
         return (
@@ -191,12 +191,12 @@ class Listening(Waiting):
         )
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:  # noqa: ARG002
-        """Take no key."""
+        """Ignore the key."""
         return None
 
 
 class Adjusting(Waiting):
-    """The participant turns the plate, by arrow keys or the wheel, or feels the first again."""
+    """The participant adjusts the plate with arrow keys or wheel, or requests the reference."""
 
     def __init__(self, step: Adjust, texts: Texts) -> None:
         super().__init__(texts, maximum_s=step.time_limit_s)
@@ -204,7 +204,7 @@ class Adjusting(Waiting):
         self._texts = texts
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return what to turn for, the keys, and the countdown where there is one."""
+        """Return the task, the keys, and the countdown if there is a limit."""
         task = Text(content=self._step.text.strip(), y=0.24, size=0.06, width=1.2, height=0.26)
         texts = self._texts
         labels: tuple[str, ...] = (scene.UP, scene.DOWN)
@@ -217,7 +217,7 @@ class Adjusting(Waiting):
         return (task, *keys, *left, *going_on(self._texts, "window.turned"))
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """End on the key that goes on, or on the one that asks to feel again."""
+        """End on the key to continue, or on the key that requests the reference."""
         again = self._texts["window.again_key"].casefold()
         if self._step.again and character.casefold() == again:
             return ScreenResult(value=FEEL_AGAIN)

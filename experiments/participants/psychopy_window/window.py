@@ -1,4 +1,4 @@
-"""The participant at the window: shows a step's screen, hands it the keys, times the answer."""
+"""The participant at the window: show each step's screen, pass keys to it, and time the answer."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Adjust, ParticipantStep
     from slipscale.hardware.clock import Clock
 
-# Keys with arrows, drawn: notches of the wheel.
+# Notches of the wheel per touch of a drawn arrow key.
 TURNS = {scene.UP: 1, scene.DOWN: -1}
-RELEASE_PATIENCE_S = 0.5  # a key that was just pressed may still be on its way up
+RELEASE_PATIENCE_S = 0.5  # time to release a key that was just pressed
 
 
 class PsychoPyWindow:
@@ -37,9 +37,9 @@ class PsychoPyWindow:
     Parameters
     ----------
     texts : Mapping
-        The participant's language; the window's own texts are under ``window.``.
+        The texts in the participant's language; the window's texts are under ``window.``.
     clock : Clock
-        The session's: onsets and response times are on it.
+        The session's clock, for onsets and response times.
     pilot : bool
         Show on every screen that this is a pilot run.
     full_screen : bool
@@ -47,14 +47,14 @@ class PsychoPyWindow:
     screen : int
         Which monitor: 0, 1, ...
     size : tuple of int
-        Width and height in pixels where the window does not fill the screen.
+        Width and height in pixels, if the window does not fill the screen.
     precise_times : bool
-        Take response times from the key event's own stamp where the system allows.
+        Take response times from the device's key timestamps if the system supports it.
 
     Raises
     ------
     UserError
-        On entering: no display, or no screen of that number.
+        On entering, if the display or the screen with that number is missing.
     """
 
     kind: ClassVar[Kind] = "person"
@@ -110,32 +110,32 @@ class PsychoPyWindow:
 
     @property
     def focused(self) -> bool:
-        """Whether the keyboard's keys come to this window."""
+        """Whether this window has the keyboard focus."""
         return self._keyboard.focused
 
     @property
     def stamps_keys(self) -> bool:
-        """Whether key presses are stamped by their own device, as ``precise_times`` asks for."""
+        """Whether the device timestamps the key presses, as requested by ``precise_times``."""
         return self._keyboard.stamps
 
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
         """Carry out one step and return what the participant did.
 
-        The onset is when the first frame was on the screen. Time spent on the question whether
-        to stop counts neither for the response time nor against a time limit.
+        The onset is the time of the first frame. Time spent on the question whether to stop is
+        excluded from the response time and from the time limit.
 
         Parameters
         ----------
         step : Instruct, Explore, Ask or Rest
-            What to show.
+            The step to show.
         watch : callable
-            Called at every frame; what it raises passes through, and the step can be performed
-            anew.
+            Called at every frame. Its exceptions propagate, and the step can then be performed
+            again.
 
         Raises
         ------
         StopRequested
-            The participant pressed Escape and confirmed.
+            If the participant pressed Escape and confirmed.
         """
         screen = screen_for(step, self._texts)
         begun, self.unfinished = self.unfinished, Unfinished()
@@ -153,9 +153,9 @@ class PsychoPyWindow:
         turn: Turn,
         watch: Watch,
         *,
-        again: int = 0,  # noqa: ARG002 - the screen is the same each time
+        again: int = 0,  # noqa: ARG002 - the screen is always the same
     ) -> Reply:
-        """Have the surface turned until the participant says that it will do; see `perform`."""
+        """Let the participant adjust the surface until they accept it; see `perform`."""
         return self._perform(screen_for(step, self._texts), watch, turn)
 
     def _perform(self, screen: Screen, watch: Watch, turn: Turn | None = None) -> Reply:
@@ -172,7 +172,7 @@ class PsychoPyWindow:
                     break
                 notches += key.notches if key.kind == "turn" else 0
                 if notches and turn and key.character:
-                    turn(notches)  # the surface that is taken is the one turned to before the key
+                    turn(notches)  # turns before the key are part of the answer
                     notches = 0
                 outcome = self._hand_over(key, screen, elapsed_s)
                 if outcome:
@@ -186,20 +186,20 @@ class PsychoPyWindow:
             self._show(screen.scene(self._clock.now() - onset_s - away_s))
 
     def _hand_over(self, key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None:
-        """Give a screen a key, or a place in its scene that was pointed at."""
+        """Pass a key to a screen, or the scene coordinates of a click."""
         if key.kind != "point" or elapsed_s < 0:
             return hand_over(key, screen, elapsed_s)
         x, y = self.display.place(key.x, key.y)
         return screen.point(x, y, elapsed_s, dragged=key.repeated)
 
     def hold(self, text: str, until: Callable[[], bool]) -> None:
-        """Show ``text`` until ``until()``; keys do nothing meanwhile."""
+        """Show ``text`` until ``until()`` is true; keys are ignored."""
         while not until():
             self._poll()
             self._show(scene.message(text))
 
     def _show_first(self, screen: Screen, watch: Watch) -> float:
-        """Show a screen's first frame; return when. What was typed before it is no answer."""
+        """Show a screen's first frame and return its time; earlier input is discarded."""
         if screen.single_key:
             self._await_release(watch)
         self._pointed = screen.pointed
@@ -208,7 +208,7 @@ class PsychoPyWindow:
         return self._show(screen.scene(0.0))
 
     def _show(self, shown: Scene) -> float:
-        """Show one frame; return when, on the session's clock."""
+        """Show one frame; return its time on the session's clock."""
         if not self.focused:
             shown = scene.message(self._texts["window.focus"])
         self._shown = shown
@@ -218,7 +218,7 @@ class PsychoPyWindow:
         return self.display.flip()
 
     def _touched(self, keys: list[Key]) -> Iterator[Key]:
-        """Yield the keys, and for a touch or a click those that were drawn at its place."""
+        """Yield the keys; a touch or click on a drawn key is replaced by its characters."""
         for key in keys:
             place = self.display.place(key.x, key.y)
             pressed = scene.pressed_at(self._shown, *place) if key.kind == "point" else ""
@@ -232,7 +232,7 @@ class PsychoPyWindow:
                 yield from (replace(key, kind="character", character=each) for each in pressed)
 
     def _await_release(self, watch: Watch) -> None:
-        """Wait until no key is held: a held key would answer the next screen by itself."""
+        """Wait until no key is held, because a held key would answer the next screen."""
         began_s = self._clock.now()
         while self._keyboard.held:
             watch()
@@ -241,12 +241,12 @@ class PsychoPyWindow:
             self._show(() if patient else scene.message(self._texts["window.release_keys"]))
 
     def _ask_to_stop(self, watch: Watch) -> float:
-        """Ask whether to stop; return how long that took when the answer is no.
+        """Ask whether to stop; if the answer is no, return how long that took.
 
         Raises
         ------
         StopRequested
-            The answer is yes.
+            If the answer is yes.
         """
         began_s = self._clock.now()
         screen = Stopping(self._texts)
@@ -264,7 +264,7 @@ class PsychoPyWindow:
 
 
 def hand_over(key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None:
-    """Give a key to a screen, unless it came too early or from a key that is just held down."""
+    """Pass a key to a screen, unless it came too early or only repeats because it is held."""
     if key.kind in ("escape", "point") or elapsed_s < 0:
         return None
     if key.kind in ("turn", "move"):
@@ -281,7 +281,7 @@ def hand_over(key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None
 def reply(
     screen: Screen, outcome: ScreenResult, onset_s: float, elapsed_s: float | None, source: str
 ) -> Reply:
-    """Return the reply that a screen's outcome makes."""
+    """Return the reply for a screen's outcome."""
     return Reply(
         value=outcome.value,
         onset_s=onset_s,
