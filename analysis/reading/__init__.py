@@ -1,1 +1,1 @@
-"""Data sets and tables by hand, read into one frozen `dataset.Dataset`."""
+"""Read data sets and other tables into one frozen `dataset.Dataset`."""

@@ -1,11 +1,11 @@
-"""Which codes of a column of answers mean yes: obvious pairs are known, others must be stated.
+"""Identify which codes in a column of answers mean yes.
 
 Rules:
 
-- Two codes that form an obvious pair (`PAIRS`) are read as such. Any other pair of codes is refused
-  until one of them is declared to mean yes; then every other code would mean no, so exactly one
-  other code may occur.
-- A few cells that belong to neither code are left out and named. If there are more than `FEW` of
+- Two codes that form an obvious pair (`PAIRS`) are interpreted as such. Any other pair is rejected
+  until one code is declared to mean yes. Every other code then means no, so exactly one other code
+  may occur.
+- A few cells that match neither code are excluded and reported. If there are more than `FEW` of
   them and more than `FEW_SHARE` of all, the column is misread, and nothing is analysed.
 """
 
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reading.delimited import Problems, Source
 
-#: What our own tables write.
+#: Codes in our own tables.
 TRUE, FALSE = frozenset({"yes", "true", "1", "1.0"}), frozenset({"no", "false", "0", "0.0"})
-#: Codes that mean yes and no, or right and wrong, wherever they occur.
+#: Codes that always mean yes and no, or right and wrong.
 PAIRS = (
     (TRUE, FALSE),
     (frozenset({"y"}), frozenset({"n"})),
@@ -38,7 +38,7 @@ PAIRS = (
     (frozenset({"sí", "si", "s"}), frozenset({"no", "n"})),
     (frozenset({"correct", "right"}), frozenset({"incorrect", "wrong"})),
 )
-#: Codes that a message lists.
+#: Maximum number of codes listed in a message.
 LISTED = 8
 
 
@@ -57,15 +57,15 @@ def as_answers(
     frame : DataFrame
         Rows with their ``file`` and ``line``.
     column : str
-        Of the answers.
+        Name of the answer column.
     yes : str, optional
-        The code that means yes; default: known of obvious pairs.
+        The code that means yes; default: recognised from obvious pairs.
 
     Raises
     ------
     UserError
-        The codes are no obvious pair and none is declared, the declared one does not occur, or too
-        many cells belong to neither code.
+        The codes are not an obvious pair and none is declared, the declared code does not occur,
+        or too many cells match neither code.
     """
     codes = _codes(frame[column])
     counts = codes.value_counts()
@@ -87,7 +87,7 @@ def as_answers(
 
 
 def _codes(cells: pd.Series[Any]) -> pd.Series[Any]:
-    """Return cells as codes to compare: lower case, whole numbers without decimals."""
+    """Normalise cells for comparison: lower case, whole numbers without decimals."""
     text = cells.astype("object").map(
         lambda value: (
             f"{value:g}"

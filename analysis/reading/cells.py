@@ -1,4 +1,4 @@
-"""Cells and lists in messages: where cells are, what they hold, how long a list is."""
+"""Format cells and lists in messages: location, content and length."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reading.delimited import Source
 
-#: Characters of a cell in a message.
+#: Maximum number of characters of a cell in a message.
 LONGEST_CELL = 60
-#: More wrong cells than both of these, the second as a share, and a column is misread.
+#: If the wrong cells exceed both this number and this share, the column is misread.
 FEW, FEW_SHARE = 3, 0.05
-#: Where a list of participants is cut.
+#: Maximum length of a list of participants.
 LISTED = 6
 
 
@@ -26,7 +26,7 @@ def places(rows: pd.DataFrame, sources: Sequence[Source]) -> list[str]:
 
 
 def cell(value: object) -> str:
-    r"""Return a cell for a message: on one line, and not too long.
+    r"""Format a cell for a message: on one line and shortened.
 
     >>> cell("five\nor six")
     'five or six'
@@ -36,7 +36,7 @@ def cell(value: object) -> str:
 
 
 def listed(names: Iterable[str], most: int = LISTED) -> str:
-    """Return names for a sentence, cut if they are many.
+    """Join names for a sentence, shortened if there are many.
 
     >>> listed("abcdefgh")
     'a, b, c, d, e, f and 2 more'

@@ -1,7 +1,7 @@
-"""Rows as they were written, made into columns that can be counted on.
+"""Convert raw rows to validated columns.
 
-Numbers become numbers, answers become 1 and 0, missing labels become their default; every cell
-that is not what its column asks for is named by file and line and becomes missing.
+Numbers are parsed, answers become 1 and 0, and missing labels are set to their default. Every
+invalid cell is reported by file and line and becomes missing.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 PHASES = (MAIN, PRACTICE)
-#: A block's number is its name: it may be a word.
+#: A block's number is a name and may be a word.
 ESTIMATION_NUMBERS = tuple(name for name in ESTIMATION.numbers if name != BLOCK)
-#: Columns without which a trial is lost.
+#: A trial is unusable if one of these columns is missing.
 NEEDED = (*ESTIMATION.required, *STEP_AMPLITUDES)
-#: A number above this is a slip, and its square no longer one.
+#: Larger numbers are typing errors, and their squares overflow.
 LARGEST = 1e100
 
 
@@ -44,7 +44,7 @@ def clean_estimates(
     problems: Problems,
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> pd.DataFrame:
-    """Return rows with every column of the tidy table, numbers as numbers."""
+    """Return rows with every column of the tidy table, with numbers parsed."""
     clean = pd.DataFrame(
         {
             PARTICIPANT: tidied(frame[PARTICIPANT]),
@@ -76,7 +76,7 @@ def clean_differences(
 ) -> pd.DataFrame:
     """Return steps of the descending difference; ``difference_felt`` is 1, 0 or missing.
 
-    ``yes`` is the code that means yes, if it is declared.
+    ``yes`` is the code that means yes, if declared.
     """
     clean = pd.DataFrame({name: frame[name] for name in (*IDENTITY, "file", "line")})
     for column in STEP_AMPLITUDES:
@@ -93,7 +93,7 @@ def clean_differences(
 
 
 def told_apart(levels: pd.Series[float], quantity: Quantity) -> pd.Series[float]:
-    """Return levels of a quantity, rounded so that arithmetic makes no other level."""
+    """Return levels of a quantity, rounded so that arithmetic errors create no extra levels."""
     if quantity.decimals is not None:
         return levels.round(quantity.decimals)
     known = levels.dropna().unique()
@@ -109,14 +109,14 @@ def numbers(
     minimum: float = -np.inf,
     lost: str = "the trial",
 ) -> pd.Series[float]:
-    """Return a column as numbers; what is not one becomes missing and is named in ``problems``.
+    """Return a column as numbers; invalid cells become missing and are listed in ``problems``.
 
     Parameters
     ----------
     minimum : float
-        Smaller values, and those above `LARGEST`, are named and become missing too.
+        Smaller values, and values above `LARGEST`, are reported and become missing too.
     lost : str
-        What is left out where the cell cannot be read.
+        What is excluded if the cell cannot be read.
     """
     raw, values = as_numbers(frame[column])
     text = values.isna() & raw.notna()
@@ -143,9 +143,9 @@ def numbers(
 
 
 def as_numbers(raw: pd.Series[Any]) -> tuple[pd.Series[Any], pd.Series[float]]:
-    """Return a column as it is written, and as numbers: NaN where a cell is none."""
+    """Return a column as raw text and as numbers; cells that are not numbers become NaN."""
     if pd.api.types.is_bool_dtype(raw) or not pd.api.types.is_numeric_dtype(raw):
-        # TRUE is no number, and whole numbers that no float can hold come as Python's own.
+        # TRUE is not a number, and whole numbers too large for a float are Python integers.
         raw = raw.astype("str")
         return raw, pd.to_numeric(raw, errors="coerce").astype(float)
     return raw, raw.astype(float)
@@ -158,9 +158,9 @@ def _refuse_many(
     sources: Sequence[Source],
     problems: Problems,
 ) -> None:
-    """Raise a `UserError` where so many cells are no numbers that the column is misread.
+    """Raise a `UserError` if so many cells are not numbers that the column is misread.
 
-    Signs without a letter or digit (``-``, ``.``, ``?``) stand for a missing number and do not
+    Signs without a letter or digit (``-``, ``.``, ``?``) represent a missing number and do not
     count.
     """
     if not wrong.any():
@@ -192,7 +192,7 @@ def _optional_numbers(
     *,
     minimum: float = -np.inf,
 ) -> pd.Series[float] | float:
-    """Return a column that may be absent or empty as numbers, see `numbers`."""
+    """Return a column that may be absent or empty as numbers; see `numbers`."""
     if column not in frame or not frame[column].notna().any():
         return np.nan
     return numbers(frame, column, sources, problems, minimum=minimum, lost="the cell")
@@ -203,7 +203,7 @@ def _in_lower_case(answers: pd.Series[Any]) -> pd.Series[Any]:
 
 
 def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd.Series[bool]:
-    """Tell catch steps by the amplitudes, which were presented; say where the column differs."""
+    """Identify catch steps by the presented amplitudes; report deviations from the column."""
     unchanged = clean["amplitude_before_um_pp"] == clean["amplitude_um_pp"]
     if "catch" in frame:
         said = _in_lower_case(frame["catch"])
@@ -220,19 +220,19 @@ def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd
 
 
 def tidied(names: pd.Series[Any]) -> pd.Series[Any]:
-    """Return names as categories, without blanks around them; one of blanks only is missing."""
+    """Return names as categories, stripped of blanks; a name of blanks only is missing."""
     values = names.astype("category")
     plain = [" ".join(str(name).split()) for name in values.cat.categories]
     kept = sorted(set(plain) - {""})
     places = {name: place for place, name in enumerate(kept)}
-    # The last entry is what a missing cell's code, -1, finds.
+    # The last entry matches a missing cell's code, -1.
     lookup = np.array([*(places.get(name, -1) for name in plain), -1])
     codes = lookup[values.cat.codes]
     return pd.Series(pd.Categorical.from_codes(codes, pd.Index(kept, dtype=str)), index=names.index)
 
 
 def labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:
-    """Return a column of names as categories; where there is none, ``missing``."""
+    """Return a column of names as categories; missing names become ``missing``."""
     if column not in frame:
         return pd.Series(pd.Categorical([missing] * len(frame)), index=frame.index)
     values = tidied(frame[column])
@@ -242,7 +242,7 @@ def labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:
 
 
 def _phases(frame: pd.DataFrame, problems: Problems) -> pd.Series[Any]:
-    """Return "practice" or "main" for each row; say which other words count as main."""
+    """Return "practice" or "main" for each row; report which other words count as main."""
     values = labels(frame, "phase", MAIN)
     counts = values.value_counts()
     for name, count in counts[counts > 0].items():
@@ -259,9 +259,9 @@ def _phases(frame: pd.DataFrame, problems: Problems) -> pd.Series[Any]:
 def _without_doubles(
     clean: pd.DataFrame, part: pd.Series[Any], sources: Sequence[Source], problems: Problems
 ) -> pd.DataFrame:
-    """Drop and name rows that give the same trial of the same part of a run once more.
+    """Drop and report rows that repeat a trial in the same part of a run.
 
-    ``part`` is the block or series: there trials may be numbered anew.
+    ``part`` is the block or series; trial numbers may start again in each.
     """
     if clean["trial"].isna().all():
         return clean
@@ -283,7 +283,7 @@ def _without_doubles(
 
 
 def empty_estimates() -> pd.DataFrame:
-    """Return the columns of `clean_estimates`, without a row."""
+    """Return the columns of `clean_estimates`, without rows."""
     return _empty(
         (*IDENTITY, BLOCK, "phase", "flag", "texture"),
         (*ESTIMATION_NUMBERS, *ESTIMATION.required),
@@ -291,7 +291,7 @@ def empty_estimates() -> pd.DataFrame:
 
 
 def empty_differences() -> pd.DataFrame:
-    """Return the columns of `clean_differences`, without a row."""
+    """Return the columns of `clean_differences`, without rows."""
     found = _empty(
         (*IDENTITY, "phase", "flag", "verbal_report"), (*DIFFERENCE.numbers, *DIFFERENCE.required)
     )

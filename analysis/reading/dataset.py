@@ -1,4 +1,4 @@
-"""What the analysis is computed from: the trials, and where they come from."""
+"""Represent the input of the analysis: the trials and their sources."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
 
 
-#: The fields of `Dataset` that hold trials of magnitude estimation and descending difference.
+#: The fields of `Dataset` that contain trials of magnitude estimation and descending difference.
 TABLES = ("estimates", "answers", "differences", "textures")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dataset:
-    """Trials to analyse, and where they come from.
+    """Trials to analyse, and their sources.
 
     Parameters
     ----------
@@ -33,50 +33,50 @@ class Dataset:
         The data set's title.
     estimates : DataFrame
         Trials of magnitude estimation: ``participant_id session run trial amplitude_um_pp
-        estimate response_time scale_top modulus flag timed_out faulty``, one row an answered
-        main trial, in order of presentation. Empty where there are none.
+        estimate response_time scale_top modulus flag timed_out faulty``, one row per answered
+        main trial, in order of presentation. Empty if there are none.
     answers : DataFrame
-        All main trials of magnitude estimation that were not voided, answered or not: what data
-        quality is judged by.
+        All main trials of magnitude estimation that were not voided, answered or not. Data quality
+        is assessed on these.
     study_text : str
-        The study file that the sessions ran with; empty if it is not in the folder.
+        The study file used in the sessions; empty if it is not in the folder.
     textures : DataFrame
-        Answered main trials of textures, which ``estimates`` and ``answers`` do not hold; with
-        their ``texture``.
+        Answered main trials of textures, with their ``texture``; ``estimates`` and ``answers`` do
+        not contain them.
     differences : DataFrame
-        Steps of the descending difference, answered ones.
+        Answered steps of the descending difference.
     trials : Mapping
         Answered main trials of every other kind of task, by the name of its `TaskTrials`; `of`
         looks them up. Kinds that were not run may be missing.
     others : Mapping
-        Main trials of tasks that are read by no analysis of Slipscale's (a laboratory's own
-        protocols), as `slipscale.analysis.reading.labelled_tasks.read_others` returns them, by task
-        label.
+        Main trials of tasks without a Slipscale analysis (a laboratory's own protocols), by task
+        label, as returned by `slipscale.analysis.reading.labelled_tasks.read_others`.
     participants : DataFrame
-        ``participants.tsv``, where there is one.
+        ``participants.tsv``, if it exists.
     mode : {"pilot", "participant", "unknown"}
-        Whose answers these are.
+        Source of the answers.
     counts : Mapping
-        Rows read and left out, by reason.
+        Rows read and excluded, by reason.
     details : Mapping
-        What the sidecars say of study, seeds, languages, plates and software.
+        Entries of the sidecars on study, seeds, languages, plates and software.
     choices : AnalysisChoices
         The frozen choices, or the defaults.
     frozen : tuple of str
         The keys that the study file sets.
     unchanged : bool or None
-        Whether that file is the one that the sessions ran with, so that they were frozen before
-        there was data; None where the sidecars do not say.
+        Whether the sessions ran with this study file, so that the choices were frozen before data
+        collection; None if the sidecars do not state it.
     journal_differences : tuple of str or None
-        How the tables differ from the journals, one sentence each; None without journals.
+        Differences between tables and journals, one sentence each; None without journals.
     problems : tuple of str
         One sentence each.
     sources : tuple of Source
         Every file that was read.
     folder : Path or None
-        The data set's folder; None for a table by hand.
+        The data set's folder; None for a single table.
     quantity : Quantity
-        What ``amplitude_um_pp`` holds: the plate's amplitude, or what the data say.
+        Quantity in ``amplitude_um_pp``: the plate's amplitude, or another one declared by the
+        data.
     """
 
     name: str
@@ -101,7 +101,7 @@ class Dataset:
     others: Mapping[str, pd.DataFrame] = field(default_factory=dict)
 
     def of(self, kind: TaskTrials) -> pd.DataFrame:
-        """Return the trials of a kind of task; no row if it was not run."""
+        """Return the trials of a kind of task; no rows if it was not run."""
         known = kind.name in TABLES
         found = getattr(self, kind.name) if known else self.trials.get(kind.name)
         return kind.empty() if found is None else found
@@ -113,7 +113,7 @@ class Dataset:
         return {**own, **self.trials, **self.others}
 
     def with_tables(self, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Dataset:
-        """Return the data with every table of trials changed alike."""
+        """Return the data with ``change`` applied to every table of trials."""
         changed: dict[str, Any] = {name: change(getattr(self, name)) for name in TABLES}
         for name in ("trials", "others"):
             changed[name] = {key: change(rows) for key, rows in getattr(self, name).items()}
@@ -126,7 +126,7 @@ class Dataset:
 
     @property
     def people(self) -> set[str]:
-        """Everybody who has trials of any task, answered or not."""
+        """All participants with trials of any task, answered or not."""
         tasks = (self.answers, self.differences, *self.trials.values(), *self.others.values())
         return {str(who) for rows in tasks for who in rows[PARTICIPANT].unique()}
 

@@ -1,8 +1,8 @@
-"""Many small tables of one kind, read in one go, with the place of every cell kept.
+"""Read many small tables of one kind at once, keeping the location of every cell.
 
-A study of thousands of participants is thousands of files; parsing them one by one costs mostly
-start-up. Files with the same header are joined and parsed once; every row keeps the file and
-the line it came from, so that a complaint can name them.
+A study with thousands of participants has thousands of files, and parsing them one by one is
+mostly overhead. Files with the same header are joined and parsed together. Every row keeps its
+file and line, so that messages can refer to them.
 """
 
 from __future__ import annotations
@@ -34,44 +34,45 @@ if TYPE_CHECKING:
 
     from pydantic import ValidationError
 
-#: A missing cell in any column: BIDS's word, and none at all.
+#: Missing cells in any column: BIDS's code, and the empty cell.
 MISSING = ("", NO_VALUE)
-#: A missing cell where no such word is expected, as R, pandas, NumPy, Excel and databases write it.
+#: Missing cells in columns of numbers, as R, pandas, NumPy, Excel and databases write them.
 NOT_AVAILABLE = (
     *MISSING,
     *("NA", "N/A", "#N/A", "<NA>", "NaN", "nan", "-nan", "NULL", "Null", "null", "None", "none"),
 )
-#: Names and words, those of a code book too.
+#: Names and words, including those of a code book.
 TEXT = (*FREE_TEXT, "coder", "category")
 LISTED_PROBLEMS = 12
-#: Files are parsed in parts of so many bytes.
+#: Files are parsed in parts of this many bytes.
 PART_BYTES = 8_000_000
-#: Kinds of column that are one kind, numbers, where parts of a table differ in them.
+#: Column types that count as the same (numbers) if parts of a table differ in them.
 NUMBERS = ("int64", "float64")
-#: Characters of a list of column names in a message: a foreign file's first line may be long.
+#: Maximum number of characters of column names in a message: a foreign file's first line may be
+#: long.
 LONGEST_LIST = 400
 
 
 @dataclass(slots=True)
 class Problems:
-    """Sentences on what is wrong with the data; long lists are cut, and say so."""
+    """Sentences about errors in the data; long lists are shortened, with a note."""
 
     sentences: list[str] = field(default_factory=list)
-    #: What the file calls a column, where it is another name than ours.
+    #: The file's name of a column, if it differs from ours.
     titles: Mapping[str, str] = field(default_factory=dict)
 
     def title(self, column: str) -> str:
-        """Return what the file calls a column."""
+        """Return the file's name of a column."""
         return self.titles.get(column, column)
 
     def add(self, sentence: str) -> None:
-        """Note one sentence."""
+        """Add one sentence."""
         self.sentences.append(sentence)
 
     def add_many(self, sentences: Sequence[str], what: str, total: int | None = None) -> None:
-        """Note sentences of one kind: the first dozen in full, then how many more.
+        """Add sentences of one kind: the first dozen in full, then the number of the others.
 
-        ``total`` is their number where only the first `LISTED_PROBLEMS` are given.
+        ``total`` is their number if only the first `LISTED_PROBLEMS` are given.
         """
         self.sentences.extend(sentences[:LISTED_PROBLEMS])
         more = (len(sentences) if total is None else total) - LISTED_PROBLEMS
@@ -81,14 +82,14 @@ class Problems:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """One file as it was read: its name in the data set, and the SHA-256 of its bytes."""
+    """One file: its name in the data set, and the SHA-256 of its bytes."""
 
     name: str
     sha256: str
 
 
 def read_bytes(path: Path, most: int = -1) -> bytes:
-    """Return a file's bytes, or the first ``most`` of them, or say in a sentence why not."""
+    """Return a file's bytes, or the first ``most`` of them. Raises UserError on failure."""
     try:
         with path.open("rb") as file:
             return file.read(most)
@@ -121,7 +122,7 @@ def read_tables(
     Parameters
     ----------
     paths : sequence of Path
-        The files, with a header line each; columns may differ between files.
+        The files, each with a header line; columns may differ between files.
     root : Path
         The data set's folder; files are named relative to it.
     separator : str
@@ -129,10 +130,10 @@ def read_tables(
     required : sequence of str
         Columns that every file must have.
     columns : sequence of str
-        Columns to return, where there; none: all of them. In these, ``NA`` and its like are
-        missing cells, but for `TEXT`.
+        Columns to return if present; empty: all of them. In these, ``NA`` and similar codes are
+        missing cells, except in `TEXT`.
     problems : Problems, optional
-        Told which lines between rows were left out: empty ones, and the header once more.
+        Receives the omitted lines between rows: empty lines and repeated headers.
 
     Returns
     -------
@@ -144,7 +145,7 @@ def read_tables(
     Raises
     ------
     UserError
-        A file cannot be read, is not UTF-8, is empty, or has a line with too few or many
+        A file cannot be read, is not UTF-8, is empty, or has a line with too few or too many
         cells, lacks a required column, or has a column twice.
     """
     sources: list[Source] = []
@@ -174,7 +175,7 @@ def read_tables(
 
 
 def quantity_of(path: Path) -> Quantity:
-    """Return what a table's sidecar says its levels are in; without a word of it µm."""
+    """Return the quantity of a table's levels from its sidecar; µm by default."""
     sidecar = path.with_suffix(".json")
     if not path.name.endswith("_beh.tsv") or not sidecar.is_file():
         return PLATE_AMPLITUDE
@@ -198,7 +199,7 @@ def _read_group(
     separator: str,
     columns: Sequence[str],
 ) -> pd.DataFrame:
-    """Read files with the same header, joined; every row with its file and line."""
+    """Read and join files with the same header; every row has its file and line."""
     first, sample = group[0]
 
     def parsed(part: Sequence[tuple[int, Lines]]) -> pd.DataFrame:
@@ -207,7 +208,7 @@ def _read_group(
 
     try:
         frame = _joined([parsed(part) for part in _parts(group)])
-        # A column of numbers in one part and of words in another is decided from the whole.
+        # A column with numbers in one part and words in another must be parsed as a whole.
         frame = parsed(group) if frame is None else frame
     except UserError:
         for number, lines in group:
@@ -223,7 +224,7 @@ def _read_group(
 
 
 def _parts(group: Sequence[tuple[int, Lines]]) -> list[list[tuple[int, Lines]]]:
-    """Return files in parts of some `PART_BYTES`: pandas takes several times a text's size."""
+    """Split files into parts of about `PART_BYTES`: pandas needs several times a text's size."""
     parts: list[list[tuple[int, Lines]]] = [[]]
     size = 0
     for entry in group:
@@ -236,9 +237,9 @@ def _parts(group: Sequence[tuple[int, Lines]]) -> list[list[tuple[int, Lines]]]:
 
 
 def _joined(frames: list[pd.DataFrame]) -> pd.DataFrame | None:
-    """Return parts as one table, or None where together a column would be of another kind.
+    """Return parts as one table, or None if the type of a column would change when joined.
 
-    Whole and decimal numbers of a column are decimals together, as they would be at once.
+    Whole and decimal numbers in a column become decimals, as if they had been parsed together.
     """
     kinds = [["number" if kind in NUMBERS else str(kind) for kind in f.dtypes] for f in frames]
     if any(other != kinds[0] for other in kinds):
@@ -254,7 +255,7 @@ def _name(path: Path, root: Path) -> str:
 
 
 def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> None:
-    """Raise a `UserError` where a required column is absent or a column is there twice."""
+    """Raise a `UserError` if a required column is absent or a column occurs twice."""
     if doubled := sorted({name for name in names if name and names.count(name) > 1}):
         raise UserError(f"{path}: column {', '.join(doubled)} is there twice; expected it once")
     if missing := [name for name in required if name not in names]:
@@ -272,7 +273,7 @@ def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> No
 
 
 def _cut(names: Sequence[str]) -> str:
-    """Return column names for a message, no longer than a few lines."""
+    """Join column names for a message, shortened to a few lines."""
     listed = ", ".join(" ".join(name.split()) for name in names if name) or "no names"
     return listed if len(listed) <= LONGEST_LIST else f"{listed[:LONGEST_LIST]} ..."
 
@@ -287,10 +288,10 @@ def parse(
     words: Collection[str] = TEXT,
     as_written: Collection[str] = (),
 ) -> pd.DataFrame:
-    """Return the rows of a text with the header of ``lines``; only ``columns``, if any given.
+    """Return the rows of a text with the header of ``lines``, restricted to ``columns`` if given.
 
-    Columns in ``words`` and ``as_written`` stay text; of ``words`` only an empty cell and
-    BIDS's word are missing.
+    Columns in ``words`` and ``as_written`` stay text. In ``words``, only an empty cell and BIDS's
+    code are missing.
     """
     names = [name or f"unnamed {place}" for place, name in enumerate(lines.names)]
     missing = {name: NOT_AVAILABLE if name in columns else MISSING for name in names}
@@ -303,7 +304,7 @@ def parse(
             names=names,
             na_values={name: list(missing[name]) for name in names},
             keep_default_na=False,
-            # 'a, "b"' is a habit of hands.
+            # 'a, "b"' is common in files edited by hand.
             skipinitialspace=separator.encode() + b" " in text,
             low_memory=False,
             dtype=dict.fromkeys([*words, *as_written], "str"),
@@ -322,9 +323,9 @@ def parse(
 
 
 def faults_of(error: ValidationError, text: str, within: tuple[str, ...] = ()) -> str:
-    """Return every fault that pydantic found in a TOML text: its line, what was expected.
+    """Return every error that pydantic found in a TOML text: its line, and what was expected.
 
-    ``within`` is the table that was validated, where it was not the whole text.
+    ``within`` is the table that was validated, unless it was the whole text.
     """
     faults = [((*within, *place), fault) for place, fault in faults_in(error)]
     return "; ".join(said for _, said in sentences(faults, TomlLines(text).of))

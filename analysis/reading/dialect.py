@@ -1,7 +1,8 @@
-"""How a table by hand writes its cells: encoding, separator, decimal mark, marks in thousands.
+"""Detect how a table is written: encoding, separator, decimal mark and thousands separators.
 
-Decided once for a whole file, from all its numbers, so that one bad cell changes nothing for the
-others. A number that can be read in two ways, with nothing in the file that decides, is refused.
+The decision is made once per file from all of its numbers, so that a single bad cell does not
+affect the others. A number that can be read in two ways is rejected if nothing in the file
+decides.
 """
 
 from __future__ import annotations
@@ -16,19 +17,19 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 Decimal = Literal[".", ","]
-#: Separators of a table by hand; among equals the first.
+#: Possible separators; in a tie the first one wins.
 SEPARATORS = ("\t", ";", ",")
 BOMS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
-#: What Excel on Windows writes in western Europe where nobody asks for UTF-8.
+#: Default encoding of Excel on Windows in western Europe.
 FALLBACK = "cp1252"
 
 _TAIL = r"(?:[eE][+-]?\d+)?"
-#: Blanks and the Swiss apostrophe may part thousands beside either decimal mark.
+#: Blanks and the Swiss apostrophe may separate thousands with either decimal mark.
 _GAPS = r"[ '\u2019\u00a0\u202f]"
 
 
 def _certain(mark: str, other: str) -> re.Pattern[str]:
-    """Return the form of numbers in which ``mark`` can only be the decimal mark."""
+    """Return the pattern of numbers in which ``mark`` can only be the decimal mark."""
     m, o = re.escape(mark), re.escape(other)
     forms = (
         rf"\d*{m}(?:\d{{1,2}}|\d{{4,}})?",  # 0,5 but not 1,000
@@ -43,14 +44,15 @@ def _certain(mark: str, other: str) -> re.Pattern[str]:
 
 CERTAIN: dict[Decimal, re.Pattern[str]] = {".": _certain(".", ","), ",": _certain(",", ".")}
 AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
-#: A number whose point may part thousands, in a file's text.
+#: A number whose point may separate thousands, in a file's text.
 THOUSANDS_POINT = re.compile(rb"(?<![\d.])[1-9]\d{0,2}\.\d{3}(?![\d.])")
 
 
 def in_points(cell: str, decimal: Decimal) -> str:
-    """Return a cell with a decimal point and bare thousands; one that is no number as it was.
+    """Normalise a number to a decimal point without thousands separators.
 
-    The mark that is not the decimal one, blanks and apostrophes may part thousands.
+    The mark that is not the decimal one, blanks and apostrophes may separate thousands. Other
+    cells are returned unchanged.
 
     >>> in_points("1.234,5", ",")
     '1234.5'
@@ -67,21 +69,22 @@ def in_points(cell: str, decimal: Decimal) -> str:
 
 
 def decoded(content: bytes, path: Path) -> tuple[bytes, str]:
-    """Return a text file's content as UTF-8, and what its encoding was.
+    """Return a text file's content as UTF-8, and its original encoding.
 
-    UTF-8, UTF-16 where a byte-order mark says so, else Windows-1252.
+    The content is decoded as UTF-8, as UTF-16 if it has a byte-order mark, or else as
+    Windows-1252.
 
     Raises
     ------
     UserError
-        The content is none of these.
+        The content is in none of these encodings.
     """
     encoding = next((name for mark, name in BOMS.items() if content.startswith(mark)), "utf-8")
     try:
         return content.decode(encoding).encode("utf-8"), encoding
     except UnicodeError as error:
         start = error.start if isinstance(error, UnicodeDecodeError) else 0
-    # A null byte or a byte-order mark is not from Windows-1252.
+    # A null byte or a byte-order mark does not occur in Windows-1252.
     if encoding == "utf-8" and b"\x00" not in content:
         try:
             return content.decode(FALLBACK).encode("utf-8"), FALLBACK
@@ -96,32 +99,32 @@ def decoded(content: bytes, path: Path) -> tuple[bytes, str]:
 
 
 def separator_of(header: bytes) -> str:
-    """Return the separator of a header line: what parts its cells, not what is inside quotes."""
+    """Return the separator of a header line, ignoring characters inside quotes."""
     outside = re.sub(rb'"[^"]*"', b"", header)
     return next((mark for mark in SEPARATORS if mark.encode() in outside), ",")
 
 
 def decimal_of(cells: Mapping[str, Mapping[str, int]], *, name: str) -> Decimal:
-    """Return the decimal mark of a file from all its numbers.
+    """Return the decimal mark of a file, from all its numbers.
 
     Parameters
     ----------
     cells : Mapping
-        Column -> its distinct cells -> how often each is there.
+        Column -> its distinct cells -> how often each occurs.
     name : str
-        The file's, for messages.
+        Name of the file, for messages.
 
     Raises
     ------
     UserError
-        A comma may part thousands or be the decimal mark, and nothing decides; so may a point, in a
-        column that holds whole numbers too; or both marks are there as often.
+        A comma may separate thousands or be the decimal mark, and nothing decides; the same for a
+        point in a column that also contains whole numbers; or both marks occur equally often.
     """
     counts: dict[Decimal, int] = {".": 0, ",": 0}
     example: dict[Decimal, tuple[str, str]] = {}
     either: tuple[str, str] | None = None
     for column, values in cells.items():
-        # Programs write all decimals of a column or none: 1.080 beside 540 is probably 1080.
+        # Programs write all decimals of a column or none: 1.080 next to 540 is probably 1080.
         whole = any(value.strip().isdigit() and value.strip() != "0" for value in values)
         for value, count in values.items():
             text = value.strip()

@@ -1,6 +1,6 @@
-"""Data as other laboratories have them: any names, any quantity, long or wide, yes and no.
+"""Read data from other laboratories: any names, any quantity, long or wide, yes and no.
 
-A mapping says what the columns mean; from here on the rows are those of our own tables.
+A mapping defines what the columns mean; the returned rows have the format of our own tables.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 STIMULUS, RESPONSE = ESTIMATION.required
 REFERENCE, ANSWER = "amplitude_before_um_pp", "difference_felt"
 GROUP = "group"
-#: A mapping's column -> ours.
+#: A mapping's column -> our column.
 OURS = {
     "participant": PARTICIPANT,
     "stimulus": STIMULUS,
@@ -55,28 +55,28 @@ OURS = {
     "trial": "trial",
 }
 NUMBERS = ("stimulus", "response", "reference", "trial", "yes_count", "n")
-#: A folder's tables; the label of the participant is in their names.
+#: A folder's tables; their names contain the participant's label.
 BIDS_TABLE = re.compile(r"sub-(?P<sub>[^_]+)(_ses-(?P<ses>[^_]+))?_.*_(beh|events)\.tsv")
 BIDS_LABELS = {"participant": "sub", "session": "ses"}
-#: From so many answers at the smallest level, such a share of "yes" looks like guessing.
+#: With this many answers at the smallest level, this share of "yes" suggests guessing.
 FEWEST_TO_WARN, LIKE_GUESSING = 10, 1 / 3
-#: Units of levels that are logarithms already.
+#: Units of levels that are already logarithms.
 LOGARITHMIC = re.compile(r"\bdb|decibel|\blog", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForeignTable:
-    """A table of another make, as rows of ours.
+    """A foreign table, as rows in our format.
 
     Parameters
     ----------
     estimates, differences : DataFrame
         See `slipscale.analysis.reading.cleaning`.
     choices : DataFrame
-        Of forced choice, and of comparisons with a reference above and below it: see
-        `slipscale.analysis.tasks.thresholds.reading`. All of the three but one are empty.
+        Trials of forced choice, or of comparison with a reference above and below it: see
+        `slipscale.analysis.tasks.thresholds.reading`. Only one of the three tables is not empty.
     participants : DataFrame
-        Everybody, with their ``group`` where there is one.
+        All participants, with their ``group`` if given.
     sources : tuple of Source
         The files.
     """
@@ -89,13 +89,13 @@ class ForeignTable:
 
 
 def read_foreign(path: Path, mapping: TableMapping, problems: Problems) -> ForeignTable:
-    """Read a table, or a BIDS folder's, as a mapping says.
+    """Read a table, or the tables of a BIDS folder, using a mapping.
 
     Raises
     ------
     UserError
         See `slipscale.analysis.reading.table_by_hand.read_table`; also for a level below 0, a
-        participant in two groups, and rows that ``only`` leaves none of.
+        participant in two groups, and an ``only`` that matches no rows.
     """
     frame, sources = (_folder if path.is_dir() else _table)(path, mapping, problems)
     frame = _chosen(frame, mapping, path)
@@ -161,7 +161,7 @@ def _table(
 def _folder(
     folder: Path, mapping: TableMapping, problems: Problems
 ) -> tuple[pd.DataFrame, list[Source]]:
-    """Read a BIDS folder's tables; whose they are is in their names, unless a column tells."""
+    """Read a BIDS folder's tables; file names give the participant unless a column does."""
     entries = [
         (path, match)
         for path in sorted(folder.glob("sub-*/**/*.tsv"))
@@ -210,14 +210,17 @@ def _chosen(frame: pd.DataFrame, mapping: TableMapping, path: Path) -> pd.DataFr
 
 
 def _long(frame: pd.DataFrame, mapping: TableMapping) -> pd.DataFrame:
-    """Return a row a response of a wide table: a row a participant, a column a level."""
+    """Convert a wide table to one row per response.
+
+    A wide table has one row per participant and one column per level.
+    """
     kept = [name for name in frame.columns if name not in mapping.levels]
     parts = []
     for column, level in mapping.levels.items():
         part = frame[kept].copy()
         part[STIMULUS], part[RESPONSE] = level, frame[column]
         parts.append(part)
-    # As text where one column is: what one column's cells are read as, all are.
+    # If one column is text, all are read as text, so that cells are parsed in the same way.
     texts = any(not pd.api.types.is_numeric_dtype(part[RESPONSE]) for part in parts)
     if texts:
         parts = [part.astype({RESPONSE: "str"}) for part in parts]
@@ -229,7 +232,7 @@ def _long(frame: pd.DataFrame, mapping: TableMapping) -> pd.DataFrame:
 def _of_trials(
     frame: pd.DataFrame, mapping: TableMapping, problems: Problems, path: Path
 ) -> pd.DataFrame:
-    """Leave out rows without stimulus and response: PsychoPy writes one for every routine."""
+    """Omit rows without stimulus and response: PsychoPy writes one for every routine."""
     response = "n" if mapping.columns.n else ANSWER if mapping.of_answers else RESPONSE
     blank = frame[STIMULUS].isna() & frame[response].isna()
     if blank.any():
@@ -258,7 +261,7 @@ def _check_levels(
 def _one_row_per_answer(
     frame: pd.DataFrame, mapping: TableMapping, sources: Sequence[Source], problems: Problems
 ) -> pd.DataFrame:
-    """Return counts of yes as one row per answer; other tables as they are.
+    """Return counts of yes as one row per answer; other tables unchanged.
 
     Raises
     ------
@@ -282,10 +285,10 @@ def _one_row_per_answer(
 
 
 def _method(steps: pd.DataFrame, mapping: TableMapping) -> str:
-    """Return how answers are fitted; empty for yes and no to a change in one direction.
+    """Return the method for fitting answers; empty for yes and no to a change in one direction.
 
-    References with stimuli below and above them are comparisons: folded to the size of the
-    difference, "more" below and above the reference would cancel.
+    References with stimuli below and above them are comparisons. If they were folded to the size
+    of the difference, "more" below and above the reference would cancel.
     """
     if mapping.answers.alternatives:
         return {2: "two_interval", 3: "three_interval"}[mapping.answers.alternatives]
@@ -295,7 +298,7 @@ def _method(steps: pd.DataFrame, mapping: TableMapping) -> str:
 
 
 def _choices(steps: pd.DataFrame, method: str, quantity: Quantity) -> pd.DataFrame:
-    """Return answers as trials of forced choice, or of comparison with a standard."""
+    """Return answers as trials of forced choice or of comparison with a standard."""
     # `_above_reference` has exchanged the two columns.
     level, standard = steps[REFERENCE], steps[STIMULUS]
     if method != "comparison":
@@ -314,7 +317,7 @@ def _choices(steps: pd.DataFrame, method: str, quantity: Quantity) -> pd.DataFra
 
 
 def _warn_of_forced_choice(steps: pd.DataFrame, problems: Problems, quantity: Quantity) -> None:
-    """Note that the smallest level has many "yes", as guessing in a forced choice has."""
+    """Note that the smallest level has many "yes", which suggests guessing in a forced choice."""
     size = (steps[REFERENCE] - steps[STIMULUS]).abs()
     smallest = size[size > 0].min()
     answers = steps.loc[(size == smallest), "difference_felt"].dropna()
@@ -327,7 +330,7 @@ def _warn_of_forced_choice(steps: pd.DataFrame, problems: Problems, quantity: Qu
 
 
 def _steps(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return yes and no as steps from the reference, or from none."""
+    """Return yes and no as steps from the reference, or without a reference."""
     found = frame.copy()
     if REFERENCE not in found:
         found[REFERENCE] = 0.0
@@ -338,17 +341,20 @@ def _steps(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def _above_reference(steps: pd.DataFrame) -> pd.DataFrame:
-    """Return steps whose size is the stimulus less the reference; our own is what was removed."""
+    """Return steps with the size stimulus minus reference.
+
+    In our own tables, the size is the change that was removed.
+    """
     return steps.rename(columns={REFERENCE: STIMULUS, STIMULUS: REFERENCE})
 
 
 def _groups(frame: pd.DataFrame, path: Path, problems: Problems) -> pd.DataFrame:
-    """Return everybody and their group.
+    """Return all participants and their groups.
 
     Raises
     ------
     UserError
-        Somebody is in two groups: then the column tells conditions of a participant.
+        A participant is in two groups, so the column contains conditions instead.
     """
     who = tidied(frame[PARTICIPANT]).astype("str")
     if GROUP not in frame:

@@ -1,8 +1,8 @@
-"""Main trials of each kind of task, identified by their columns: a study chooses task labels.
+"""Identify each kind of task by its columns, because a study chooses its own task labels.
 
-Several labels of one kind are analysed next to each other, except for kinds with a protocol's
-`TaskTrials.label`: magnitude estimation and descending difference are never pooled over labels. One
-is analysed, and the others are reported.
+Several labels of one kind are analysed separately, except for kinds with a protocol's
+`TaskTrials.label`: magnitude estimation and descending difference are never pooled over labels.
+One label is analysed, and the others are reported.
 """
 
 from __future__ import annotations
@@ -32,29 +32,30 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskTrials:
-    """Which tables hold the trials of a kind of task, and how they are read.
+    """The tables of one kind of task, and how to read them.
 
     Parameters
     ----------
     name : str
-        Their name in `Dataset.trials`.
+        Key in `Dataset.trials`.
     counted : str
-        Before what is counted of them: ``{counted}_rows``, ``{counted}_unanswered``.
+        Prefix of its counts: ``{counted}_rows``, ``{counted}_unanswered``.
     title : str
-        What they are called after "trials of".
+        Name used after "trials of".
     belongs : callable
-        Whether a table with these columns holds such trials.
+        Whether a table with these columns contains such trials.
     read : callable
         Returns the answered main trials of tables, and the files.
     empty : callable
-        Returns the same columns without a row.
+        Returns the same columns without rows.
     label : str
         The protocol's own label, if only one label of the kind is analysed.
     divide : callable, optional
-        Returns the tables that the rows read are divided into, by `Dataset`'s name; default: one.
+        Returns the tables into which the rows are divided, by their name in `Dataset`; default:
+        one.
     reasons : Mapping
-        Under what rows that are not analysed are counted -> what they are; default: practice,
-        voided and unanswered trials.
+        Count name of rows that are not analysed -> description; default: practice, voided and
+        unanswered trials.
     """
 
     name: str
@@ -71,7 +72,7 @@ class TaskTrials:
 
     @property
     def left_out(self) -> Mapping[str, str]:
-        """What rows that are not analysed are counted under, and what they are."""
+        """Count names of rows that are not analysed, with descriptions."""
         return self.reasons or {
             f"{self.counted}_practice": f"practice trials of {self.title}",
             f"{self.counted}_voided": f"voided trials of {self.title}",
@@ -79,7 +80,7 @@ class TaskTrials:
         }
 
 
-#: Label of a file name's part: column that it fills.
+#: Label of a part of a file name: the column that it fills.
 IDENTITY_OF = {"sub": PARTICIPANT, "ses": "session", "task": "task", "run": "run"}
 
 
@@ -91,7 +92,7 @@ def header_of(path: Path) -> frozenset[str]:
 
 
 def kind_of(task: str, path: Path, kinds: Sequence[TaskTrials]) -> TaskTrials | None:
-    """Return the kind of a table's trials, by its protocol's own label, else by its columns."""
+    """Return the kind of a table's trials, by its protocol's own label, or else by its columns."""
     by_label = next((kind for kind in kinds if kind.label == task), None)
     if by_label is not None:
         return by_label
@@ -110,9 +111,9 @@ def of_one_label(
     Parameters
     ----------
     tasks : Mapping
-        Task's label -> its tables.
+        Task label -> its tables.
     wanted : str or None
-        The label that was asked for, if this kind has it.
+        The requested label, if this kind has it.
     """
     usual = kind.label if kind.label in tasks else min(tasks, default=kind.label)
     label = wanted if wanted is not None and wanted in tasks else usual
@@ -135,18 +136,19 @@ def read_main_trials(
     problems: Problems,
     counts: dict[str, int],
 ) -> tuple[pd.DataFrame, list[Source]]:
-    """Return the trials that are neither practice nor voided, as they were written.
+    """Return the raw trials that are neither practice nor voided.
 
     Parameters
     ----------
     entries : sequence of (Path, Match)
-        Tables, each with its name's parts (`slipscale.experiments.dataset.schema.TABLE_NAME`).
+        Tables, each with the parts of its name
+        (`slipscale.experiments.dataset.schema.TABLE_NAME`).
     kind : str
-        What the rows read and left out are counted under: ``{kind}_rows`` and so on.
+        Prefix for the counts of rows read and excluded: ``{kind}_rows`` and so on.
     required, columns : tuple of str
-        Columns that must be there, and all that are read.
+        Columns that must be present, and all columns to read.
     counts : dict
-        Gets the counts, beside those that it holds already.
+        The counts are added to it.
     """
     frame, sources = read_tables(
         [path for path, _ in entries],
@@ -176,10 +178,10 @@ def add_counts(counts: dict[str, int], kind: str, **more: int) -> None:
 def read_others(
     others: Mapping[str, Entries], folder: Path, problems: Problems, counts: dict[str, int]
 ) -> tuple[dict[str, pd.DataFrame], list[Source]]:
-    """Return the main trials of tasks that no analysis of Slipscale's reads, by label.
+    """Return the main trials of tasks without a Slipscale analysis, by label.
 
-    Every column of a table, numbers as numbers; then ``participant_id session task run``, by the
-    files' names. Unanswered trials are among them.
+    Contains every column of a table, numbers as numbers, followed by ``participant_id session task
+    run`` from the file names. Unanswered trials are included.
     """
     tasks: dict[str, pd.DataFrame] = {}
     sources: list[Source] = []
@@ -190,7 +192,7 @@ def read_others(
             folder,
             kind=f"task_{task}",
             required=(),
-            columns=tuple(sorted(columns - {"phase", "flag"})),  # these are read of every task
+            columns=tuple(sorted(columns - {"phase", "flag"})),  # read for every task
             problems=problems,
             counts=counts,
         )
@@ -201,6 +203,6 @@ def read_others(
 
 
 def with_people(rows: pd.DataFrame, columns: tuple[str, ...]) -> pd.DataFrame:
-    """Return rows under these columns, participants as categories."""
+    """Return rows with these columns, participants as categories."""
     people = pd.Categorical(rows[PARTICIPANT].astype(str))
     return rows.assign(**{PARTICIPANT: people})[list(columns)].reset_index(drop=True)

@@ -1,4 +1,4 @@
-"""Which columns of a foreign table hold what: options say it, or ``analysis.toml`` beside it."""
+"""Define what the columns of a foreign table mean: options, or an ``analysis.toml`` next to it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 NAME = "analysis.toml"
-#: A code with two letters is a word that a sentence can use; "2" and "r" are none.
+#: A code with two letters is a word that a sentence can use; "2" and "r" are not.
 WORD = re.compile(r"[^\W\d_]{2}")
 
 
@@ -63,14 +63,15 @@ class Columns(_Strict):
 
 
 class AnswerWords(_Strict):
-    """What the answers mean.
+    """Meaning of the answers.
 
     Parameters
     ----------
     yes : str, optional
-        The code of "yes"; needed unless the codes are an obvious pair such as yes and no, 1 and 0.
+        The code of "yes"; required unless the codes are an obvious pair such as yes and no, 1 and
+        0.
     alternatives : {2, 3}, optional
-        Of how many alternatives a forced choice was made; then "yes" means right.
+        Number of alternatives in a forced choice; "yes" then means right.
     """
 
     yes: ColumnName | None = None
@@ -78,12 +79,12 @@ class AnswerWords(_Strict):
 
     @property
     def word(self) -> str:
-        """What the report calls a "yes": the code, if it is a word."""
+        """Name of a "yes" in the report: the code, if it is a word."""
         return self.yes if self.yes and self.yes.isprintable() and WORD.search(self.yes) else "yes"
 
 
 class StimulusWords(_Strict):
-    """How the report speaks of what was presented and judged."""
+    """Terms in the report for what was presented and judged."""
 
     name: Annotated[ColumnName, AfterValidator(_printable)] | None = None
     unit: Annotated[
@@ -96,12 +97,12 @@ class StimulusWords(_Strict):
 
     @property
     def factor(self) -> float:
-        """What a level of the table is multiplied by for the unit of the report."""
+        """Factor from a level of the table to the unit of the report."""
         return factor(self.unit, self.in_unit) if self.in_unit else 1.0
 
 
 class Cells(_Strict):
-    """How the table is written, and which of its rows count."""
+    """How the table is written, and which of its rows are used."""
 
     decimal: Literal[".", ","] | None = None
     sheet: ColumnName | None = None
@@ -109,24 +110,23 @@ class Cells(_Strict):
 
 
 class TableMapping(_Strict):
-    """What the columns of a table mean.
+    """Meaning of the columns of a table.
 
     Parameters
     ----------
     columns : Columns
-        Names of columns: who; which stimulus; the magnitude estimate (``response``) or yes and no
-        (``answer``), there with the stimulus before (``reference``, default: none, 0). A table of
-        counts has how many answers were yes (``yes_count``) and how many there were (``n``).
+        Names of columns: the participant; the stimulus; the magnitude estimate (``response``) or
+        yes and no (``answer``), with the previous stimulus (``reference``, default: none, 0). A
+        table of counts has the number of yes answers (``yes_count``) and of all answers (``n``).
     stimulus : StimulusWords
-        Name and unit of the quantity; default: the column's name, no unit. ``in_unit`` is the
-        unit of the report, where it has another prefix.
+        Name and unit of the quantity; default: the column's name, no unit. ``in_unit`` is the unit
+        of the report if it has another prefix.
     answers : AnswerWords
         The code of yes, and the alternatives of a forced choice.
     levels : dict
-        For a wide table, a row a participant: column of responses -> level of the stimulus.
+        For a wide table (one row per participant): column of responses -> level of the stimulus.
     table : Cells
-        Decimal mark and sheet where they are not found by themselves; ``only`` keeps rows by
-        column -> value.
+        Decimal mark and sheet if they are not detected; ``only`` keeps rows by column -> value.
     analysis : AnalysisChoices
         How the data will be analysed, as in a study file.
     """
@@ -154,7 +154,7 @@ class TableMapping(_Strict):
         return self
 
     def _wide(self) -> tuple[tuple[bool, str], ...]:
-        """Return what is wrong with the mapping of a wide table, and what is expected."""
+        """Return the errors in the mapping of a wide table, with what was expected."""
         columns = self.columns
         return (
             (
@@ -168,7 +168,7 @@ class TableMapping(_Strict):
         )
 
     def _narrow(self) -> tuple[tuple[bool, str], ...]:
-        """Return what is wrong with the mapping of a table with one row per response."""
+        """Return the errors in the mapping of a table with one row per response."""
         columns, answers = self.columns, self.answers
         return (
             (
@@ -202,12 +202,12 @@ class TableMapping(_Strict):
 
     @property
     def of_answers(self) -> bool:
-        """Whether the table holds answers, not magnitude estimates."""
+        """Whether the table contains answers instead of magnitude estimates."""
         return bool(self.columns.answer or self.columns.yes_count)
 
     @property
     def quantity(self) -> Quantity:
-        """What was presented and judged."""
+        """The quantity that was presented and judged."""
         name = self.stimulus.name or _words(self.columns.stimulus or "stimulus")
         judged = self.stimulus.judged or _words(self.columns.response or "magnitude")
         unit = self.stimulus.in_unit or self.stimulus.unit
@@ -221,7 +221,7 @@ class TableMapping(_Strict):
 
 
 def column_name(name: str, unit: str) -> str:
-    """Return a quantity's column in the files that are written.
+    """Return a quantity's column name in output files.
 
     >>> column_name("sound pressure", "µPa")
     'sound_pressure_uPa'
@@ -240,7 +240,7 @@ def parse_mapping(table: Mapping[str, object], source: str) -> TableMapping:
     Raises
     ------
     UserError
-        The parts do not fit; the message says which and what was expected.
+        The parts do not fit; the message states which and what was expected.
     """
     try:
         return TableMapping.model_validate(table)
@@ -249,18 +249,18 @@ def parse_mapping(table: Mapping[str, object], source: str) -> TableMapping:
 
 
 def beside(path: Path) -> TableMapping | None:
-    """Return what ``analysis.toml`` beside a table, or in a folder, says; None without one."""
+    """Return the mapping in ``analysis.toml`` next to a table or in a folder, or None."""
     file = (path if path.is_dir() else path.parent) / NAME
     return read_toml(file, TableMapping) if file.is_file() else None
 
 
 def write_mapping(mapping: TableMapping, path: Path) -> Path:
-    """Write ``analysis.toml`` beside a table, or into a folder; return the file.
+    """Write ``analysis.toml`` next to a table, or into a folder; return the file.
 
     Raises
     ------
     UserError
-        There is one that says something else, or the file cannot be written.
+        A different mapping already exists, or the file cannot be written.
     """
     file = (path if path.is_dir() else path.parent) / NAME
     if file.exists() and beside(path) != mapping:

@@ -1,4 +1,4 @@
-"""What a data set says of itself: sidecars, participants, the study's frozen choices, its title."""
+"""Read a data set's metadata: sidecars, participants, the study's frozen choices, its title."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-#: What is told of a sidecar's entries; see `slipscale.experiments.dataset.schema.NOTES`.
+#: Reported entries of a sidecar; see `slipscale.experiments.dataset.schema.NOTES`.
 TOLD = ("study", "study_hash", "seed", "language", "plate")
 WHOSE, VERSIONS = "mode", "software"
 if unknown := {*TOLD, WHOSE, VERSIONS} - set(NOTES):
@@ -41,7 +41,7 @@ if unknown := {*TOLD, WHOSE, VERSIONS} - set(NOTES):
 def sidecars(
     tables: Sequence[Path], folder: Path, problems: Problems
 ) -> tuple[dict[str, tuple[str, ...]], list[tuple[str, Path]], list[Source]]:
-    """Return what the sidecars say, each file's mode, and the sidecars as sources."""
+    """Return the sidecars' entries, each file's mode, and the sidecars as sources."""
     found: dict[str, set[str]] = {}
     modes: list[tuple[str, Path]] = []
     sources: list[Source] = []
@@ -73,7 +73,7 @@ def sidecars(
 
 
 def _in_words(value: Any) -> str:
-    """Return a sidecar's entry as text; of a plate's description only who made what."""
+    """Return a sidecar's entry as text; for a plate, its manufacturer, model and serial number."""
     if isinstance(value, dict):
         identity = value.get("identity")
         known = identity if isinstance(identity, dict) else {}
@@ -83,7 +83,7 @@ def _in_words(value: Any) -> str:
 
 
 def refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:
-    """Raise a `UserError` where a pilot's records lie among participants'."""
+    """Raise a `UserError` if a pilot's records are mixed with participants'."""
     first: dict[str, Path] = {}
     for mode, path in modes:
         first.setdefault(mode, path)
@@ -98,7 +98,7 @@ def refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:
 
 
 def one_quantity(tables: Sequence[Path], folder: Path) -> Quantity:
-    """Return what the levels of all tables are in. Raises UserError if they differ."""
+    """Return the quantity of the levels in all tables. Raises UserError if they differ."""
     found = {quantity_of(table): table for table in tables}
     if len(found) > 1:
         (one, first), (other, second) = list(found.items())[:2]
@@ -110,7 +110,7 @@ def one_quantity(tables: Sequence[Path], folder: Path) -> Quantity:
 
 
 def participants(folder: Path, sources: list[Source], problems: Problems) -> pd.DataFrame:
-    """Return the named rows of ``participants.tsv``; none where there is no such file."""
+    """Return the named rows of ``participants.tsv``; no rows if the file does not exist."""
     path = folder / "participants.tsv"
     if not path.is_file():
         return pd.DataFrame({PARTICIPANT: pd.Series(dtype=str)})
@@ -130,7 +130,7 @@ def choices(
     details: Mapping[str, tuple[str, ...]],
     problems: Problems,
 ) -> tuple[AnalysisChoices, tuple[str, ...], bool | None, str]:
-    """Return the study's choices, which it sets, whether the sessions ran with it, and its text."""
+    """Return the study's choices, the keys it sets, whether the sessions used it, and its text."""
     path = folder / "code" / "study.toml"
     if not path.is_file():
         return AnalysisChoices(), (), None, ""
@@ -147,7 +147,7 @@ def choices(
         raise UserError(f"{path}: {faults_of(error, text, ('analysis',))}") from error
     table = given if isinstance(given, dict) else {}
     ran_with = details.get("study_hash", ())
-    # Sessions hash the text; an editor or a version control may have turned its line ends.
+    # Sessions hash the text; an editor or version control may have changed its line ends.
     unchanged = digest(content.replace(b"\r\n", b"\n")) in ran_with if ran_with else None
     if unchanged is False:
         problems.add(
@@ -163,7 +163,7 @@ def choices(
 
 
 def add_sources(folder: Path, choices: AnalysisChoices, sources: list[Source]) -> None:
-    """Add the other files that the results depend on: the title, the code book, the coders."""
+    """Add the other files that affect the results: the title, the code book, the coders."""
     names = ("dataset_description.json", "code/verbal_codes.tsv", choices.codebook)
     sources += [
         Source(name, digest(read_bytes(folder / name)))
@@ -173,7 +173,7 @@ def add_sources(folder: Path, choices: AnalysisChoices, sources: list[Source]) -
 
 
 def title(folder: Path) -> str:
-    """Return the data set's name, else its folder's."""
+    """Return the data set's name, or else its folder's name."""
     path = folder / "dataset_description.json"
     try:
         return str(json.loads(path.read_text(encoding="utf-8"))["Name"])

@@ -1,4 +1,4 @@
-"""The tables of one protocol, read under the columns that its schema declares."""
+"""Read the tables of one protocol with the columns that its schema declares."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Excel workbooks and SPSS files as the rows and names that a text table would have."""
+"""Convert Excel workbooks and SPSS files to the rows and names of a text table."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-#: A workbook larger than this, unpacked, is no table by hand.
+#: Maximum unpacked size of a workbook.
 LARGEST_WORKBOOK_MB = 300
 
 
@@ -26,12 +26,12 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     Parameters
     ----------
     sheet : str or None
-        Its name; None: the only one that holds anything.
+        Name of the sheet; None: the only one that is not empty.
 
     Raises
     ------
     UserError
-        The file is no workbook, has macros, merged cells or several sheets to choose from.
+        The file is not a workbook, has macros, merged cells or several sheets to choose from.
     """
     import openpyxl  # noqa: PLC0415 - only for a workbook
     from openpyxl.utils.exceptions import InvalidFileException  # noqa: PLC0415
@@ -86,12 +86,12 @@ def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFra
     Parameters
     ----------
     labelled : sequence of str
-        Columns whose values are told by their labels ("female", not 2).
+        Columns whose values are replaced by their labels ("female" instead of 2).
 
     Raises
     ------
     UserError
-        The file is no SPSS file.
+        The file is not an SPSS file.
     """
     import pyreadstat  # noqa: PLC0415 - only for such a file
 
@@ -112,7 +112,7 @@ def _labelled(labels: dict[Any, str]) -> Callable[[Any], str | None]:
 
 
 def _text(cell: Any) -> str | None:
-    """Return a cell as a text table would hold it; None where it is empty."""
+    """Return a cell as in a text table; None if it is empty."""
     if cell is None or (isinstance(cell, float) and np.isnan(cell)):
         return None
     if isinstance(cell, bool):

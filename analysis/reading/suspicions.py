@@ -1,8 +1,8 @@
-"""What a table by hand contains that is probably not data: refused, or noted and kept.
+"""Detect content of a table that is probably not data, and reject or report it.
 
-Refused, because the number of participants would be wrong: rows that summarise the table, and one
-participant under two spellings. Noted: labels that differ in case only, answers that were pasted
-twice or copied from somebody else, and numbers that usually code a missing answer.
+Rejected, because the number of participants would be wrong: rows that summarise the table, and one
+participant with two spellings. Reported: labels that differ only in case, answers that were pasted
+twice or copied from another participant, and numbers that usually code a missing answer.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-#: Names of rows below a table. Two letters may be somebody's initials.
+#: Names of summary rows. Two letters may be somebody's initials.
 SUMMARIES = re.compile(
     r"(grand |geometric )?(mean|average|avg|median|total|sum|mittel(wert)?|moyenne|media|promedio)"
     r"|st(andar)?d\.? ?dev(iation)?\.?|stdev|streuung|standardabweichung|écart[- ]type",
@@ -26,9 +26,9 @@ SUMMARIES = re.compile(
 WHOLE_NUMBER = re.compile(r"0*(\d+)([.,]0*)?")
 #: Codes of missing answers in questionnaires and statistics programs.
 MISSING_CODES = (99.0, 999.0, 9999.0, 99999.0, 88.0, 888.0, 77.0, 777.0)
-#: A code is this many times the largest other number.
+#: A code is at least this many times the largest other number.
 FAR = 3.0
-#: So many answers, of so many different values, are not the same by chance.
+#: This many answers with this many different values are not equal by chance.
 FEWEST_ALIKE, FEWEST_VALUES = 8, 4
 
 
@@ -38,7 +38,7 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
     Parameters
     ----------
     labels : sequence of str
-        Every label once.
+        Every distinct label.
     column, file : str
         For messages.
 
@@ -74,7 +74,7 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
 def notes_on_answers(
     frame: pd.DataFrame, participant: str, level: str, answer: str, file: str
 ) -> Iterator[str]:
-    """Yield notes on answers that were probably copied, and on codes of missing ones.
+    """Yield notes on answers that were probably copied, and on codes of missing answers.
 
     Parameters
     ----------
@@ -106,5 +106,5 @@ def notes_on_answers(
 
 
 def _alike(own: tuple[tuple[float, float], ...]) -> bool:
-    """Return whether so many answers can hardly be the same by chance."""
+    """Return whether these answers are unlikely to be equal by chance."""
     return len(own) >= FEWEST_ALIKE and len({answer for _, answer in own}) >= FEWEST_VALUES

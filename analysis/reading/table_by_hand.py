@@ -1,4 +1,4 @@
-"""A table that a person or another program made: text, Excel or SPSS, read with its lines."""
+"""Read a table made by a person or another program: text, Excel or SPSS, with line numbers."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 EXCEL = (".xlsx", ".xlsm", ".xls", ".xlsb")
 SPSS = (".sav", ".zsav")
-#: Identifiers that are none, as programs write them; BIDS's word and blanks are missing anyhow.
+#: Codes of missing identifiers in other programs; BIDS's code and blanks are always missing.
 NO_IDENTIFIER = tuple(name for name in NOT_AVAILABLE if name not in MISSING)
 
 
@@ -55,7 +55,7 @@ def read_table(
     decimal: Decimal | None = None,
     sheet: str | None = None,
 ) -> tuple[pd.DataFrame, Source]:
-    """Read a table whose encoding, separator and decimal mark are its own.
+    """Read a table and detect its encoding, separator and decimal mark.
 
     Parameters
     ----------
@@ -64,14 +64,15 @@ def read_table(
     required : sequence of str
         Columns that the file must have.
     numbers, words : sequence of str
-        Columns to return where there: those of numbers, with decimal points and without marks
-        between thousands (cells that are no numbers as they are), and those of text.
+        Columns to return if present: numbers, with decimal points and without thousands separators
+        (cells that are not numbers are unchanged), and text.
     identifier : str
-        The column that tells who it is; ``NA`` and its like are missing there, unless quoted.
+        The column that identifies the participant; ``NA`` and similar codes are missing there,
+        unless quoted.
     decimal : str, optional
-        The decimal mark, where it is known; default: decided from all numbers of the file.
+        The decimal mark, if known; default: detected from all numbers of the file.
     sheet : str, optional
-        Of a workbook.
+        Sheet of a workbook.
 
     Returns
     -------
@@ -121,7 +122,7 @@ def _only(
     numbers: Sequence[str],
     words: Sequence[str],
 ) -> pd.DataFrame:
-    """Return the columns that are read; what stands for a missing cell is missing."""
+    """Return the columns to read, with codes of missing cells replaced."""
     names = [str(name) for name in frame.columns if name != "line"]
     check_names(names, path, required)
     kept = frame[[*(name for name in (*words, *numbers) if name in names), "line"]].copy()
@@ -145,7 +146,7 @@ def _read_text(
     check_names(lines.names, path, required)
     for phrase in lines.left_out:
         problems.add(f"{path.name}, {phrase}")
-    # Only quotes let a comma into a cell between commas.
+    # If the separator is a comma, a cell can contain a comma only in quotes.
     marked = b"," in lines.body if separator != "," else b'"' in lines.body
     marked = marked or THOUSANDS_POINT.search(lines.body) is not None
     there = [name for name in numbers if name in lines.names]
@@ -158,7 +159,7 @@ def _with_points(
     frame: pd.DataFrame, numbers: Sequence[str], decimal: Decimal | None, name: str
 ) -> None:
     """Write all numbers of a file with decimal points."""
-    # TRUE and FALSE count as numbers here; what cleans the columns refuses them.
+    # TRUE and FALSE count as numbers here; the cleaning of the columns rejects them.
     written = {
         column: frame[column]
         for column in numbers
@@ -186,16 +187,16 @@ def only_named(
     *,
     quoted: NDArray[np.bool_] | None = None,
 ) -> pd.DataFrame:
-    """Return the rows that tell who it is, and name the lines of the others.
+    """Return the rows that identify a participant, and report the lines of the others.
 
     Parameters
     ----------
     frame : DataFrame
         With the columns ``identifier`` and ``line``.
     name : str
-        The file's, for messages.
+        Name of the file, for messages.
     quoted : bool array, shape (rows,), optional
-        Where the file puts an identifier in quotation marks: there ``NA`` is a name.
+        Whether the file quotes the identifier; a quoted ``NA`` is a name.
     """
     tidy = tidied(frame[identifier])
     absent = tidy.isna().to_numpy()
@@ -222,7 +223,7 @@ def _are_no_identifier(names: pd.Series[Any]) -> NDArray[np.bool_]:
 
 
 def _quoted_identifiers(frame: pd.DataFrame, identifier: str, text: bytes) -> NDArray[np.bool_]:
-    """Tell in which rows the file quotes an identifier that reads like a missing one."""
+    """Return in which rows the file quotes an identifier that looks like a missing one."""
     found = np.zeros(len(frame), bool)
     suspects = np.flatnonzero(_are_no_identifier(tidied(frame[identifier])))
     if not len(suspects) or b'"' not in text:

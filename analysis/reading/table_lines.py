@@ -1,7 +1,7 @@
-"""The lines of a table's file: which of them are rows, and where each stands.
+"""Split a table's file into lines: which of them are rows, and the position of each.
 
-Files that are as they should be are only counted; one that is not is gone through line by line,
-so that lines without a row can be left out and named, and the others keep their place.
+Well-formed files are only counted. Other files are processed line by line, so that lines without a
+row can be omitted and reported, and the other lines keep their position.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 QUOTE, NEWLINE = b'"', b"\n"
-#: Line numbers in a sentence.
+#: Maximum number of line numbers in a sentence.
 LISTED_LINES = 12
 
 
@@ -35,11 +35,11 @@ class Lines:
     header, body : bytes
         UTF-8 with plain line ends, no byte-order mark; ``body`` ends with a line end.
     names : tuple of str
-        The columns' names, blanks around them removed.
+        The columns' names, stripped of blanks.
     places : int array, shape (rows,)
         The line on which each row begins; 1 is the file's first.
     left_out : tuple of str
-        What was left out between rows, one phrase each.
+        What was omitted between rows, one phrase each.
     """
 
     header: bytes
@@ -49,7 +49,7 @@ class Lines:
     left_out: tuple[str, ...] = ()
 
     def renamed(self, name: Callable[[str], str], separator: str) -> Lines:
-        """Return the table with other names of its columns."""
+        """Return the table with other column names."""
         names = tuple(map(name, self.names))
         if names == self.names:
             return self
@@ -62,8 +62,8 @@ def split(content: bytes, path: Path, separator: str) -> Lines:
     Raises
     ------
     UserError
-        The content is no UTF-8 text or empty, has a line with too few or many cells, or a
-        quotation mark that is not closed.
+        The content is not UTF-8 text or is empty, has a line with too few or too many cells, or
+        has a quotation mark that is not closed.
     """
     text = _checked(content, path)
     unpadded = text.lstrip(NEWLINE)
@@ -87,13 +87,13 @@ def split(content: bytes, path: Path, separator: str) -> Lines:
 
 
 def complain(lines: Lines, path: Path, separator: str) -> None:
-    """Raise the `UserError` about the first line that is no row of the table, if there is one."""
+    """Raise a `UserError` about the first line that is not a valid row, if there is one."""
     first = int(lines.places[0]) - 1 if len(lines.places) else 1
     _row_by_row(lines.header, lines.body, lines.names, separator=separator, first=first, path=path)
 
 
 def _checked(content: bytes, path: Path) -> bytes:
-    """Return a file's content as `plain` text; refuse what is none."""
+    """Return a file's content as `plain` text; reject content that is not text."""
     try:
         content.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -109,28 +109,28 @@ def _checked(content: bytes, path: Path) -> bytes:
 
 
 def plain(content: bytes) -> bytes:
-    """Return UTF-8 text without byte-order mark, with plain line ends."""
+    """Return UTF-8 text without byte-order mark and with plain line ends."""
     return content.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", NEWLINE).replace(b"\r", NEWLINE)
 
 
 @lru_cache
 def _names(header: bytes, separator: str) -> tuple[str, ...]:
-    # A quotation mark that the header does not close is the row-by-row reading's to complain of.
+    # The row-by-row reader reports a quotation mark that the header does not close.
     cells = next(csv.reader([header.decode("utf-8")], delimiter=separator, skipinitialspace=True))
     return tuple(name.strip(' "\t\ufeff') for name in cells)
 
 
 def _regular(header: bytes, body: bytes, separator: str, cells: int) -> int | None:
-    """Count the rows of a body in which every line is one, with as many cells as the header."""
+    """Count the rows of a body if every line is a row with as many cells as the header."""
     mark = separator.encode()
-    # An empty line also has too few marks; these two have the right number.
+    # An empty line also has too few separators; these two cases have the right number.
     for line in (header + NEWLINE, mark * (cells - 1) + NEWLINE):
         if body.startswith(line) or NEWLINE + line in body:
             return None
     lines = body.count(NEWLINE)
     if QUOTE not in body:
-        # Too many cells in one line can make up for too few in another: pandas then refuses to
-        # read, unless it is the first.
+        # Too many cells in one line can compensate for too few in another: pandas then rejects
+        # the file, unless it is the first line.
         width = body.partition(NEWLINE)[0].count(mark)
         total = body.count(mark)
         return lines if total == lines * (cells - 1) and total in (0, lines * width) else None
@@ -145,7 +145,7 @@ def _regular(header: bytes, body: bytes, separator: str, cells: int) -> int | No
 def _row_by_row(
     header: bytes, body: bytes, names: Sequence[str], *, separator: str, first: int, path: Path
 ) -> Lines:
-    """Leave out lines that hold no row, and say which; refuse rows of another length."""
+    """Omit and report lines that contain no row; reject rows of another length."""
     lines = body.split(NEWLINE)
     kept: list[bytes] = []
     places: list[int] = []
@@ -165,7 +165,7 @@ def _row_by_row(
             raise UserError(f"{path}: line {start} {_miscounted(len(row), names, separator)}")
         kept += lines[start - first - 1 : end - first]
         places.append(start)
-    # Empty lines after the last row are every editor's, and harmless.
+    # Many editors add empty lines after the last row; they are harmless.
     empty = empty[: len(empty) - trailing]
     said = [
         f"{listed_lines(found)}: {what}; skipped"
@@ -184,7 +184,7 @@ def _row_by_row(
 def _rows(
     lines: Sequence[bytes], separator: str, first: int, path: Path
 ) -> Iterator[tuple[int, int, list[str]]]:
-    """Give each row's first and last line and its cells: a cell in quotes may span lines."""
+    """Yield each row's first and last line and its cells: a quoted cell may span lines."""
     reader = csv.reader(
         (line.decode("utf-8") + "\n" for line in lines),
         delimiter=separator,
@@ -218,7 +218,7 @@ def _miscounted(found: int, names: Sequence[str], separator: str) -> str:
 
 
 def listed_lines(lines: Sequence[int]) -> str:
-    """Return "line 3", or "lines 3, 5 and 7", or a dozen and how many more.
+    """Return "line 3", or "lines 3, 5 and 7", or the first dozen and the number of the others.
 
     >>> listed_lines([3]), listed_lines([3, 5, 7])
     ('line 3', 'lines 3, 5 and 7')

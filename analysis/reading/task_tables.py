@@ -1,9 +1,9 @@
-"""How the tables of a kind of task are read: declared by columns, the same for every kind.
+"""Read the tables of a kind of task from a declaration of its columns.
 
-The rules:
+The rules are the same for every kind:
 
 - a table belongs to the kind if it has every column in ``marks``;
-- practice and voided trials are counted and left out, then trials without an answer;
+- practice and voided trials are counted and excluded, then trials without an answer;
 - a column that is not declared is not read.
 """
 
@@ -37,7 +37,7 @@ COMMON = (*IDENTITY, "task", "trial", "catch")
 
 
 def empty(columns: tuple[str, ...]) -> pd.DataFrame:
-    """Return a table of these columns, without a row."""
+    """Return a table with these columns and without rows."""
     return pd.DataFrame({name: pd.Series(dtype=object) for name in columns})
 
 
@@ -53,16 +53,16 @@ def task_trials(
     required: tuple[str, ...] = (),
     derive: Callable[[pd.DataFrame, Problems], pd.DataFrame],
 ) -> TaskTrials:
-    """Return which tables hold a kind's trials, and how they are read.
+    """Return the declaration of a kind's tables and how they are read.
 
     Parameters
     ----------
     name, title : str
-        Of `TaskTrials`; what is counted is counted under the title.
+        As in `TaskTrials`; counts are listed under the title.
     marks : tuple of str
         Columns by which a table is recognised.
     numeric : tuple of str
-        Columns of numbers of at least 0; NaN if a table lacks one that is no mark.
+        Columns of numbers of at least 0; NaN if a table lacks a column that is not in ``marks``.
     words : tuple of str
         Columns of labels; empty if a table lacks one.
     columns : tuple of str
@@ -116,7 +116,7 @@ def task_trials(
 
 
 def above_zero(values: pd.Series[float], what: str, problems: Problems) -> pd.Series[float]:
-    """Return values without those of 0, which have no logarithm, and report their number."""
+    """Remove values of 0, which have no logarithm, and report their number."""
     zero = values == 0
     if zero.any():
         problems.add(f"{int(zero.sum())} {what} are 0, which is no ratio; they are left out")

@@ -1,7 +1,7 @@
-"""What the analysis reads of each task's table, looked up in the data set's schema.
+"""Declare the columns that the analysis reads from each task's table, checked against the schema.
 
-The names stand here once for reading; a name that no protocol declares is refused at import, so
-that a column renamed in the schema cannot go missing without notice.
+All names used for reading are declared here. Importing this module fails if no protocol declares a
+name, so that a column renamed in the schema cannot be lost unnoticed.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.base import Column, Protocol
 
-#: Whose trial it is: told by a file's name in a data set, by columns in a table made by hand.
+#: Identifies the trial: from the file name in a data set, from columns in a table made by hand.
 IDENTITY = (PARTICIPANT, "session", "run")
-#: Trials may be numbered anew in each block, and in each series of steps.
+#: Trial numbers may start again in each block, and in each series of steps.
 BLOCK, SERIES = "block", "series"
 
 
@@ -45,9 +45,9 @@ class TrialTable:
     required : tuple of str
         Columns without which there is nothing to analyse.
     numbers : tuple of str
-        Other columns that hold numbers; they may be absent or empty.
+        Other columns of numbers; they may be absent or empty.
     words : tuple of str
-        Other columns that hold labels or text; they may be absent or empty.
+        Other columns of labels or text; they may be absent or empty.
     """
 
     task: str
@@ -57,14 +57,14 @@ class TrialTable:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """All columns that are read; all else in the files is not looked at."""
+        """All columns that are read; other columns in the files are ignored."""
         return (*IDENTITY, *self.required, *self.numbers, *self.words)
 
 
 def trial_table(
     protocol: Protocol, *, required: tuple[str, ...], optional: tuple[str, ...]
 ) -> TrialTable:
-    """Return what is read of a protocol's table.
+    """Return the columns to read from a protocol's table.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def trial_table(
 
 
 def free_text(declared: Mapping[str, Column]) -> tuple[str, ...]:
-    """Return the columns that hold free text."""
+    """Return the columns that contain free text."""
     return tuple(name for name, column in declared.items() if column.kind == "text")
 
 
@@ -110,7 +110,7 @@ DIFFERENCE = trial_table(
 )
 #: The amplitudes of a step, before and after it.
 STEP_AMPLITUDES = DIFFERENCE.required[:2]
-#: Names and words, never numbers (01 is not 1); somebody may be called NA, or say so.
+#: Names and words, never numbers (01 is not 1); "NA" may be a participant's name or answer.
 FREE_TEXT = (
     *IDENTITY,
     *free_text(columns(magnitude_estimation.PROTOCOL)),
@@ -125,7 +125,7 @@ def set_aside(frame: pd.DataFrame) -> tuple[pd.Series[bool], pd.Series[bool]]:
 
 
 def has_flag(frame: pd.DataFrame, *codes: str) -> pd.Series[bool]:
-    """Return which rows carry one of the codes; each distinct flag cell is read once."""
+    """Return which rows have one of the codes; each distinct flag cell is parsed once."""
     flags = frame["flag"].astype("category")
     hits = [
         bool(set(codes) & set(str(name).split(FLAG_SEPARATOR))) for name in flags.cat.categories

@@ -1,4 +1,4 @@
-"""Units of another quantity that differ in their prefix: mPa for µPa."""
+"""Convert between units of a quantity that differ in their prefix: µPa to mPa."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from slipscale.faults import UserError
 #: Prefixes and their powers of ten.
 POWERS = "G 9, M 6, k 3, h 2, d -1, c -2, m -3, µ -6, μ -6, u -6, n -9, p -12"
 PREFIXES = {"": 0} | {pair.split()[0]: int(pair.split()[1]) for pair in POWERS.split(", ")}
-#: Units that take prefixes. Others (%, °C, dB) are told as they are: 1 °C and 1 K differ by more.
+#: Units that take prefixes. Others (%, °C, dB) are reported as given: 1 °C and 1 K differ by more.
 BASES = (
     *("m", "g", "s", "A", "K", "mol", "cd", "Hz", "N", "Pa", "J", "W", "V", "C", "F", "T", "lx"),
     *("lm", "L", "l", "cd/m²", "cd/m2", "m/s", "m/s²", "m/s2", "W/m²", "W/m2", "N/m", "mol/L"),
@@ -15,7 +15,7 @@ BASES = (
 
 
 def factor(given: str, wanted: str) -> float:
-    """Return what a level in one unit is multiplied by for another.
+    """Return the factor that converts a level from one unit to another.
 
     >>> factor("µPa", "Pa"), factor("m", "mm")
     (1e-06, 1000.0)
@@ -23,7 +23,7 @@ def factor(given: str, wanted: str) -> float:
     Raises
     ------
     UserError
-        The units are not the same but for their prefixes.
+        The units differ by more than their prefixes.
     """
     if given == wanted:
         return 1.0
@@ -38,7 +38,7 @@ def factor(given: str, wanted: str) -> float:
 
 
 def _readings(unit: str) -> list[tuple[str, int]]:
-    """Return every base and power of ten that a unit's name can mean: m is metre, mm millimetre."""
+    """Return every (base, power of ten) that a unit can mean: m is metre, mm millimetre."""
     return [
         (base, power)
         for prefix, power in PREFIXES.items()

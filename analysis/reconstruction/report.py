@@ -1,4 +1,4 @@
-"""What `slipscale reconstruct` says: JSON for machines, lines for people."""
+"""Format the output of `slipscale reconstruct`: JSON for machines, lines for people."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.inference.printed_test_answer import PrintedTestAnswer
     from slipscale.analysis.reconstruction.table.interval_column import IntervalColumn
 
-# Different ratings of a data set that are shown.
+# Maximum number of distinct ratings of a data set that are shown.
 SHOWN_VALUES = 20
-# Pairs of a sum and a sum of squares that are shown; JSON has all.
+# Maximum number of pairs of a sum and a sum of squares that are shown; JSON contains all.
 SHOWN_SUMS = 12
-# JSON's own words, as the documentation names them.
+# Terms used in JSON, as in the documentation.
 Json = dict[str, Any]
 
 
 def column_json(answer: ColumnAnswer) -> Json:
-    """Return one column's answer for JSON, counts as strings."""
+    """Return one column's answer for JSON, with counts as strings."""
     written: Json = {
         "label": answer.label,
         "printed": answer.printed,
@@ -70,7 +70,7 @@ def _variant_json(variant: Variant) -> Json:
 
 
 def across_json(answer: Across) -> Json:
-    """Return what is known across columns for JSON, which has no infinity."""
+    """Return the answers across columns for JSON, which has no infinity."""
     return {
         "always": [_finite(asdict(found)) for found in answer.bounds if found.decided],
         "depends": [_finite(asdict(found)) for found in answer.bounds if not found.decided],
@@ -84,12 +84,12 @@ def across_json(answer: Across) -> Json:
 
 
 def printed_tests_json(found: Sequence[PrintedTestAnswer]) -> list[Json]:
-    """Return what is known of the printed tests for JSON."""
+    """Return the answers to the printed tests for JSON."""
     return [_finite(asdict(one)) for one in found]
 
 
 def printed_test_lines(found: Sequence[PrintedTestAnswer]) -> list[str]:
-    """Return what is known of the printed tests for people, a line each."""
+    """Return the answers to the printed tests as text, one line each."""
     said = ["Printed tests"] if found else []
     for one in found:
         said.append(f"  {one.question}: {one.printed}: {one.verdict}")
@@ -98,7 +98,7 @@ def printed_test_lines(found: Sequence[PrintedTestAnswer]) -> list[str]:
 
 
 def verdict(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer]) -> str:
-    """Return the whole answer in one sentence, or two."""
+    """Return the overall answer in one or two sentences."""
     none = [answer.label for answer in columns if answer.consistent is False]
     unknown = [answer.label for answer in columns if answer.consistent is None]
     said = f"No ratings print {_listed('column', none)}." if none else ""
@@ -128,7 +128,7 @@ def verdict_lines(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAn
 
 
 def printed_test_details(one: PrintedTestAnswer) -> Iterator[str]:
-    """Yield what is known of a printed test in addition to the verdict."""
+    """Yield details of a printed test in addition to the verdict."""
     yield one.reason
     if isfinite(one.low):
         high = outward(one.high, down=False)
@@ -160,7 +160,7 @@ def interval_json(column: IntervalColumn) -> Json:
 
 
 def interval_lines(column: IntervalColumn) -> Iterator[str]:
-    """Yield what is known of a column of continuous values."""
+    """Yield lines of text about a column of continuous values."""
     yield column.label
     yield f"  printed: {column.printed}"
     yield f"  assumed: {'; '.join(column.assumptions())}"
@@ -181,7 +181,7 @@ def _finite_or_none(value: Any) -> Any:
 
 
 def column_lines(answer: ColumnAnswer) -> Iterator[str]:
-    """Yield what is known of one column."""
+    """Yield lines of text about one column."""
     yield f"{answer.label}  ({answer.sd_convention} SD, rounding: {answer.rounding})"
     yield f"  printed: {answer.printed}"
     yield f"  assumed: {'; '.join(answer.assumptions)}"
@@ -222,7 +222,7 @@ def _uncounted_lines(answer: ColumnAnswer) -> Iterator[str]:
 
 
 def across_lines(answer: Across) -> list[str]:
-    """Return what is known across columns for people, a line each."""
+    """Return the answers across columns as lines of text."""
     said = []
     for decided, heading in (
         (True, "The same answer in every data set and pairing"),
@@ -256,7 +256,7 @@ def _bound_lines(found: Conclusion) -> Iterator[str]:
 
 
 def ratings(labels: Sequence[str], table: Sequence[Sequence[float]]) -> str:
-    """Return a table in words: each column's ratings, participants in the same order."""
+    """Format a table: each column's ratings, participants in the same order."""
     return "; ".join(
         f"{label}: {' '.join(f'{v:g}' for v in row)}"
         for label, row in zip(labels, table, strict=True)
@@ -288,7 +288,7 @@ def _number(value: float) -> str:
 
 
 def outward(value: float, *, down: bool) -> str:
-    """Return a bound with four digits, rounded so that it remains a bound.
+    """Return a bound with four digits, rounded outwards so that it remains a bound.
 
     >>> outward(80.99895, down=True), outward(4.1601, down=False), outward(-1.23451, down=True)
     ('80.99', '4.161', '-1.235')
@@ -297,7 +297,7 @@ def outward(value: float, *, down: bool) -> str:
         return _number(value)
     exact = Decimal(value)
     unit = Decimal(1).scaleb(exact.adjusted() - 3)
-    # What floating point leaves of a whole number is that number.
+    # A whole number with a floating-point residue counts as that number.
     near = round(exact / unit)
     rounding = ROUND_FLOOR if down else ROUND_CEILING
     steps = Decimal(near) if abs(exact / unit - near) < Decimal("1e-6") else exact / unit

@@ -1,13 +1,12 @@
-"""A table of the dynamic programme: how many ways values on one side of the centre add up.
+"""Tables of the dynamic programme: how many ways the values on one side of the centre add up.
 
-A value that lies d steps from the centre adds (1, d, w_d) to the state (k, a, w): k values so
-far, a the sum of their distances, and w = (q ± a)/2 with q the sum of squared distances. The
-triangular number w_d = d(d ± 1)/2 takes the place of d², because q and a always have the same
+A value that lies d steps from the centre adds (1, d, w_d) to the state (k, a, w): k is the number
+of values so far, a the sum of their distances, and w = (q ± a)/2 with q the sum of squared
+distances. The triangular number w_d = d(d ± 1)/2 replaces d², because q and a always have the same
 parity: half of the cells of a table over (k, a, q) could never be reached.
 
-With the plus sign below the centre and the minus sign above it, the two halves of a solution
-fit where a_above = a_below + D and w_above = constant - w_below, so that joining them is a
-product of two slices.
+The sign is plus below the centre and minus above it. The two halves of a solution then match if
+a_above = a_below + D and w_above = constant - w_below, so joining them is a product of two slices.
 """
 
 from __future__ import annotations
@@ -27,29 +26,29 @@ Array = npt.NDArray[Any]
 
 
 def multiset_ways(_k: int, _j: int) -> int:
-    """Ways to put j equal values among k when the order does not count."""
+    """Return 1: the ways to place j equal values among k when the order does not count."""
     return 1
 
 
 Ways = Callable[[int, int], int]
-# Measure: the ways to place j equal values among k.
+# Measure: number of ways to place j equal values among k.
 WAYS: dict[str, Ways] = {"multisets": multiset_ways, "ordered": comb}
 
 
 @dataclass(frozen=True)
 class Shape:
-    """The distances of one half and how far its table must reach.
+    """The distances of one half and the required extent of its table.
 
     Parameters
     ----------
     nearest, farthest : int
-        Distances from the centre, in steps; none if ``farthest < nearest``.
+        Range of distances from the centre, in steps; empty if ``farthest < nearest``.
     sign : int
         +1 below the centre, -1 above.
     reach : tuple of (int, int)
-        For every k from 0 on, the largest a and w that a solution can have.
+        For every k from 0, the largest a and w that a solution can have.
     holes : frozenset of int
-        Distances between at which no value lies.
+        Distances within the range at which no value lies.
     """
 
     nearest: int
@@ -60,7 +59,7 @@ class Shape:
 
     @cached_property
     def distances(self) -> tuple[int, ...]:
-        """The distances, near to far."""
+        """The distances, from near to far."""
         every = range(self.nearest, self.farthest + 1)
         return tuple(d for d in every if d not in self.holes)
 
@@ -70,21 +69,22 @@ class Shape:
         return sum((a + 1) * (w + 1) for a, w in self.reach)
 
     def triangle(self, distance: int) -> int:
-        """Return what one value at `distance` adds to w."""
+        """Return the contribution to w of one value at `distance`."""
         return distance * (distance + self.sign) // 2
 
 
 class StateTable:
-    """A table of counts over (k, a, w), one modulus.
+    """A table of counts over (k, a, w), for one modulus.
 
-    The values enter one distance after the other, far to near (`advance`), and leave again
-    near to far (`retreat`); both work in place. Far values are few and near ones are all that
-    is left when many have entered, so most steps touch a small corner of the table.
+    The values enter one distance after the other, from far to near (`advance`), and leave again
+    from near to far (`retreat`); both work in place. There are few far values, and once many
+    values have entered, only near ones remain; most steps therefore change a small corner of the
+    table.
 
     Parameters
     ----------
     shape : Shape
-        Distances and reach.
+        Distances and extent.
     measure : {"multisets", "ordered"}
         What is counted.
     modulus : int or None
@@ -104,15 +104,15 @@ class StateTable:
         ]
         self.planes[0][0, 0] = 1
         self._filled = False
-        # Largest value that a cell may hold before the next reduction.
+        # Largest value that a cell may contain before the next reduction.
         self._ceiling = 1
 
     def distances(self) -> tuple[int, ...]:
-        """Return the distances, far to near."""
+        """Return the distances, from far to near."""
         return self.shape.distances[::-1]
 
     def fill(self) -> StateTable:
-        """Let every distance enter, unless all are in already; return the table itself."""
+        """Add every distance, unless all have already entered; return the table."""
         if not self._filled:
             for distance in self.distances():
                 self.advance(distance)
@@ -121,17 +121,17 @@ class StateTable:
         return self
 
     def reduce(self) -> None:
-        """Bring every cell below the modulus."""
+        """Reduce every cell modulo `modulus`."""
         if self.modulus in (None, WORD):
             return
         divisor = np.uint64(self.modulus or 0)
         for plane in self.planes:
-            # Four times quicker than the remainder operator.
+            # Four times as fast as the remainder operator.
             plane[...] -= plane // divisor * divisor
         self._ceiling = (self.modulus or 0) - 1
 
     def advance(self, distance: int) -> None:
-        """Let values at `distance` enter; all that are in already lie farther out."""
+        """Add values at `distance`; all values so far must lie farther out."""
         top = len(self.planes) - 1
         if self.measure == "multisets":
             self._make_room(top + 1)
@@ -146,7 +146,7 @@ class StateTable:
                     self._settle(here)
 
     def retreat(self, distance: int) -> None:
-        """Undo `advance`: take the values at `distance`, the nearest that are in, out again."""
+        """Undo `advance`: remove the values at `distance`, the nearest that have entered."""
         self._filled = False
         top = len(self.planes) - 1
         if self.measure == "multisets":
@@ -160,10 +160,10 @@ class StateTable:
                     self._subtract(here, self.scaled(there, comb(k, j)))
 
     def pull_back(self, distance: int) -> None:
-        """Turn weights of the states after `distance` entered into weights of those before.
+        """Turn weights of the states after `distance` entered into weights of the states before.
 
-        The adjoint of `advance`: a state before is worth what all states after it, that values
-        at `distance` lead to, are worth together. For a table of weights, not counts.
+        The adjoint of `advance`: the weight of an earlier state is the sum of the weights of all
+        states that values at `distance` lead to. Use it for a table of weights, not of counts.
         """
         top = len(self.planes) - 1
         if self.measure == "multisets":
@@ -179,9 +179,10 @@ class StateTable:
                     self._settle(there)
 
     def _shifted(self, k: int, j: int, distance: int) -> Iterator[tuple[Array, Array]]:
-        """Yield cells of k values and the cells that j values at `distance` lead there from.
+        """Yield the cells of k values, and the cells from which j values at `distance` lead there.
 
-        Every value so far lies at least `distance` out, which bounds a and w from below.
+        Every value so far lies at least `distance` from the centre, which bounds a and w from
+        below.
         """
         step_a, step_w = j * distance, j * self.shape.triangle(distance)
         low_a, low_w = k * distance, k * self.shape.triangle(distance)
@@ -205,7 +206,7 @@ class StateTable:
         self._ceiling *= growth
 
     def scaled(self, cells: Array, factor: int) -> Array:
-        """Return `cells` times `factor`, below the modulus."""
+        """Return `cells` times `factor`, reduced."""
         if self.modulus is None:
             weighted: Array = cells * float(factor)
             return weighted
@@ -220,7 +221,7 @@ class StateTable:
         return rest
 
     def _settle(self, cells: Array) -> None:
-        """Keep prime residues below their modulus after an addition of two."""
+        """Reduce prime residues after an addition of two."""
         if self.modulus not in (None, WORD):
             cells[...] = self._remainder(cells)
             self._ceiling = (self.modulus or 0) - 1

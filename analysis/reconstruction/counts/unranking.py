@@ -1,8 +1,9 @@
-"""From the rank of a solution to the solution: the dynamic programme, undone.
+"""Find a solution from its rank by reversing the dynamic programme.
 
-All ranks walk together. Distances leave the tables again, near to far; as each leaves, the
-tables say how many solutions have it not at all, once, twice, ..., and every rank takes its
-turn. Integers only, so ranks drawn uniformly give solutions that are exactly uniform.
+All ranks are processed together. Distances leave the tables again, from near to far. As each one
+leaves, the tables give the number of solutions that contain it zero times, once, twice and so on,
+and every rank selects one of these cases. Only integers are used, so uniformly drawn ranks give
+exactly uniform solutions.
 """
 
 from __future__ import annotations
@@ -18,19 +19,19 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Joint
     from slipscale.analysis.reconstruction.counts.problem import Problem
 
-# Ranks that have all their values are dropped once they are so many of those that walk.
+# Completed ranks are dropped once they make up this share of the ranks in progress.
 WORTH_DROPPING = 0.7
 
 
 class Ranking:
-    """The solutions of one problem in a fixed order, from rank 0 on.
+    """The solutions of one problem in a fixed order, from rank 0.
 
     Parameters
     ----------
     task : Problem
-        Pieces that share their tables.
+        Parts that share their tables.
     measure : {"multisets", "ordered"}
-        What is ranked; an ordered solution stands for all arrangements of its values.
+        What is ranked; an ordered solution represents all arrangements of its values.
     moduli : tuple of int
         Their product exceeds every count.
     """
@@ -40,7 +41,7 @@ class Ranking:
         pairs = [task.tables(measure, modulus) for modulus in moduli]
         self._below, self._above = [p[0] for p in pairs], [p[1] for p in pairs]
         self._task = task
-        # Joints of the first modulus give the places; their counts come from all moduli.
+        # The first modulus determines which joints exist; their counts come from all moduli.
         joints = [task.joints(*pair) for pair in pairs]
         self._joints: list[Joint] = []
         places, counts = [], []
@@ -73,7 +74,7 @@ class Ranking:
         -------
         ndarray of int32, shape (m, n)
         """
-        # The last walk has emptied them.
+        # The last call has emptied them.
         for table in (*self._below, *self._above):
             table.fill()
         cell = np.searchsorted(self._ends, ranks, side="right")
@@ -108,7 +109,7 @@ class Ranking:
         return joint.goal.n + sum(times for _, times in joint.goal.part.given)
 
     def _give(self, which: Array, out: Array) -> None:
-        """Write the given values between those below and those above."""
+        """Insert the given values between the free values below and above."""
         for index, joint in enumerate(self._joints):
             rows = np.flatnonzero(which == index)
             column = joint.k_below
@@ -123,7 +124,7 @@ class Ranking:
         rank: Array,
         out: Array,
     ) -> None:
-        """Write the values of one half, outward from the middle."""
+        """Write the values of one half, from the centre outwards."""
         centre, end = self._task.split.centre, out.shape[1]
         sign = -tables[0].shape.sign
         shape, ways = tables[0].shape, WAYS[self.measure]
@@ -161,7 +162,7 @@ class Ranking:
         return place
 
     def _gather(self, tables: list[StateTable], k: Array, a: Array, w: Array) -> Array:
-        """Return whole counts at states; 0 outside the table, where nothing can be."""
+        """Return exact counts at states; 0 outside the table, where no state exists."""
         reach = np.array(tables[0].shape.reach, dtype=np.int64)
         inside = (k >= 0) & (a >= 0) & (w >= 0)
         k = np.maximum(k, 0)
@@ -170,7 +171,7 @@ class Ranking:
         return self._whole([table.flat.take(place) * inside for table in tables])
 
     def _whole(self, residues: list[Array]) -> Array:
-        """Return counts from their residues: machine words, or Python's integers if larger."""
+        """Return counts from their residues: machine words, or Python integers if larger."""
         if self.moduli == (WORD,):
             return residues[0]
         factors, whole = weights(self.moduli)

@@ -1,1 +1,1 @@
-"""The data sets that a published table allows: constraints, counts, samples and witnesses."""
+"""Constraints, counts, samples and examples of the data sets that a published table allows."""

@@ -1,7 +1,7 @@
-"""Thousands of columns, of any tables: a verdict each, whichever worker gives it.
+"""Check thousands of columns from any tables, with one verdict per column.
 
-A verdict depends on its row alone, so that any number of workers gives the same, in the order of
-the rows, and what was interrupted goes on where it stopped.
+A verdict depends on its row alone. Any number of workers therefore gives the same verdicts, in the
+order of the rows, and an interrupted batch can be resumed.
 """
 
 from __future__ import annotations
@@ -24,32 +24,32 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.data_sets.constraints import Targets
     from slipscale.analysis.reconstruction.table.table_files import Row
 
-# Rows that a worker takes at a time.
+# Rows that a worker processes at a time.
 TOGETHER = 8
 
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """What is said of a row.
+    """The verdict on one row.
 
     Parameters
     ----------
     line : int
-        Of the file, on which the row ends.
+        Line of the file on which the row ends.
     digest : str
-        Of the row's cells: whether an earlier verdict is on the same row.
+        Hash of the row's cells, to recognise an earlier verdict on the same row.
     label : str
-        The column's.
+        Label of the column.
     verdict : {"consistent", "inconsistent", "not counted", "not understood"}
-        In short. "Not counted" means that GRIM and GRIMMER are passed.
+        The result. "Not counted" means that the row passes GRIM and GRIMMER.
     failed : {"", "impossible", "GRIM", "GRIMMER", "extremes", "count"}
-        The first test that an inconsistent row does not pass.
+        The first test that an inconsistent row fails.
     multisets : str
-        How many data sets, exactly; empty if not counted.
+        Exact number of data sets; empty if not counted.
     log10_estimate : str
-        Where they are not counted, about how many; empty if that is not known either.
+        Approximate decimal logarithm of the number if not counted; empty if that is unknown too.
     reason : str
-        Why there is none, or why it is not counted or not understood.
+        Why there are no data sets, or why the row is not counted or not understood.
     """
 
     line: int
@@ -91,13 +91,13 @@ def verdict(row: Row, memory_gib: float, minutes: float) -> Verdict:
 
 
 def _failed(targets: Targets) -> str:
-    """Return the first test that is not passed, in the order in which they are asked."""
+    """Return the first failed test, in the order in which the tests are applied."""
     tests = ((targets.grim, "GRIM"), (targets.grimmer, "GRIMMER"), (not targets.reason, "extremes"))
     return next((name for passed, name in tests if not passed), "count")
 
 
 def digest(row: Row) -> str:
-    """Return what tells a row's cells from others'."""
+    """Return a hash that identifies a row's cells."""
     return sha256("\0".join(row.cells).encode()).hexdigest()[:12]
 
 
@@ -109,23 +109,23 @@ def verdicts(
     Parameters
     ----------
     rows : sequence of Row
-        Of the file.
+        Rows of the file.
     memory_gib, minutes : float
-        Allowed to each row.
+        Limits for each row.
     workers : int
-        Processes; with one no other process is started.
+        Number of processes; with 1, no other process is started.
     """
     judge = partial(verdict, memory_gib=memory_gib, minutes=minutes)
     if workers == 1 or len(rows) <= TOGETHER:
         yield from map(judge, rows)
         return
-    # Not a fork: threads of numerical libraries would be copied in any state.
+    # Do not fork: that would copy the threads of numerical libraries in an arbitrary state.
     with ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn")) as pool:
         yield from pool.map(judge, rows, chunksize=TOGETHER)
 
 
 def summary(found: Iterable[tuple[str, str]]) -> list[str]:
-    """Return how many rows have which verdict, a line each, from verdicts and failed tests."""
+    """Return the number of rows per verdict and failed test, one line each."""
     counts = Counter(found)
     rows = counts.total()
     lines = [f"{rows:,} rows"]

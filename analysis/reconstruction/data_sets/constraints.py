@@ -1,9 +1,9 @@
-"""From printed numbers to what whole ratings must add up to; GRIM and GRIMMER reasons.
+"""Derive constraints on whole ratings from printed numbers, with reasons by GRIM and GRIMMER.
 
-Ratings are counted in steps above the scale's minimum, so every quantity here is a whole
-number. GRIM (Brown and Heathers, 2017) asks whether n whole numbers can have the printed mean;
-GRIMMER (Anaya, 2016; Allard, 2018) whether a whole sum of squares of the right parity gives
-the printed standard deviation. Both are necessary, neither is sufficient: the count decides.
+Ratings are counted in steps above the scale's minimum, so every quantity here is a whole number.
+GRIM (Brown and Heathers, 2017) checks whether n whole numbers can have the printed mean. GRIMMER
+(Anaya, 2016; Allard, 2018) checks whether a whole sum of squares of the right parity gives the
+printed standard deviation. Both are necessary and neither is sufficient; the count is decisive.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.published_table import Column
 
 
-# Pairs of a sum and a sum of squares that are looked at one by one.
+# Maximum number of pairs of a sum and a sum of squares that are examined individually.
 MOST_PAIRS = 100_000
-# Sums of a plain column that are looked at one by one.
+# Maximum number of sums of a plain column that are examined individually.
 MOST_SUMS = 1000
-# Of more, so many sums are looked at, each with its middle sum of squares.
+# If there are more, this many sums are examined, each with its middle sum of squares.
 LOOKED_AT = 9
-# Ratings that may be the extremes or the middle ones, over all pairs; more take gigabytes.
+# Maximum number of candidate extremes or middle ratings, over all pairs; more take gigabytes.
 MOST_VALUES = 3_000_000
 
 
 @dataclass(frozen=True)
 class Targets:
-    """What a column's ratings, in steps above the minimum, must meet.
+    """Requirements on a column's ratings, in steps above the minimum.
 
     Parameters
     ----------
@@ -42,15 +42,15 @@ class Targets:
     grim : bool
         Whether some sum gives the printed mean.
     grimmer : bool
-        Whether some sum of squares, too, gives the printed standard deviation.
+        Whether some sum of squares also gives the printed standard deviation.
     reason : str
-        Why not, if not; empty otherwise.
+        Why no ratings can meet the requirements; empty if some can.
     refused : str
-        Why they cannot be listed; then `wanted` is empty without meaning anything.
+        Why the requirements cannot be listed; `wanted` is then empty and has no meaning.
     looked_at : tuple of Wanted
-        Some of them, where they are not listed.
+        A selection of the requirements if they are not listed.
     pairs : int
-        About how many there are, where they are not listed.
+        Approximate number of requirements if they are not listed.
     """
 
     wanted: tuple[Wanted, ...]
@@ -68,7 +68,7 @@ class Targets:
 
 
 def targets(column: Column) -> Targets:
-    """Return what the ratings of `column` must meet."""
+    """Return the requirements on the ratings of `column`."""
     sums = admissible_sums(column)
     reason = impossible(column)
     number = _number_of_pairs(column, sums)
@@ -96,7 +96,7 @@ def targets(column: Column) -> Targets:
 
 
 def plain_sums(column: Column) -> dict[int, range] | None:
-    """Return the sums of squares beside each sum; None if more is printed than these decide."""
+    """Return the sums of squares for each sum; None if these do not cover everything printed."""
     more = (
         column.maximum_deviation,
         column.observed_minimum,
@@ -113,14 +113,14 @@ def plain_sums(column: Column) -> dict[int, range] | None:
 
 
 def _number_of_pairs(column: Column, sums: range) -> int:
-    """Return about how many sums and sums of squares the printed decimals admit."""
-    # They differ little from sum to sum.
+    """Return about how many pairs of sum and sum of squares the printed decimals admit."""
+    # Sums differ little in their number of sums of squares.
     middle = admissible_squares(column, sums[len(sums) // 2]) if sums else range(0)
     return len(sums) * len(middle)
 
 
 def _unlisted(column: Column, sums: range, number: int) -> Targets:
-    """Say that there are too many to list, and look at some."""
+    """Return targets for too many requirements to list, with a selection of them."""
     places = {len(sums) * (2 * i + 1) // (2 * LOOKED_AT) for i in range(LOOKED_AT)}
     some = (sums[place] for place in sorted(places))
     middles = ((total, admissible_squares(column, total)) for total in some)
@@ -152,10 +152,10 @@ def _unlisted(column: Column, sums: range, number: int) -> Targets:
 
 
 def within_reach(moments: Moments, most: int) -> tuple[int, int]:
-    """Return the least and the largest value that may occur beside these sums, from 0 to `most`.
+    """Return the smallest and largest possible value given these moments, from 0 to `most`.
 
-    None of n values lies farther from their mean than (n - 1) / n of the sum of squared
-    deviations allows (Samuelson, 1968).
+    By Samuelson (1968), the squared distance of any value from the mean is at most (n - 1) / n of
+    the sum of squared deviations.
 
     >>> within_reach(Moments(5, 250, 12504), 100)
     (49, 51)
@@ -177,9 +177,10 @@ def admissible_sums(column: Column) -> range:
 
 
 def admissible_squares(column: Column, total: int) -> range:
-    """Return the sums of squares, in steps, that give the printed SD, SE or interval beside a sum.
+    """Return the sums of squares, in steps, that give the printed SD, SE or interval for a sum.
 
-    A whole number and its square have the same parity, so only every other one is possible.
+    A whole number and its square have the same parity, so only every second sum of squares is
+    possible.
     """
     n, steps = column.n, column.scale.steps
     variance = variances(column, column.scale.minimum + column.scale.step * Fraction(total, n))
@@ -191,12 +192,12 @@ def admissible_squares(column: Column, total: int) -> range:
     return range(first, max(squares.stop, first), 2)
 
 
-# How far the quantile of a confidence interval may be off, as a share of its square.
+# Maximum error of a confidence interval's quantile, relative to its square.
 QUANTILE_ERROR = Fraction(1, 10**9)
 
 
 def variances(column: Column, mean: Fraction) -> Interval:
-    """Return the variances that give the printed SD, SE and confidence interval beside a mean."""
+    """Return the variances that give the printed SD, SE and confidence interval for a mean."""
     found = Interval(Fraction(0), (column.scale.maximum - column.scale.minimum) ** 2 * column.n)
     n = Fraction(column.n)
     if column.sd is not None:
@@ -228,16 +229,17 @@ def _steps(column: Column, values: Interval) -> Interval:
 
 
 class _TooManyValues(Exception):
-    """More ratings than can be listed may be the printed extremes or the middle ones."""
+    """Too many ratings to list may be the printed extremes or middle values."""
 
 
 class _Extremes:
-    """What a column's extremes, median and ratings ask, beside a sum and a sum of squares.
+    """Requirements of a column's extremes, median and ratings, given a sum and a sum of squares.
 
     Raises
     ------
     _TooManyValues
-        Here or in `beside`: the scale is so fine that listing what is asked takes gigabytes.
+        The scale is so fine that listing the requirements takes gigabytes; also raised by
+        `beside`.
     """
 
     def __init__(self, column: Column) -> None:
@@ -270,7 +272,7 @@ class _Extremes:
         return frozenset(values)
 
     def beside(self, moments: Moments) -> Wanted | None:
-        """Return what is wanted of these moments; None if no rating can meet it."""
+        """Return the requirements for these moments; None if no ratings can meet them."""
         low, high = within_reach(moments, self.steps)
         low, high, present = max(low, self.low), min(high, self.high), self.present
         if self.column.maximum_deviation:
@@ -282,7 +284,7 @@ class _Extremes:
             present = [frozenset(v for v in wish if low <= v <= high) for wish in present]
             if not all(present):
                 return None
-        # Ratings beyond the bounds are nobody's.
+        # Nobody can have given ratings beyond the bounds.
         if any(least for value, least, _ in self.told if not low <= value <= high):
             return None
         told = tuple(entry for entry in self.told if low <= entry[0] <= high)
@@ -291,7 +293,7 @@ class _Extremes:
         return Wanted(moments, low, high, tuple(present), self.medians[low, high], told)
 
     def _shell(self, moments: Moments) -> tuple[range, frozenset[int]]:
-        """Return the ratings within the printed deviation from the mean, and those at it."""
+        """Return the ratings within the printed deviation from the mean, and those equal to it."""
         printed, one = self.column.maximum_deviation, Fraction(1)
         if printed is None:
             return range(self.steps + 1), frozenset()

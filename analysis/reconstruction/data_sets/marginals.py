@@ -1,8 +1,8 @@
-"""Exact marginals: what each order statistic and each rating is, over all data sets.
+"""Compute exact marginals: the distribution of each order statistic and rating over all data sets.
 
-The tables are undone distance by distance, as for sampling, while the weight that the rest of
-a solution gives to each state is pulled back alongside. At every distance the product of the
-two tells how many of all solutions have 0, 1, 2, ... values farther out.
+As in sampling, the tables are reversed distance by distance, while the weights that the rest of a
+solution gives to each state are pulled back in parallel. At every distance the product of the two
+gives the number of solutions with 0, 1, 2, ... values farther out.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Marginals:
     n : int
         Ratings in a data set.
     total : int
-        Data sets, in the measure chosen.
+        Number of data sets, in the chosen measure.
     at_most : tuple of tuple of int
         ``at_most[v][m]`` data sets have exactly m ratings of v steps or fewer.
     absent : tuple of int
@@ -45,7 +45,7 @@ class Marginals:
     absent: tuple[int, ...]
 
     def order_statistic(self, i: int) -> dict[int, Fraction]:
-        """Return the distribution of the i-th smallest rating (1 to n): value to probability."""
+        """Return the distribution of the i-th smallest rating (1 to n) as {value: probability}."""
         reached = [0, *(sum(counts[i:]) for counts in self.at_most)]
         return {
             v: Fraction(reached[v + 1] - reached[v], self.total)
@@ -54,7 +54,7 @@ class Marginals:
         }
 
     def rating(self) -> dict[int, Fraction]:
-        """Return the distribution of one rating, picked at random from a random data set."""
+        """Return the distribution of a random rating from a random data set."""
         mean = [0, *(sum(m * c for m, c in enumerate(counts)) for counts in self.at_most)]
         return {
             v: Fraction(mean[v + 1] - mean[v], self.n * self.total)
@@ -63,7 +63,7 @@ class Marginals:
         }
 
     def presence(self, value: int) -> Fraction:
-        """Return the share of data sets in which somebody gave this rating."""
+        """Return the proportion of data sets that contain this rating."""
         return 1 - Fraction(self.absent[value], self.total)
 
 
@@ -73,9 +73,9 @@ def marginals(solutions: Solutions, measure: str = "multisets") -> Marginals:
     Parameters
     ----------
     solutions : Solutions
-        Of a column with at least one.
+        Solutions of a column that has at least one.
     measure : {"multisets", "ordered"}
-        Which data sets count alike. The distribution of a rating differs between the two.
+        Which data sets are equally likely. The distribution of a rating differs between the two.
     """
     n, values = solutions.column.n, solutions.column.scale.steps + 1
     tasks = solutions.problems
@@ -95,8 +95,8 @@ def marginals(solutions: Solutions, measure: str = "multisets") -> Marginals:
     )
 
 
-# (value, m): solutions with m free values of at most `value`; (value, None): with none there;
-# WHOLE: all solutions.
+# (value, m): solutions with m free values of at most `value`; (value, None): solutions without
+# that value; WHOLE: all solutions.
 Tally = dict[tuple[int, int | None], int]
 WHOLE = (-1, None)
 
@@ -120,7 +120,7 @@ def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
             for k, number in enumerate(_products(own, worth)):
                 key = (value, k) if own_below else (value - 1, goal.n - k)
                 tally[key] = number
-            # Where no value lies nothing leaves, and the number of values so far out is told.
+            # At a hole nothing leaves, and the number of values this far out is already known.
             if distance not in own.shape.holes:
                 own.retreat(distance)
             tally[value, None] = sum(_products(own, worth)) % modulus
@@ -131,7 +131,7 @@ def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
 
 
 def _products(own: StateTable, worth: StateTable) -> list[int]:
-    """Return for each k the number of solutions whose state has k values."""
+    """Return for each k the number of solutions in which this half's state has k values."""
     modulus = own.modulus or WORD
     found = []
     for counts, weights in zip(own.planes, worth.planes, strict=True):
@@ -141,14 +141,15 @@ def _products(own: StateTable, worth: StateTable) -> list[int]:
 
 
 def _add(task: Problem, goal: Goal, tally: Tally, at_most: Array, absent: Array) -> None:
-    """Add a goal's tally, its given values included."""
+    """Add a goal's tally, including its given values."""
     split, n = task.split, goal.n
     given = goal.part.given
     covered = {value for value, m in tally if m is not None}
     whole = tally[WHOLE]
     for value in range(len(at_most)):
         held = sum(times for v, times in given if v <= value)
-        # Between below and above nothing changes; outside them all or none are passed.
+        # Nothing changes between below and above; outside them, the tally covers all values or
+        # none.
         near = split.below if split.below < value < split.above else value
         if near in covered:
             for m in range(n + 1):

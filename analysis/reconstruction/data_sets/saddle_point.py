@@ -1,10 +1,10 @@
-"""How many data sets a column allows, about: the saddle-point approximation of the count.
+"""Approximate the number of data sets that a column allows, by the saddle-point method.
 
-The multisets with n values, sum S and sum of squares Q are the coefficient of z^n x^S y^Q in
-the product over all values v of 1 / (1 - z x^v y^(v²)), which is the partition function of a
-Bose-Einstein gas. Its logarithm is convex in the logarithms of z, x and y; at the minimum of
-that convex function the coefficient follows by Laplace's method (Good, 1957; Daniels, 1954).
-S and Q have the same parity, so that every reachable pair counts twice.
+The number of multisets with n values, sum S and sum of squares Q is the coefficient of z^n x^S y^Q
+in the product over all values v of 1 / (1 - z x^v y^(v²)), the partition function of a
+Bose-Einstein gas. Its logarithm is convex in the logarithms of z, x and y. At the minimum of that
+convex function, Laplace's method gives the coefficient (Good, 1957; Daniels, 1954). S and Q have
+the same parity, so every reachable pair counts twice.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.constraints import Targets
 
-# Sums for which the estimate is computed; those between are like them.
+# Number of sums for which the estimate is computed; the sums between them have similar estimates.
 SUMS_LOOKED_AT = 15
 STEPS = 200
-# A printed extreme is in so large a share of the multisets at least, or nothing is estimated.
+# Smallest proportion of multisets that contain a printed extreme for which an estimate is given.
 LEAST_SHARE = 0.02
 CONVERGED = 1e-10
-# Values of the scale that are summed over; more take gigabytes.
+# Maximum number of scale values to sum over; more take gigabytes.
 MOST_VALUES = 1_000_000
 
 
 def log10_multisets(targets: Targets) -> float | None:
-    """Return the decimal logarithm of about how many multisets there are.
+    """Return the approximate decimal logarithm of the number of multisets.
 
-    None where a median is printed, which the approximation does not cover, where a printed extreme
-    is in few of the multisets, where a rating's number is left open, where the scale is too fine
-    to be summed over, and where it does not converge.
+    Returns None if a median is printed (not covered by the approximation), if few of the multisets
+    contain a printed extreme, if the number of a rating is not fixed, if the scale is too fine to
+    be summed over, or if the method does not converge.
     """
     by_sum: dict[int, list[Wanted]] = {}
     for wish in targets.wanted or targets.looked_at:
@@ -54,7 +54,7 @@ def log10_multisets(targets: Targets) -> float | None:
             return None
         logs.append(found + log(len(wishes)))
     mean = np.logaddexp.reduce(logs) - log(len(logs))
-    # Of the pairs that were not listed those looked at stand for all.
+    # If pairs are not listed, the examined ones represent all of them.
     more = targets.pairs / len(targets.looked_at) if targets.looked_at else 1.0
     return float((mean + log(len(sums)) + log(more)) / log(10))
 
@@ -62,7 +62,8 @@ def log10_multisets(targets: Targets) -> float | None:
 def _log_with_extremes(wish: Wanted) -> float | None:
     """Return the natural logarithm for one sum and sum of squares, printed extremes present.
 
-    By inclusion and exclusion: those within the bounds, less those that lack one of the values.
+    By inclusion and exclusion: solutions within the bounds minus those that lack one of the
+    values.
     """
     told = _told(wish)
     if told is None:
@@ -83,9 +84,9 @@ def _log_with_extremes(wish: Wanted) -> float | None:
 
 
 def _told(wish: Wanted) -> tuple[Moments, frozenset[int], list[frozenset[int]]] | None:
-    """Return the moments of the free values, the others, and of what one must be present.
+    """Return the moments of the free values, the fixed values, and the sets that must be present.
 
-    None where a rating's number is left open otherwise.
+    Returns None if the number of a rating is not fixed otherwise.
     """
     moments, holes, there = wish.moments, set(), set()
     forced = []
@@ -105,7 +106,7 @@ def _told(wish: Wanted) -> tuple[Moments, frozenset[int], list[frozenset[int]]] 
 
 
 def _log_coefficient(moments: Moments, of: list[int]) -> float | None:
-    """Return the natural logarithm for one sum and sum of squares `of` these values."""
+    """Return the natural logarithm for one sum and sum of squares of the values in `of`."""
     n, total, squares = moments.n, moments.total, moments.squares
     mean = total / n
     scale = max((squares / n - mean**2), 1e-12) ** 0.5
@@ -113,7 +114,7 @@ def _log_coefficient(moments: Moments, of: list[int]) -> float | None:
         return None
     u = (np.array(of) - mean) / scale
     powers = np.stack([np.ones_like(u), u, u**2])
-    wanted = np.array([n, 0.0, float(n)])  # of u: its mean is 0 and its variance 1
+    wanted = np.array([n, 0.0, float(n)])  # in terms of u, which has mean 0 and variance 1
     at = np.array([-3.0, 0.0, -0.5])
     value = _objective(at, powers, wanted)
     for _ in range(STEPS):
@@ -124,7 +125,7 @@ def _log_coefficient(moments: Moments, of: list[int]) -> float | None:
         decrease = float(-gradient @ step)
         if decrease < CONVERGED:
             _, log_determinant = np.linalg.slogdet(2 * pi * hessian)
-            # Twice for the parity; S and Q are scale and scale² times as fine as their like of u.
+            # Factor 2 for the parity; S and Q are finer than the moments of u by scale and scale².
             return float(log(2) + value - log_determinant / 2 - 3 * log(scale))
         size = 1.0
         while (new := _objective(at + size * step, powers, wanted)) > value - size * decrease / 4:
@@ -136,7 +137,7 @@ def _log_coefficient(moments: Moments, of: list[int]) -> float | None:
 
 
 def _objective(at: Array, powers: Array, moments: Array) -> float:
-    """Return the logarithm of the product at a point, less its linear part; infinite outside."""
+    """Return the logarithm of the product at a point minus its linear part; infinite outside."""
     exponents = at @ powers
     if exponents.max() >= 0:
         return float("inf")
@@ -144,7 +145,7 @@ def _objective(at: Array, powers: Array, moments: Array) -> float:
 
 
 def words(log10_count: float) -> str:
-    """Return a count of this decimal logarithm for people.
+    """Format a count with this decimal logarithm.
 
     >>> words(40.398)
     'about 2.5e+40'

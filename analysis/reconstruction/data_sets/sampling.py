@@ -1,4 +1,4 @@
-"""Exactly uniform samples of the data sets behind a column, any number, streaming."""
+"""Draw exactly uniform samples of the data sets behind a column, in any number, as a stream."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.unranking import Ranking
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 
-# To draw more than a fraction of the multisets, listing them once and picking from the list is
-# quicker.
+# To draw more than this fraction of the multisets, listing them once and sampling the list is
+# faster.
 LISTING_PAYS = 4
 FEW = 2**12
 
 
 class Sampler:
-    """Draws data sets that a column allows, every one equally likely.
+    """Draws data sets that a column allows, each with equal probability.
 
     Parameters
     ----------
     solutions : Solutions
-        Of the column.
+        Solutions of the column.
     measure : {"multisets", "ordered"}
-        What is equally likely: every multiset of ratings (then a data set is a multiset in
-        random order), or every assignment of ratings to participants.
+        What is equally likely: every multiset of ratings (a data set is then a multiset in random
+        order), or every assignment of ratings to participants.
 
     Raises
     ------
     UserError
-        No data set agrees with the column, or the tables need too much memory.
+        No data set is consistent with the column, or the tables need too much memory.
     """
 
     def __init__(self, solutions: Solutions, measure: str = "multisets") -> None:
@@ -56,7 +56,7 @@ class Sampler:
 
     @property
     def listed(self) -> Array:
-        """All multisets, one a row, sorted, in steps above the scale's minimum.
+        """All multisets, one per row, sorted, in steps above the scale's minimum.
 
         Raises
         ------
@@ -67,7 +67,7 @@ class Sampler:
 
     @cached_property
     def _ends(self) -> Array:
-        """Running number of ordered samples that the listed multisets stand for."""
+        """Cumulative number of ordered samples that the listed multisets represent."""
         return np.cumsum(arrangements(self.listed, self.total))
 
     def draw(self, number: int, generator: np.random.Generator) -> Array:
@@ -76,15 +76,15 @@ class Sampler:
         Parameters
         ----------
         number : int
-            How many.
+            Number of data sets.
         generator : numpy.random.Generator
-            Source of chance; the same state gives the same data sets.
+            Random generator; the same state gives the same data sets.
 
         Returns
         -------
         ndarray of int32, shape (number, n)
             In steps above the scale's minimum. Rows are sorted for the measure "multisets",
-            in the participants' order for "ordered".
+            and in the participants' order for "ordered".
         """
         ranks = uniform(self.total, number, generator)
         few = number * LISTING_PAYS < FEW
@@ -105,7 +105,7 @@ class Sampler:
             number -= block
 
     def _walk(self, ranks: Array) -> Array:
-        """Unrank in ascending order, which keeps the memory's cache warm."""
+        """Unrank in ascending order, for better use of the cache."""
         order = np.argsort(ranks)
         ranks = ranks[order]
         out = np.empty((len(ranks), self.solutions.column.n), dtype=np.int32)
@@ -120,19 +120,19 @@ class Sampler:
 
 
 def uniform(total: int, number: int, generator: np.random.Generator) -> Array:
-    """Return integers from 0 to `total` - 1, exactly uniform, of any size.
+    """Return exactly uniform integers from 0 to `total` - 1, of any size.
 
     Returns
     -------
     ndarray, shape (number,)
-        uint64, or Python's integers if `total` exceeds 2^64.
+        uint64, or Python integers if `total` exceeds 2^64.
     """
     if total <= WORD:
         return generator.integers(0, total, size=number, dtype=np.uint64)
     bits = (total - 1).bit_length()
     drawn: list[int] = []
     while len(drawn) < number:
-        # Rejection: fewer than half are thrown away.
+        # Rejection sampling; fewer than half are rejected.
         value = int.from_bytes(generator.bytes((bits + 7) // 8)) >> (-bits % 8)
         if value < total:
             drawn.append(value)

@@ -1,4 +1,4 @@
-"""All data sets behind one published column: is there any, how many, which."""
+"""Check, count and list the data sets behind one published column."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Solutions:
     column : Column
         As published.
     memory_gib, minutes : float
-        Memory and time allowed; what takes more is refused before it starts.
+        Limits on memory and time; a computation that exceeds them is refused before it starts.
     """
 
     column: Column
@@ -49,12 +49,12 @@ class Solutions:
 
     @cached_property
     def targets(self) -> Targets:
-        """Admissible sums and sums of squares, or why there is none."""
+        """Admissible sums and sums of squares, or why there are none."""
         return targets(self.column)
 
     @cached_property
     def problems(self) -> list[Problem]:
-        """The parts to solve, grouped by what shares its tables."""
+        """The parts to solve, grouped by the tables that they share."""
         if self.targets.refused:
             raise UserError(f"column '{self.column.label}': {self.targets.refused}")
         parts = (part for wish in self.targets.wanted for part in partition(wish))
@@ -69,16 +69,16 @@ class Solutions:
 
     @cached_property
     def _unfiltered(self) -> int:
-        """Number of data sets, whatever the quartiles are."""
+        """Number of data sets, ignoring printed quartiles."""
         if self._of_few_values is not None:
             return self._of_few_values
         return count(self.problems, "multisets", self.memory_gib, self.minutes)
 
     @cached_property
     def _of_few_values(self) -> int | None:
-        """Number of data sets of a plain Likert scale; None where it is not one.
+        """Number of data sets of a plain Likert scale; None for other scales.
 
-        The same number as that of all problems together, without writing them down.
+        Equals the number from all problems together, without listing them.
         """
         values = range(self.column.scale.steps + 1)
         sums = plain_sums(self.column) if len(values) <= few_values.VALUES else None
@@ -89,7 +89,7 @@ class Solutions:
 
     @cached_property
     def refused(self) -> str:
-        """Why they are not counted; empty if they can be."""
+        """Why the data sets are not counted; empty if they can be."""
         if self._of_few_values is None:
             if self.targets.refused:
                 return self.targets.refused
@@ -106,12 +106,12 @@ class Solutions:
 
     @property
     def listed_apart(self) -> bool:
-        """Whether the tables of states do not know all that is printed: a list does."""
+        """Whether data sets must be listed because the tables of states ignore quartiles."""
         return bool(self.column.lower_quartile or self.column.upper_quartile)
 
     @cached_property
     def listed(self) -> Array:
-        """All multisets, one a row, sorted, in steps above the scale's minimum.
+        """All multisets, one per row, sorted, in steps above the scale's minimum.
 
         Raises
         ------
@@ -125,7 +125,7 @@ class Solutions:
 
     @cached_property
     def not_drawn(self) -> str:
-        """Why no data set can be drawn or listed, if there is any; empty if they can."""
+        """Why no data set can be drawn or listed, even if one exists; empty if they can."""
         if self.refused:
             return self.refused
         try:
@@ -136,12 +136,12 @@ class Solutions:
 
     @cached_property
     def witness(self) -> tuple[int, ...]:
-        """One data set, in steps above the minimum, where they are not counted; empty if none."""
+        """One data set, in steps above the minimum, if they are not counted; else empty."""
         return witness(self.column, self.targets) if self.refused else ()
 
     @cached_property
     def attained(self) -> tuple[tuple[tuple[int, int], ...], bool]:
-        """Pairs of sum and sum of squares, in steps, and whether each surely is some data set's."""
+        """Pairs of sum and sum of squares, in steps, and whether each is known to occur."""
         if self.not_drawn:
             return tuple((m.total, m.squares) for m in self.targets.moments), False
         if self.listed_apart:
@@ -152,19 +152,19 @@ class Solutions:
 
     @cached_property
     def ordered(self) -> int:
-        """Number of data sets when it is known which participant gave which rating."""
+        """Number of data sets if each rating is assigned to a participant."""
         if self.listed_apart:
             return int(sum(arrangements(self.listed)))
         return count(self.problems, "ordered", self.memory_gib)
 
     @property
     def consistent(self) -> bool:
-        """Whether there is any."""
+        """Whether any data set exists."""
         return self.multisets > 0
 
     @property
     def reason(self) -> str:
-        """Why there is none; empty if there is."""
+        """Why no data set exists; empty if one does."""
         if self.targets.reason or self.consistent:
             return self.targets.reason
         return (

@@ -1,7 +1,7 @@
-"""One data set that a column allows, where all of them are too many to count.
+"""Find one data set that a column allows if there are too many to count.
 
-Found by moving ratings in pairs, as SPRITE does (Heathers et al., 2018), and checked from the
-definitions, so that a column with a witness has a data set, whatever the search did.
+The search moves ratings in pairs, as SPRITE does (Heathers et al., 2018). The result is checked
+against the definitions, so a column with a witness has a data set, whatever the search did.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.published_table import Column
     from slipscale.analysis.reconstruction.table.rounding import Printed
 
-# Sums of squares, and parts of each, that are tried; and moves in each.
+# Number of sums of squares tried, parts of each, and moves in each part.
 TRIED = 8
 MOVES = 200_000
 QUICK = 5_000
-# Share of moves that lead away: the way out of a dead end.
+# Proportion of moves that increase the distance, to escape from dead ends.
 ASTRAY = 0.01
 
 
 def witness(column: Column, targets: Targets) -> tuple[int, ...]:
-    """Return ratings that give every printed number, in steps above the minimum; empty if none.
+    """Return ratings, in steps above the minimum, that give every printed number; empty if none.
 
-    None found does not mean that there is none.
+    An empty result does not prove that none exist.
     """
     wanted = targets.wanted or targets.looked_at
     middle = len(wanted) // 2
@@ -48,9 +48,9 @@ def witness(column: Column, targets: Targets) -> tuple[int, ...]:
 
 
 def witness_of(column: Column, targets: Targets, moments: tuple[int, int]) -> tuple[int, ...]:
-    """Return ratings with this sum and sum of squares that print the column; empty if none found.
+    """Return ratings with these moments that give the printed column; empty if none found.
 
-    A shorter search than `witness`, because it is made for many moments.
+    The search is shorter than in `witness`, because it is repeated for many moments.
     """
     wishes = [w for w in targets.wanted if (w.moments.total, w.moments.squares) == moments]
     return next((found for wish in wishes if (found := _of_wish(column, wish, QUICK))), ())
@@ -67,7 +67,7 @@ def _of_wish(column: Column, wish: Wanted, moves: int) -> tuple[int, ...]:
 
 
 def gives_what_is_printed(column: Column, steps: Sequence[int]) -> bool:
-    """Whether ratings, in steps above the minimum, give every printed number: the definitions."""
+    """Whether ratings, in steps above the minimum, give every printed number by definition."""
     x = sorted(column.scale.value(v) for v in steps)
     n, rule = column.n, column.rounding
     if len(x) != n or min(steps) < 0 or max(steps) > column.scale.steps:
@@ -96,14 +96,14 @@ def gives_what_is_printed(column: Column, steps: Sequence[int]) -> bool:
 
 
 def _prints_root(printed: Printed, square: Fraction, rule: str) -> bool:
-    """Whether the root of `square`, 0 or more, is printed so."""
+    """Whether the root of `square` (0 or more) is printed as this number."""
     root = printed.values(rule)
     above = root.low < 0 or square > root.low**2 or (root.low_closed and square == root.low**2)
     return above and (square < root.high**2 or (root.high_closed and square == root.high**2))
 
 
 def _prints_interval(column: Column, mean: Fraction, variance: Fraction) -> bool:
-    """Whether the confidence interval is printed so, to what floating point tells."""
+    """Whether the confidence interval is printed like this, within floating-point error."""
     if column.ci_low is None or column.ci_high is None:
         return True
     half = Fraction(column.quantile * sqrt(variance / column.n))
@@ -115,13 +115,13 @@ def _prints_interval(column: Column, mean: Fraction, variance: Fraction) -> bool
 
 
 def _free_values(part: Part, moves: int) -> list[int]:
-    """Return free values with the moments of a part, as far as the search gets."""
+    """Return free values with the moments of a part, or as close as the search gets."""
     n, total, squares = part.moments.n, part.moments.total, part.moments.squares
     low, high = part.split.low, part.split.high
     if n == 0:
         return []
     holes = part.split.holes
-    # Like a normal distribution of the right mean and SD, rounded: near enough to begin with.
+    # Start from a rounded normal distribution with the right mean and SD.
     normal = NormalDist(total / n, max(sqrt(max(squares / n - (total / n) ** 2, 0.0)), 1e-9))
     free = [v for v in range(low, high + 1) if v not in holes] if holes else range(low, high + 1)
     if not free:
@@ -136,7 +136,7 @@ def _free_values(part: Part, moves: int) -> list[int]:
         if not missing:
             break
         i, j = random.randrange(n), random.randrange(n)
-        # x[i] down and x[j] up keeps the sum.
+        # Moving x[i] down and x[j] up preserves the sum.
         if i == j or x[i] == low or x[j] == high or x[i] - 1 in holes or x[j] + 1 in holes:
             continue
         gain = 2 * (x[j] - x[i]) + 2
@@ -148,7 +148,7 @@ def _free_values(part: Part, moves: int) -> list[int]:
 
 
 def _reach_total(x: list[int], total: int, part: Part, random: Random, moves: int) -> None:
-    """Move single values, by one step each, until they have this sum, as far as they can."""
+    """Move single values by one step each until they have this sum, as far as possible."""
     missing = total - sum(x)
     for _ in range(moves):
         if not missing:

@@ -1,1 +1,1 @@
-"""What tests of the data sets behind a table can have given: bounds and distributions."""
+"""Bounds and distributions of test results over the data sets behind a table."""

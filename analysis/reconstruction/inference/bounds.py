@@ -1,9 +1,9 @@
-"""What holds in every data set, whoever gave which rating: bounds over two or more columns.
+"""Compute bounds over two or more columns that hold in every data set and pairing.
 
-A table never says which rating in one column belongs to which in the next. Every bound here
-therefore holds for every pairing. A sharp bound is attained by some table of data sets that the
-published one allows, and comes with it; one that is not marked sharp holds all the same.
-The paired t is in `extreme_t`, the repeated-measures F in `least_f`.
+A table does not state which rating in one column belongs to which in the next, so every bound here
+holds for every pairing. A sharp bound is attained by some table of data sets that the published
+one allows, and is returned with that table. Bounds not marked sharp are valid but may not be
+attained. The paired t is in `extreme_t`, the repeated-measures F in `least_f`.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ import numpy as np
 if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
 
-# Ratings in steps above the scale's minimum: a row a column, participants in the same order.
+# Ratings in steps above the scale's minimum: one row per column, participants in the same order.
 Table = tuple[tuple[int, ...], ...]
 
-# Products of so many pairs of data sets are searched whole.
+# Up to this many pairs of data sets are searched completely.
 SEARCHED = 60_000_000
-# Rows with extreme sums that are tried before all.
+# Rows with extreme sums that are tried first.
 CANDIDATES = 200
 
 
@@ -32,9 +32,10 @@ class Range:
     Parameters
     ----------
     low, high : float
-        Nothing lies beyond.
+        Bounds on the value.
     at_low, at_high : tuple of tuple of int
-        A table that attains each, ratings in steps, a row a column; empty if none is known.
+        A table that attains each bound: ratings in steps, one row per column; empty if none is
+        known.
     """
 
     low: float
@@ -63,8 +64,8 @@ def larger(x: Array, y: Array) -> Range:
 
     Notes
     -----
-    At least r pairs can have y > x if and only if the r largest y exceed the r smallest x one
-    by one; the others follow from pairs with y <= x in the same way.
+    At least r pairs can have y > x if and only if the r largest y exceed the r smallest x one by
+    one. The other bound follows from pairs with y <= x in the same way.
     """
     n = x.shape[1]
     most, at_most = _largest(y, x, np.greater)
@@ -75,7 +76,8 @@ def larger(x: Array, y: Array) -> Range:
 def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, Table]:
     """Return the largest r for which the r largest `upper` can beat the r smallest `lower`.
 
-    And a row of each that shows it, paired so; without them r is but an upper bound.
+    Also returns a row of each that attains it in this pairing; without rows, r is only an upper
+    bound.
     """
     n = upper.shape[1]
     shown, rows = 0, (upper[0], lower[0])
@@ -94,15 +96,18 @@ def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, Table]
 def _beats(
     upper: Array, lower: Array, r: int, compare: np.ufunc
 ) -> tuple[Array, Array] | Literal[False] | None:
-    """Return rows whose r largest, and r smallest, beat each other; False: none; None: too many."""
+    """Return rows whose r largest and r smallest values beat each other.
+
+    Returns False if there are none, and None if there are too many to search.
+    """
     tall, small = upper[:, upper.shape[1] - r :], lower[:, :r]
-    # Most answers are yes, and rows with extreme sums show it.
+    # Most answers are positive, and rows with extreme sums demonstrate it.
     first, second = _largest_sums(tall), _largest_sums(-small)
     won = compare(tall[first][:, None], small[second][None]).all(axis=2)
     if won.any():
         i, j = np.unravel_index(won.argmax(), won.shape)
         return upper[first[i]], lower[second[j]]
-    # A row that does not beat the best that any other row has beats none of them.
+    # A row that does not beat the element-wise best of the other rows beats none of them.
     rows = 0, 0
     while rows != (len(tall), len(small)):
         rows = len(tall), len(small)
@@ -124,7 +129,7 @@ def _beats(
 
 
 def _largest_sums(rows: Array) -> Array:
-    """Return the places of the rows with the largest sums."""
+    """Return the indices of the rows with the largest sums."""
     sums = rows.sum(axis=1)
     few = min(CANDIDATES, len(sums))
     found: Array = np.argpartition(sums, -few)[-few:]
@@ -138,7 +143,7 @@ def log_mean(x: Array) -> Array:
 
 
 def of_rows(values: Array, rows: Array) -> Range:
-    """Return the range of one value a row, and the rows that have the smallest and the largest."""
+    """Return the range of one value per row, and the rows with the extreme values."""
     least, most = int(values.argmin()), int(values.argmax())
     at_ends = as_table(rows[least]), as_table(rows[most])
     return Range(float(values[least]), float(values[most]), *at_ends)

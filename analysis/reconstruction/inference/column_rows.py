@@ -1,7 +1,7 @@
-"""The data sets of a column, grouped by their sum and sum of squares, as far as they are needed.
+"""Group a column's data sets by sum and sum of squares, computing no more than necessary.
 
-Sums follow from the printed numbers at once; lists and samples take a count that may be long.
-What needs only sums asks for `sums_first`, and a data set for one of them is searched for.
+Sums follow directly from the printed numbers; lists and samples need a count that may take long.
+If sums are sufficient, use `sums_first`; a data set is then searched for when one is needed.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 
-# Counts that take longer are made only if sums and searches do not answer.
+# Longer counts are made only if sums and searches give no answer.
 QUICK_S = 0.25
-# Data sets that are drawn where they are too many to list.
+# Number of data sets drawn if there are too many to list.
 DRAWN = 2000
 
 
@@ -34,10 +34,10 @@ class ColumnRows:
     Parameters
     ----------
     solutions : Solutions
-        Of the column.
+        Solutions of the column.
     sums_first : bool
-        Take the sums and sums of squares from the printed numbers, without counting data sets: some
-        may belong to none.
+        Take the sums and sums of squares from the printed numbers without counting data sets; some
+        may not belong to any data set.
     """
 
     solutions: Solutions
@@ -45,7 +45,7 @@ class ColumnRows:
 
     @classmethod
     def quickest(cls, solutions: Solutions) -> ColumnRows:
-        """Return the data sets if counting them is quick, else what sums and searches know."""
+        """Return the counted data sets if counting is quick; otherwise use sums and searches."""
         return cls(
             solutions,
             sums_first=bool(solutions.refused) or seconds_to_count(solutions.problems) > QUICK_S,
@@ -65,7 +65,7 @@ class ColumnRows:
 
     @cached_property
     def listed(self) -> Array | None:
-        """All data sets, one per row, sorted; None if they are too many, or not counted."""
+        """All data sets, one per row, sorted; None if they are too many or not counted."""
         found = self.solutions
         if self.sums_first or found.not_drawn or found.multisets > LISTED:
             return None
@@ -87,11 +87,11 @@ class ColumnRows:
         return Sampler(self.solutions).draw(DRAWN, np.random.default_rng(1))
 
     def rows(self, place: int) -> Array:
-        """Return the known data sets with the moments at a place; all of them if listed."""
+        """Return the known data sets with the moments at an index; all of them if listed."""
         return self._groups.get(self.moments[place], np.zeros((0, self.n), dtype=np.int32))
 
     def some(self, place: int) -> Array:
-        """Return data sets with the moments at a place; empty if none is known or found."""
+        """Return data sets with the moments at an index; empty if none is known or found."""
         rows = self.rows(place)
         if len(rows) or self.listed is not None:
             return rows

@@ -1,4 +1,4 @@
-"""Columns of the same participants: what has to agree before they can be compared."""
+"""Check whether columns of the same participants can be compared."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 
-# A test below this counts as significant.
+# Significance level of the tests.
 LEVEL = 0.05
 
 
 def require_comparable(columns: Sequence[Solutions]) -> None:
-    """Refuse columns that cannot be ratings of the same participants.
+    """Check that columns can be ratings of the same participants.
 
     Raises
     ------
     UserError
-        Fewer than two, or they differ in n or scale.
+        There are fewer than two columns, or they differ in n or scale.
     """
     if len(columns) < 2:  # noqa: PLR2004 - one column has nothing to be compared with
         raise UserError("conclusions compare columns: expected two or more in the table")
@@ -39,12 +39,12 @@ def require_comparable(columns: Sequence[Solutions]) -> None:
 
 
 def labels(columns: Sequence[Solutions]) -> list[str]:
-    """Return the columns' headings."""
+    """Return the labels of the columns."""
     return [solutions.column.label for solutions in columns]
 
 
 def log_amplitudes(columns: Sequence[Solutions]) -> dict[int, float]:
-    """Return the log amplitude of every column, by place, that enters a power law."""
+    """Return, by index, the log amplitude of every column that enters a power law."""
     return {
         place: log(solutions.column.amplitude_um_pp)
         for place, solutions in enumerate(columns)
@@ -53,7 +53,7 @@ def log_amplitudes(columns: Sequence[Solutions]) -> dict[int, float]:
 
 
 def values_of(solutions: Solutions, steps: Array) -> Array:
-    """Return ratings from steps above the scale's minimum."""
+    """Convert steps above the scale's minimum to ratings."""
     scale = solutions.column.scale
     values: Array = float(scale.minimum) + float(scale.step) * np.asarray(steps)
     return values

@@ -1,6 +1,6 @@
-"""What a table lets one conclude: in every data set, or only in some.
+"""State what a table implies: conclusions that hold in every data set, or only in some.
 
-Records that carry their own words: what was asked, the range of answers over all data sets and
+Each record contains its own wording: the question, the range of answers over all data sets and
 pairings, and whether the conclusion holds in all of them.
 """
 
@@ -42,24 +42,24 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
     from slipscale.analysis.reconstruction.inference.bounds import Table
 
-# A row a column, participants in the same order.
+# One row per column, participants in the same order.
 Ratings = tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True)
 class Conclusion:
-    """One question put to every data set.
+    """The answer to one question over every data set.
 
     Parameters
     ----------
     name : str
-        For machines, such as ``sign.0.5 um.1.2 um``.
+        Machine-readable name, such as ``sign.0.5 um.1.2 um``.
     question : str
-        In words.
+        The question in words.
     low, high : float
-        The statistic's range over all data sets and all pairings.
+        Range of the statistic over all data sets and all pairings.
     p_low, p_high : float or None
-        The range of its two-sided p-value; None if it has none.
+        Range of its two-sided p-value; None if it has none.
     decided : bool
         Whether the answer is the same in every data set.
     sharp : bool
@@ -67,7 +67,7 @@ class Conclusion:
     labels : tuple of str
         The columns concerned.
     at_low, at_high : tuple of tuple of float
-        A table that attains each end: ratings, a row for each of these columns, participants in
+        A table that attains each end: ratings, one row for each of these columns, participants in
         the same order; empty if none is known.
     """
 
@@ -84,12 +84,12 @@ class Conclusion:
     at_high: Ratings = ()
 
 
-# Measured on Table III, an ordinary processor: paired t over all pairs of data sets.
+# Measured on Table III on an ordinary processor: paired t over all pairs of data sets.
 SECONDS_A_PAIR = 0.6e-9
 
 
 def seconds_to_conclude(sizes: Sequence[int]) -> float:
-    """Return about how long columns of so many data sets take: most of it is the search for t."""
+    """Return the approximate time for columns of these sizes; the search for t dominates."""
     compared = sum(min(a * b, COMPARED) for a, b in combinations(sizes, 2))
     return 4.0 + SECONDS_A_PAIR * compared
 
@@ -97,19 +97,19 @@ def seconds_to_conclude(sizes: Sequence[int]) -> float:
 def conclusions(
     columns: list[Sampler], tell: Callable[[str], None] = lambda _: None
 ) -> list[Conclusion]:
-    """Return everything that can be bounded over all data sets and pairings.
+    """Return every bound that can be computed over all data sets and pairings.
 
     Parameters
     ----------
     columns : list of Sampler
         Two or more, of the same participants.
     tell : callable
-        Takes what is being done, in words.
+        Called with a description of the current step.
 
     Raises
     ------
     UserError
-        The columns cannot stand side by side, or have too many data sets to list.
+        The columns cannot be compared, or have too many data sets to list.
     """
     require_comparable([column.solutions for column in columns])
     found = pairs(columns, tell)
@@ -118,7 +118,7 @@ def conclusions(
 
 
 def pairs(columns: list[Sampler], tell: Callable[[str], None] = lambda _: None) -> list[Conclusion]:
-    """Return sign test and paired t of every two columns, whatever the pairing."""
+    """Return the sign test and the paired t test of every two columns, for any pairing."""
     found = []
     every = list(combinations(columns, 2))
     for place, (a, b) in enumerate(every, start=1):
@@ -144,7 +144,7 @@ def t_test(columns: Sequence[Solutions], t: Range) -> Conclusion:
     from scipy.stats import t as student  # noqa: PLC0415
 
     degrees, (one, other) = columns[0].column.n - 1, labels(columns)
-    # Within the range t comes closest to 0 at one end, or at 0 itself.
+    # Within the range, t is closest to 0 at one end or at 0 itself.
     nearest = 0.0 if t.low < 0 < t.high else min(abs(t.low), abs(t.high))
     ps = [float(2 * student.sf(edge, degrees)) for edge in (max(abs(t.low), abs(t.high)), nearest)]
     words = f"paired t({degrees}) of {other} minus {one}"
@@ -171,7 +171,7 @@ def _concluded(
     *,
     decided: bool | None = None,
 ) -> Conclusion:
-    """Put a range into words; p decides where it lies on one side of the level."""
+    """Build a conclusion from a range; p decides if the range lies on one side of the level."""
     if decided is None:
         decided = p is None or (p[0] < LEVEL) == (p[1] < LEVEL)
     ps = p or (None, None)
@@ -191,7 +191,7 @@ def _concluded(
 
 
 def _ratings(columns: Sequence[Solutions], table: Table) -> Ratings:
-    """Return a table in steps as ratings; an empty one stays empty."""
+    """Convert a table in steps to ratings; an empty table stays empty."""
     return tuple(
         tuple(float(v) for v in values_of(column, np.array(row)))
         for column, row in zip(columns, table, strict=False)
@@ -199,7 +199,7 @@ def _ratings(columns: Sequence[Solutions], table: Table) -> Ratings:
 
 
 def together(columns: list[Sampler]) -> list[Conclusion]:
-    """Return the range of the repeated-measures F and, given amplitudes, the exponents."""
+    """Return the range of the repeated-measures F and, given amplitudes, of the exponents."""
     found, solutions = attained_f(columns), [column.solutions for column in columns]
     return [
         *([f_test(solutions, found)] if found else []),
@@ -208,12 +208,12 @@ def together(columns: list[Sampler]) -> list[Conclusion]:
 
 
 def of_moments(columns: Sequence[Solutions]) -> list[Conclusion]:
-    """Return what sums and sums of squares alone bound, for columns of any size: t and F.
+    """Return bounds on t and F from sums and sums of squares alone, for columns of any size.
 
     Raises
     ------
     UserError
-        The columns cannot stand side by side.
+        The columns cannot be compared.
     """
     require_comparable(columns)
     n = columns[0].column.n
@@ -230,7 +230,7 @@ def of_moments(columns: Sequence[Solutions]) -> list[Conclusion]:
 
 
 def _exponents(columns: list[Sampler], listed: list[Array]) -> list[Conclusion]:
-    """Return the exponents of the group's means; none where a mean of zero is possible."""
+    """Return the exponents of the group's means; none if a mean of zero is possible."""
     logs = log_amplitudes([column.solutions for column in columns])
     if len(logs) < 2:  # noqa: PLR2004 - a slope needs two points
         return []

@@ -1,6 +1,6 @@
-"""The attack on every verdict of "impossible": a search for ratings that print the test.
+"""Verify every verdict of "impossible" by searching for ratings that reproduce the printed test.
 
-It uses the definitions of the statistics alone, so that it does not share a mistake with the sums
+The search uses only the definitions of the statistics, so it does not share errors with the sums
 and products that led to the verdict.
 """
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     )
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
 
-# Tables that a counterexample is sought among, and choices of moments that they have.
+# Number of tables in which a counterexample is searched for, and of their choices of moments.
 ATTACKED = 500
 SHOWN_FOR = 60
 
@@ -39,7 +39,7 @@ def impossible(
     extent: tuple[float, float],
     pairs: tuple[int, int] | None = None,
 ) -> PrintedTestAnswer:
-    """Return "impossible" unless a search by the definitions finds that it is not."""
+    """Return "impossible" unless a search by the definitions finds a counterexample."""
     shown = _counterexample(case.test, rows)
     if shown:
         return case.said("possible", SHOWN, extent, pairs=pairs, example=shown)
@@ -47,14 +47,14 @@ def impossible(
 
 
 def why_not(extent: tuple[float, float]) -> str:
-    """Return why a test is impossible whose statistic lies in an interval; NaN: it has none."""
+    """Return why a test is impossible if its statistic lies in an interval (NaN: undefined)."""
     if isnan(extent[0]):
         return "it is not defined for any data set: nothing varies that it divides by"
     return "no sums, sums of squares and products of whole ratings print it"
 
 
 def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Array, ...]:
-    """Return ratings that print a test, by its definition alone; empty if none was found."""
+    """Return ratings that reproduce a test by its definition alone; empty if none was found."""
     generator = np.random.default_rng(2)
     tables = []
     for row in rows:
@@ -82,7 +82,7 @@ def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Arra
 def _prints_by_definition(
     test: PrintedTest, values: Array, columns: Sequence[Array], n: Array
 ) -> Array:
-    """Whether statistics of tables are printed so; NaN is not."""
+    """Whether statistics of tables would be printed as given; NaN never is."""
     defined = ~np.isnan(values)
     if test.kind in PAIRED:
         size = values if test.kind == "correlation" else np.abs(values)

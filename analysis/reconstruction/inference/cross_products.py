@@ -1,10 +1,10 @@
-"""The one number of a paired table that its columns leave open: the sum of cross products.
+"""Bound the sum of cross products, the one number of a paired table that its columns leave open.
 
 For k columns of the same n participants, C is the sum over all pairs of columns of their sums of
-products, in steps. With sums and sums of squares it decides the paired t, Pearson's r and the
-repeated-measures F. For each pair of columns the sum of products is largest when both are sorted
-the same way and smallest in opposite order (rearrangement inequality); without the data sets,
-Cauchy and Schwarz's inequality bounds it. Whether a value in between occurs is decided by
+products, in steps. Together with sums and sums of squares, it determines the paired t, Pearson's r
+and the repeated-measures F. For each pair of columns the sum of products is largest if both are
+sorted in the same order and smallest in opposite order (rearrangement inequality). Without the
+data sets, the Cauchy-Schwarz inequality bounds it. Whether a value in between occurs is decided by
 exchanging ratings and, for few participants, by trying every pairing.
 """
 
@@ -26,32 +26,34 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.inference.column_rows import ColumnRows
 
-# Choices of a sum and a sum of squares for each column that are all examined; of more, so many.
+# Up to this many choices of a sum and a sum of squares per column are all examined; if there are
+# more, a random selection of this size is.
 CHOICES = 3_000_000
 SOME = 300_000
-# Choices and tables of each that an example is searched for in, and exchanges tried from each.
+# Number of choices and of tables for each in which an example is searched for, and exchanges per
+# table.
 SOUGHT = 40
 TABLES = 12
-# Pairings that are all tried before a test stays undecided.
+# Number of pairings that are tried before a test remains undecided.
 PAIRINGS = 2_000_000
-# Participants up to which every order of a column is written down.
+# Largest number of participants for which every order of a column is listed.
 ORDERED = 8
 
 
 @dataclass(frozen=True)
 class Choices:
-    """Every choice of one sum and sum of squares per column, and the extreme C of each.
+    """Every choice of one sum and sum of squares per column, with the extreme C of each.
 
     Parameters
     ----------
     places : ndarray of int, shape (choices, columns)
-        Which pair of a sum and a sum of squares each column has.
+        Index of each column's pair of sum and sum of squares.
     sums, squares : ndarray of int, shape (choices, columns)
         In steps above the minimum.
     least, most : ndarray of int, shape (choices,)
-        No pairing has a C below or above.
+        Bounds on C over all pairings.
     complete : bool
-        Whether every choice is here; if not, a random part of them is.
+        Whether every choice is included; if not, these are a random selection.
     n : int
         Participants.
     """
@@ -65,7 +67,7 @@ class Choices:
     n: int
 
     def error(self, cross: Array) -> Array:
-        """Return n k times the error sum of squares that a C leaves."""
+        """Return n k times the error sum of squares for a given C."""
         k = self.sums.shape[1]
         squares = self.squares.sum(axis=1)
         found: Array = self.n * (k - 1) * squares - self.between - 2 * self.n * cross
@@ -73,14 +75,14 @@ class Choices:
 
     @property
     def between(self) -> Array:
-        """N k times the sum of squares between columns."""
+        """The sum of squares between columns, multiplied by n k."""
         k = self.sums.shape[1]
         found: Array = k * (self.sums**2).sum(axis=1) - self.sums.sum(axis=1) ** 2
         return found
 
 
 def every_place(sizes: Sequence[int]) -> tuple[Array, bool]:
-    """Return every choice of one place per column, or a random part of them, and which it is."""
+    """Return every choice of one index per column, or a random selection, and which one it is."""
     if prod(sizes) <= CHOICES:
         return np.stack([m.ravel() for m in np.indices(sizes)], axis=1), True
     generator = np.random.default_rng(3)
@@ -88,7 +90,7 @@ def every_place(sizes: Sequence[int]) -> tuple[Array, bool]:
 
 
 def choices(columns: Sequence[ColumnRows]) -> Choices:
-    """Return every choice with its bounds on C, or a random part of them if they are too many."""
+    """Return every choice with its bounds on C, or a random selection if there are too many."""
     n, k = columns[0].n, len(columns)
     places, complete = every_place([len(column.moments) for column in columns])
     moments = [np.array(column.moments, dtype=np.int64).reshape(-1, 2) for column in columns]
@@ -100,7 +102,7 @@ def choices(columns: Sequence[ColumnRows]) -> Choices:
         low, high = _products(columns[i], columns[j], places[:, [i, j]])
         least += low
         most += high
-    # Participants' totals cannot be more equal than whole numbers are.
+    # Participants' totals cannot be more equal than whole numbers allow.
     grand = sums.sum(axis=1)
     low, rest = np.divmod(grand, n)
     equal = (n - rest) * low**2 + rest * (low + 1) ** 2
@@ -109,7 +111,7 @@ def choices(columns: Sequence[ColumnRows]) -> Choices:
 
 
 def _products(a: ColumnRows, b: ColumnRows, places: Array) -> tuple[Array, Array]:
-    """Return the least and largest sum of products of two columns for each choice of moments."""
+    """Return the extreme sums of products of two columns for each choice of moments."""
     if a.listed is not None and b.listed is not None and len(a.listed) * len(b.listed) <= SEARCHED:
         pairs, at = np.unique(places, axis=0, return_inverse=True)
         low, high = np.empty(len(pairs), np.int64), np.empty(len(pairs), np.int64)
@@ -118,7 +120,7 @@ def _products(a: ColumnRows, b: ColumnRows, places: Array) -> tuple[Array, Array
             # Whole numbers below 2^53: exact in floating point.
             high[pair] = int((x @ y.T).max())
             low[pair] = int((x @ y[:, ::-1].T).min())
-        at = at.reshape(-1)  # NumPy 2.0 alone shapes it as its input
+        at = at.reshape(-1)  # only NumPy 2.0 gives it the shape of its input
         return low[at], high[at]
     one, two = (
         np.array(column.moments, dtype=np.int64)[at]
@@ -145,13 +147,14 @@ def example(
     Parameters
     ----------
     columns : sequence of ColumnRows
-        Where data sets come from.
+        Sources of the data sets.
     found : Choices
         Every choice of moments.
     wanted : tuple of ndarray of int
-        Least and largest C for each choice; choices where the first exceeds the second are out.
+        Smallest and largest C for each choice; choices for which the first exceeds the second are
+        excluded.
     generator : numpy.random.Generator
-        Of the data sets and starting pairings that are tried.
+        Draws the data sets and starting pairings.
     """
     width = wanted[1] - wanted[0]
     usable = np.flatnonzero(width >= 0)
@@ -173,7 +176,7 @@ def example(
 
 
 def _starts(table: list[Array], generator: np.random.Generator) -> Iterator[Array]:
-    """Yield pairings to exchange from: alike, opposite in turn, and at random."""
+    """Yield starting pairings: same order, alternating opposite orders, and random."""
     yield np.array([np.sort(row) for row in table])
     yield np.array([np.sort(row)[:: 1 if place % 2 else -1] for place, row in enumerate(table)])
     yield np.array([generator.permutation(row) for row in table])
@@ -182,7 +185,8 @@ def _starts(table: list[Array], generator: np.random.Generator) -> Iterator[Arra
 def _exchanged(table: Array, low: int, high: int) -> Array | None:
     """Return a table rearranged so that C lies in an interval, or None.
 
-    By the exchange of two ratings in a column that comes nearest, as long as one comes nearer.
+    Repeats the exchange of two ratings in a column that brings C closest to the interval, as long
+    as it improves.
     """
     k, n = table.shape
     for _ in range(n * n * k):
@@ -194,7 +198,7 @@ def _exchanged(table: Array, low: int, high: int) -> Array | None:
         best: tuple[int, int, int, int] | None = None
         for j in range(k):
             others = totals - table[j]
-            # Ratings i and h exchanged add (others_i - others_h) (x_h - x_i).
+            # Exchanging ratings i and h adds (others_i - others_h) (x_h - x_i).
             change = -np.subtract.outer(others, others) * np.subtract.outer(table[j], table[j])
             left = np.abs(missing - change)
             place = int(left.argmin())
@@ -210,9 +214,9 @@ def _exchanged(table: Array, low: int, high: int) -> Array | None:
 def every(
     columns: Sequence[ColumnRows], found: Choices, wanted: tuple[Array, Array]
 ) -> tuple[Array, ...] | None:
-    """Try every pairing of every data set: return one with C between `wanted`, empty if none.
+    """Try every pairing of every data set, and return one with C between `wanted`; empty if none.
 
-    None if there are too many to try.
+    Returns None if there are too many to try.
     """
     n = found.n
     usable = np.flatnonzero(wanted[0] <= wanted[1])
@@ -244,5 +248,5 @@ def every(
 
 @lru_cache(maxsize=512)
 def _orders(row: tuple[int, ...]) -> Array:
-    """Return every different order of a row."""
+    """Return every distinct order of a row."""
     return np.array(sorted(set(permutations(row))), dtype=np.int64)

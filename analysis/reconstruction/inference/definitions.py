@@ -1,8 +1,7 @@
-"""Test statistics of tables of ratings, straight from their definitions.
+"""Compute test statistics of tables of ratings directly from their definitions.
 
-Deductions elsewhere go through sums, sums of squares and sums of products. Nothing here does, so
-that a table shown as an example, and a search for a counterexample to "impossible", do not share
-a mistake with them.
+Deductions elsewhere use sums, sums of squares and sums of products. This module does not, so
+example tables and counterexamples to "impossible" do not share their errors.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def paired_t(columns: Groups) -> Array:
-    """Return t of second minus first column; NaN if all differences are equal."""
+    """Return t of the second minus the first column; NaN if all differences are equal."""
     differences = columns[1] - columns[0]
     return _ratio(
         differences.mean(axis=1), differences.std(axis=1, ddof=1) / np.sqrt(differences.shape[1])
@@ -28,7 +27,7 @@ def paired_t(columns: Groups) -> Array:
 
 
 def independent_t(columns: Groups) -> Array:
-    """Return Student's t of second minus first group; NaN without variation within groups."""
+    """Return Student's t of the second minus the first group; NaN if no group varies."""
     a, b = columns
     n = a.shape[1], b.shape[1]
     pooled = ((n[0] - 1) * a.var(axis=1, ddof=1) + (n[1] - 1) * b.var(axis=1, ddof=1)) / (
@@ -38,7 +37,7 @@ def independent_t(columns: Groups) -> Array:
 
 
 def welch_t(columns: Groups) -> Array:
-    """Return Welch's t of second minus first group; NaN without variation within groups."""
+    """Return Welch's t of the second minus the first group; NaN if no group varies."""
     a, b = columns
     squared = sum(x.var(axis=1, ddof=1) / x.shape[1] for x in (a, b))
     return _ratio(b.mean(axis=1) - a.mean(axis=1), np.sqrt(squared))
@@ -54,7 +53,7 @@ def one_way_f(columns: Groups) -> Array:
 
 
 def rm_f(columns: Groups) -> Array:
-    """Return the repeated-measures F; NaN without variation that is not of participants."""
+    """Return the repeated-measures F; NaN if only participants vary."""
     x = np.stack(list(columns), axis=2).astype(float)
     n, k = x.shape[1:]
     means = x.mean(axis=1, keepdims=True)
@@ -82,7 +81,7 @@ STATISTICS: dict[str, Callable[[Groups], Array]] = {
 
 
 def _ratio(top: Array, bottom: Array) -> Array:
-    # Sums of squares that are 0 in whole numbers are some 1e-31 in floating point.
+    # Sums of squares that are 0 in whole numbers are around 1e-31 in floating point.
     defined = bottom > 1e-12 * (1 + np.abs(top))
     found: Array = np.divide(top, bottom, out=np.full_like(bottom, np.nan), where=defined)
     return found

@@ -1,7 +1,7 @@
-"""How statistics that no bound covers are distributed over uniform samples, pairing by pairing.
+"""Sample the distributions of statistics that no bound covers, for three kinds of pairing.
 
-Each sample is one data set a column, exactly uniform, arranged in three ways: at random, and as
-unfavourably and as favourably for the statistic as can be found.
+Each sample is one exactly uniform data set per column. It is paired in three ways: at random, and
+as unfavourably and as favourably for the statistic as the search can find.
 """
 
 from __future__ import annotations
@@ -44,25 +44,25 @@ SAMPLES = 1000
 
 @dataclass(frozen=True, kw_only=True)
 class Distribution:
-    """One statistic under one kind of pairing.
+    """Distribution of one statistic under one kind of pairing.
 
     Parameters
     ----------
     name : str
-        For machines, such as ``rm_f`` or ``t.0.5 um.1.2 um``.
+        Machine-readable name, such as ``rm_f`` or ``t.0.5 um.1.2 um``.
     question : str
-        In words.
+        The question in words.
     pairing : {"random", "least favourable", "most favourable"}
-        How the columns of every sample were arranged; least favourable means the smallest value
+        How the columns of every sample were paired; least favourable means the smallest value
         of the statistic.
     method : {"drawn", "exact", "heuristic"}
-        Whether the arrangement is drawn, proven extreme, or the best that was found.
+        Whether the pairing is drawn, proven extreme, or the best that was found.
     quantiles : tuple of (float, float)
         Probability and value; 0 and 1 are the smallest and largest value drawn.
     significant : float or None
-        Share of samples with p below 0.05; None if there is no test.
+        Proportion of samples with p below 0.05; None if there is no test.
     samples, seed, measure : int, int, str
-        What the numbers repeat with.
+        Settings that reproduce the numbers.
     """
 
     name: str
@@ -78,7 +78,7 @@ class Distribution:
 
 @dataclass(frozen=True)
 class _Question:
-    """A statistic, its test and its extreme arrangements with their methods."""
+    """A statistic, its test, and its extreme pairings with their methods."""
 
     name: str
     words: str
@@ -92,19 +92,19 @@ class _Question:
 def distributions(
     columns: list[Sampler], seed: int = 1, samples: int = SAMPLES
 ) -> list[Distribution]:
-    """Return how F, Friedman's chi-square, t and the exponents are distributed.
+    """Return the distributions of F, Friedman's chi-square, t and the exponents.
 
     Parameters
     ----------
     columns : list of Sampler
-        Two or more, of the same participants; their measure says what is uniform.
+        Two or more, of the same participants; their measure defines what is uniform.
     seed, samples : int
-        Of the samples and pairings; the same seed gives the same numbers.
+        Seed and number of the samples and pairings; the same seed gives the same numbers.
 
     Raises
     ------
     UserError
-        The columns cannot stand side by side.
+        The columns cannot be compared.
     """
     require_comparable([column.solutions for column in columns])
     generator = np.random.default_rng(seed)
@@ -137,13 +137,13 @@ def distributions(
 
 
 def _quantiles(values: Array) -> tuple[tuple[float, float], ...]:
-    # Of the values themselves: between a finite and an infinite one there is no middle.
+    # Quantiles are drawn values: there is no midpoint between a finite and an infinite value.
     at = np.quantile(values, PROBABILITIES, method="inverted_cdf")
     return tuple(zip(PROBABILITIES, map(float, at), strict=True))
 
 
 def _questions(columns: list[Sampler]) -> list[_Question]:
-    """Return what is asked of these columns."""
+    """Return the questions for these columns."""
     n, k = columns[0].solutions.column.n, len(columns)
     names = labels([column.solutions for column in columns])
     everything = tuple(range(k))
@@ -196,7 +196,7 @@ def _by_search(
     statistic: Statistic,
     test: Test | None = None,
 ) -> _Question:
-    """Return a question whose extreme arrangements are searched for."""
+    """Return a question whose extreme pairings are found by a search."""
     least, most = (
         ("heuristic", partial(_search, statistic=statistic, sign=sign)) for sign in (-1, 1)
     )
@@ -212,15 +212,15 @@ def _search(
 def _extreme_t(tables: Array, _generator: np.random.Generator, *, sign: int) -> Array:
     """Return the pairing of two columns with the smallest or the largest t.
 
-    Of alike columns the differences vary least, which makes t larger in size: that is larger
-    where the mean rises and smaller where it falls.
+    Differences vary least if the columns are in the same order, which increases the size of t: t
+    is then largest if the mean rises and smallest if it falls.
     """
     rises = sign * (tables[:, :, 1] - tables[:, :, 0]).mean(axis=1) >= 0
     return np.where(rises[:, None, None], most_alike(tables), least_alike(tables))
 
 
 def _fixed(arrange: Callable[[Array], Array]) -> Arrange:
-    """Return an arrangement that needs no chance."""
+    """Return a pairing that uses no random numbers."""
     return lambda tables, _generator: arrange(tables)
 
 

@@ -1,9 +1,10 @@
-"""The extreme paired t over all data sets and pairings, and the table that attains it.
+"""Find the extreme paired t over all data sets and pairings, and the table that attains it.
 
-With sums and sums of squares fixed only the sum of products is free. For sorted columns it is
-largest in the same order and smallest in the opposite one, and over two lists of columns it is
-largest where two standardised columns lie nearest to each other: a search for nearest neighbours.
-Sums and sums of squares alone bound t, too, by Cauchy and Schwarz, for columns of any size.
+With fixed sums and sums of squares, only the sum of products varies. For sorted columns it is
+largest in the same order and smallest in the opposite order. Over two lists of columns, it is
+largest for the two standardised columns that are closest to each other, which a nearest-neighbour
+search finds. Sums and sums of squares alone also bound t, by Cauchy-Schwarz, for columns of any
+size.
 """
 
 from __future__ import annotations
@@ -22,15 +23,15 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reconstruction.counts.state_table import Array
 
-# Of so many pairs of data sets the extreme one is found by a search for nearest neighbours: Table
-# III's largest has 4e10, which takes seconds.
+# Up to this many pairs of data sets, a nearest-neighbour search finds the extreme one. The largest
+# case in Table III has 4e10 pairs, which takes seconds.
 COMPARED = 100_000_000_000
 BLOCK = 2048
 
 
 @dataclass(frozen=True)
 class _Rows:
-    """Rows that share their sum and sum of squares."""
+    """Rows with the same sum and sum of squares."""
 
     rows: Array
     total: int
@@ -45,9 +46,9 @@ class _Rows:
 def paired_t(x: Array, y: Array) -> Range:
     """Return the range of the paired t of y - x, from the least to the most favourable pairing.
 
-    Every pair of sums and of sums of squares is taken in turn, but for those that cannot widen
-    the range by Cauchy and Schwarz. Lists too long even for a search for nearest neighbours are
-    bounded by Cauchy and Schwarz alone; then no table attains that end.
+    Every pair of sums and of sums of squares is examined, except those that cannot widen the range
+    by Cauchy-Schwarz. Lists too long for a nearest-neighbour search are bounded by Cauchy-Schwarz
+    alone; that end is then not attained by a table.
 
     Parameters
     ----------
@@ -93,13 +94,13 @@ def t_of_moments(x: Iterable[tuple[int, int]], y: Iterable[tuple[int, int]], n: 
     Parameters
     ----------
     x, y : iterable of (int, int)
-        The sums and sums of squares that two columns may have.
+        Possible sums and sums of squares of the two columns.
     n : int
         Participants.
     """
     low, high = inf, -inf
     for (a, roots_a), (b, roots_b) in product(_roots(x, n), _roots(y, n)):
-        # The roots may be any between those of the least and the largest sum of squares.
+        # The roots may lie anywhere between those of the smallest and the largest sum of squares.
         apart = max(roots_a[0] - roots_b[1], roots_b[0] - roots_a[1], 0.0)
         found = _t_of_roots(b - a, n, (apart, roots_a[1] + roots_b[1]))
         low, high = min(low, found.low), max(high, found.high)
@@ -107,7 +108,7 @@ def t_of_moments(x: Iterable[tuple[int, int]], y: Iterable[tuple[int, int]], n: 
 
 
 def _roots(moments: Iterable[tuple[int, int]], n: int) -> list[tuple[int, tuple[float, float]]]:
-    """Return for each sum the least and the largest root of n times the squared deviations."""
+    """Return for each sum the smallest and largest root of n times the squared deviations."""
     ends: dict[int, tuple[float, float]] = {}
     for total, squares in moments:
         root = sqrt(n * squares - total**2)
@@ -117,7 +118,7 @@ def _roots(moments: Iterable[tuple[int, int]], n: int) -> list[tuple[int, tuple[
 
 
 def _t_of_roots(difference: int, n: int, roots: tuple[float, float]) -> Range:
-    # Whatever rounding does to the roots, nothing is left out.
+    # Widened so that rounding of the roots excludes nothing.
     ends = (roots[0] * (1 - 1e-12), roots[1] * (1 + 1e-12))
     ts = [_t_of_scatter(difference, n, scatter**2) for scatter in ends]
     return Range(min(ts), max(ts))
@@ -134,7 +135,7 @@ def _t(a: _Rows, b: _Rows, *, same: bool) -> tuple[float, Table]:
     """Return the extreme t of rows with one sum and sum of squares each, in one order."""
     difference, n = b.total - a.total, a.rows.shape[1]
     y = b.rows if same else b.rows[:, ::-1]
-    # Without a difference of sums t is 0 for every row.
+    # If the sums are equal, t is 0 for every row.
     rows = most_alike_rows(a.rows, y, same=same) if difference else (a.rows[0], y[0])
     squared = sum((int(v) - int(u)) ** 2 for u, v in zip(*rows, strict=True))
     return _t_of_scatter(difference, n, n * squared - difference**2), as_table(*rows)
@@ -143,7 +144,7 @@ def _t(a: _Rows, b: _Rows, *, same: bool) -> tuple[float, Table]:
 def most_alike_rows(x: Array, y: Array, *, same: bool) -> tuple[Array, Array]:
     """Return a row of `x` and one of `y` with the largest (smallest) sum of products.
 
-    Of all pairs of rows, which share their sum and sum of squares in either list.
+    Within either list, all rows share their sum and sum of squares.
     """
     if len(x) * len(y) <= SEARCHED:
         # Whole numbers below 2^53: exact in floating point.
@@ -171,12 +172,12 @@ def _standardised(rows: Array) -> Array:
 
 
 def _nearest(few: Array, many: Array) -> tuple[int, int]:
-    """Return the places of a point of `few` and one of `many` that lie nearest to each other."""
+    """Return the indices of the two nearest points, one in `few` and one in `many`."""
     from scipy.spatial import cKDTree  # noqa: PLC0415 - SciPy takes longer than the counts
 
     tree, best, at = cKDTree(many), inf, (0, 0)
     for first in range(0, len(few), BLOCK):
-        # On all cores: a point's neighbour does not depend on the others'.
+        # On all cores: a point's neighbour does not depend on the other points.
         distances, places = tree.query(
             few[first : first + BLOCK], distance_upper_bound=best, workers=-1
         )

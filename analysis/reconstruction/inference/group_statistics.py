@@ -1,4 +1,4 @@
-"""Statistics of independent groups from means and variances, and whether a test prints them."""
+"""Compute statistics of independent groups from means and variances, and compare printed tests."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def of_groups(test: PrintedTest, means: Array, variances: Array, n: Array) -> tuple[Array, Array]:
-    """Return the statistic and its two-sided (for F upper) p for every choice of moments."""
+    """Return the statistic and its two-sided (for F, upper-tail) p for every choice of moments."""
     from scipy.stats import f as fisher  # noqa: PLC0415 - SciPy takes longer than the counts
     from scipy.stats import t as student  # noqa: PLC0415
 
@@ -44,7 +44,7 @@ def of_groups(test: PrintedTest, means: Array, variances: Array, n: Array) -> tu
 
 
 def prints(test: PrintedTest, values: Array, p: Array, n: Array) -> Array:
-    """Whether each statistic with its p is printed so."""
+    """Whether each statistic and its p would be printed as given."""
     low, high = p_between(test)
     left = fits(p * test.sides / 2 if test.kind != "one_way_f" else p, (low, high))
     if test.p_below is not None:

@@ -1,4 +1,4 @@
-"""Printed tests of independent groups: n, sums and sums of squares decide, and need no count."""
+"""Check printed tests of independent groups from n, sums and sums of squares, without a count."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reconstruction.counts.state_table import Array
 
-# Choices of moments that examples are sought for.
+# Number of choices of moments for which examples are searched.
 SHOWN_FOR = 60
 
 
 def of_independent_groups(case: Case) -> PrintedTestAnswer:
-    """Answer for groups: sums first, because they need no count of data sets."""
+    """Answer for groups: from sums first, because they need no count of data sets."""
     rows = [ColumnRows(solutions, sums_first=True) for solutions in case.columns]
     places, complete = cross_products.every_place([len(row.moments) for row in rows])
     means, variances, n = moments_of_groups(rows, places)
@@ -56,7 +56,7 @@ def of_independent_groups(case: Case) -> PrintedTestAnswer:
         return impossible(case, rows, why_not(extent), extent, pairs)
     if shown := _shown(rows, places[left]):
         return case.said("possible", SHOWN, extent, pairs=pairs, example=shown)
-    # Some of these sums may belong to no data set: count.
+    # Some of these sums may belong to no data set, so count.
     if any(solutions.not_drawn for solutions in case.columns):
         return case.said("not decided", UNFOUND, extent, pairs=pairs)
     counted = [ColumnRows(solutions) for solutions in case.columns]
@@ -94,7 +94,7 @@ def _outside(case: Case, rows: Sequence[ColumnRows]) -> PrintedTestAnswer:
 
 
 def _shown(rows: Sequence[ColumnRows], places: Array) -> tuple[Array, ...]:
-    """Return a data set for each group with one choice of moments, if a search finds them."""
+    """Return one data set per group for one choice of moments, if a search finds them."""
     generator = np.random.default_rng(1)
     known: dict[tuple[int, int], Array] = {}
     for place in generator.permutation(places)[:SHOWN_FOR].tolist():

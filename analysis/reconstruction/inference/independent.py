@@ -1,7 +1,7 @@
-"""Columns of different participants: t, Welch's t and F over all data sets that are allowed.
+"""Compare columns of different participants: t, Welch's t and F over all allowed data sets.
 
-With independent groups nothing depends on a pairing: n, sums and sums of squares say it all. The
-ranges here are therefore over the pairs of sum and sum of squares that some data set has.
+Independent groups have no pairing, so n, sums and sums of squares determine the statistics. The
+ranges here therefore cover the pairs of sum and sum of squares that occur in some data set.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
     from slipscale.analysis.reconstruction.table.published_table import Column
 
-# Pairs of sum and sum of squares that are all set against those of another column; of more, only
-# the extremes of each sum are.
+# Up to this many pairs of sum and sum of squares are all compared with those of another column; if
+# there are more, only the extremes of each sum are.
 ALL_OF = 1000
 
 
 @dataclass(frozen=True)
 class Group:
-    """The means and the variances (n - 1) that one column may have, pair by pair."""
+    """The possible means and variances (n - 1) of one column, pair by pair."""
 
     label: str
     n: int
     mean: Array
     variance: Array
     sharp: bool  # each pair belongs to some data set
-    complete: bool  # all pairs are here, not the extremes only
+    complete: bool  # all pairs are included, not only the extremes
 
 
 def independent_conclusions(columns: Sequence[Solutions]) -> list[Conclusion]:
-    """Return what holds of independent groups in every data set, and what depends on it.
+    """Return the conclusions for independent groups, whether decided or not.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def independent_conclusions(columns: Sequence[Solutions]) -> list[Conclusion]:
 
 
 def group_of(solutions: Solutions) -> Group:
-    """Return the means and variances that a column may have; by its sums if a count takes long."""
+    """Return a column's possible means and variances; from its sums if a count takes long."""
     column, rows = solutions.column, ColumnRows.quickest(solutions)
     pairs, sharp = rows.moments, not rows.sums_first
     complete = len(pairs) <= ALL_OF
@@ -80,14 +80,14 @@ def group_of(solutions: Solutions) -> Group:
 
 
 def moments_of_groups(rows: Sequence[ColumnRows], places: Array) -> tuple[Array, Array, Array]:
-    """Return means and variances (n - 1), shape (choices, groups), and n of each group.
+    """Return means and variances (n - 1), shape (choices, groups), and the n of each group.
 
     Parameters
     ----------
     rows : sequence of ColumnRows
         The groups.
     places : ndarray of int, shape (choices, groups)
-        Which sum and sum of squares each group has.
+        Index of each group's sum and sum of squares.
     """
     found = [
         _means_and_variances(row.solutions.column, row.moments)[:, places[:, j]]
@@ -100,14 +100,14 @@ def moments_of_groups(rows: Sequence[ColumnRows], places: Array) -> tuple[Array,
 def _means_and_variances(column: Column, pairs: Sequence[tuple[int, int]]) -> Array:
     """Return means and variances (n - 1) of pairs of sum and sum of squares, shape (2, pairs)."""
     n, step, low = column.n, float(column.scale.step), float(column.scale.minimum)
-    # Whole numbers, before anything is rounded.
+    # Whole numbers, before any rounding.
     scatter = np.array([n * q - s * s for s, q in pairs], dtype=np.float64) / n
     sums = np.array([s for s, _ in pairs], dtype=np.float64)
     return np.array([low + step * sums / n, step**2 * scatter / (n - 1)])
 
 
 def students_t(a: Group, b: Group) -> tuple[Array, Array]:
-    """Return Student's t of b minus a and its degrees of freedom for every pair of pairs."""
+    """Return Student's t of b minus a and its degrees of freedom for all combinations."""
     degrees = a.n + b.n - 2
     pooled = ((a.n - 1) * a.variance[:, None] + (b.n - 1) * b.variance) / degrees
     t = _ratio(b.mean - a.mean[:, None], np.sqrt(pooled * (1 / a.n + 1 / b.n)))
@@ -115,11 +115,11 @@ def students_t(a: Group, b: Group) -> tuple[Array, Array]:
 
 
 def welchs_t(a: Group, b: Group) -> tuple[Array, Array]:
-    """Return Welch's t of b minus a and its degrees of freedom for every pair of pairs."""
+    """Return Welch's t of b minus a and its degrees of freedom for all combinations."""
     of_a, of_b = a.variance[:, None] / a.n, b.variance / b.n
     t = _ratio(b.mean - a.mean[:, None], np.sqrt(of_a + of_b))
     bottom = of_a**2 / (a.n - 1) + of_b**2 / (b.n - 1)
-    # Without any variation t is infinite, whatever its degrees of freedom.
+    # Without variation, t is infinite for any degrees of freedom.
     return t, np.divide((of_a + of_b) ** 2, bottom, out=np.ones_like(t), where=bottom > 0)
 
 
@@ -153,7 +153,7 @@ def _conclusion(
 
 
 def range_of_f(groups: Sequence[Group]) -> tuple[float, float]:
-    """Return what the one-way F lies between."""
+    """Return bounds on the one-way F."""
     k, n = len(groups), sum(group.n for group in groups)
     within = [
         sum((group.n - 1) * pick(group.variance) for group in groups) / (n - k)
@@ -169,7 +169,7 @@ def range_of_f(groups: Sequence[Group]) -> tuple[float, float]:
 
 
 def _one_way_f(groups: Sequence[Group]) -> Conclusion:
-    """Return the range of the one-way F; sharp where every column has one sum only."""
+    """Return the range of the one-way F; sharp if every column has only one sum."""
     from scipy.stats import f as fisher  # noqa: PLC0415
 
     k, n = len(groups), sum(group.n for group in groups)
@@ -184,22 +184,23 @@ def _one_way_f(groups: Sequence[Group]) -> Conclusion:
 
 
 def extreme_between(ends: Array, weights: Array) -> tuple[tuple[Array, float], tuple[Array, float]]:
-    """Return the means with the least and the largest weighted sum of squares about their centre.
+    """Return the means with the smallest and largest weighted sum of squares about their centre.
 
-    The sum of squares is a sum of distances to a common centre, convex in the means: largest at
-    ends of their ranges, and least where every mean is as near to the best centre as it can be.
+    The sum of squares is a sum of squared distances to a common centre and convex in the means. It
+    is largest at ends of their ranges, and smallest if every mean is as close as possible to the
+    best centre.
 
     Parameters
     ----------
     ends : ndarray, shape (groups, 2)
-        The range of each mean.
+        Range of each mean.
     weights : ndarray, shape (groups,)
-        Of each group: its n.
+        n of each group.
 
     Returns
     -------
     tuple of (ndarray, float)
-        The means, and their sum of squares, at either extreme.
+        The means and their sum of squares, at either extreme.
     """
     corners = np.array(np.meshgrid(*ends, indexing="ij")).reshape(len(ends), -1)
     centres = weights @ corners / weights.sum()
@@ -221,7 +222,7 @@ def extreme_between(ends: Array, weights: Array) -> tuple[tuple[Array, float], t
 
 
 def _ratio(top: Array, bottom: Array) -> Array:
-    """Divide; infinite, or 0 where `top` is 0, without any variation."""
+    """Divide; without variation, return infinity, or 0 if `top` is 0."""
     top, bottom = np.broadcast_arrays(top, bottom)
     out = np.where(top == 0, 0.0, np.copysign(inf, top))
     found: Array = np.divide(top, bottom, out=out, where=bottom > 0)

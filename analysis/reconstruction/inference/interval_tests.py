@@ -1,9 +1,10 @@
-"""Printed tests on columns of continuous values: decided by intervals, shown by an example.
+"""Check printed tests on columns of continuous values, by intervals and an example.
 
-Each statistic is continuous in means, SDs and, for pairs, correlations. So it takes every value
-between its extremes over the intervals, and a test outside them is impossible. The example is on a
-path from values with the smallest to values with the largest statistic, and is checked by the
-definition; without one, a test that the extremes allow is not decided.
+Each statistic is continuous in means, SDs and, for pairs, correlations. It therefore takes every
+value between its extremes over the intervals, and a test outside them is impossible. The example
+is searched for on a path from values with the smallest statistic to values with the largest, and
+is checked by the definition. If no example is found, a test that the extremes allow is not
+decided.
 """
 
 from __future__ import annotations
@@ -35,19 +36,19 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.interval_column import IntervalColumn
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
 
-# Places on a path, halvings between two of them, and paths.
+# Points on a path, bisections between two of them, and paths.
 PLACES = 60
 HALVINGS = 60
 PATHS = 10
 
 
 def answer(test: PrintedTest, columns: Sequence[IntervalColumn]) -> PrintedTestAnswer:
-    """Return whether continuous values print a test.
+    """Return whether continuous values can give a printed test.
 
     Raises
     ------
     UserError
-        The test compares two columns and there are more, or pairs differ in n.
+        The test compares two columns but there are more, or paired columns differ in n.
     """
     chosen = chosen_columns(test, [(c.label, c) for c in columns])
     if test.kind in PAIRED and len({c.n for c in chosen}) > 1:
@@ -104,16 +105,16 @@ def _extent(test: PrintedTest, columns: Sequence[IntervalColumn]) -> tuple[float
     (_, least), (_, most) = extreme_between(means, n)
     low, high = np.array([c.sd for c in columns]).T
     if test.kind in PAIRED:
-        # The error over n - 1: columns as alike as their SDs allow, and as opposite.
+        # The error divided by n - 1: for columns as similar as their SDs allow, and as opposite.
         (_, small), _ = extreme_between(np.stack([low, high], axis=1), np.ones(k))
         rest = high.sum() - high.max()
         large = float((high**2).sum()) - max(0.0, float(high.max() - rest)) ** 2 / k
     elif test.kind == "welch_t":
-        # The difference has n1 n2 / (n1 + n2) of its square between the groups.
+        # n1 n2 / (n1 + n2) of the squared difference lies between the groups.
         share = n.prod() / n.sum()
         small, large = (float((sd**2 / n).sum() * share) for sd in (low, high))
     else:
-        # The error, as many times as there are degrees of freedom between groups.
+        # The error, multiplied by the degrees of freedom between groups.
         share = (k - 1) / (n.sum() - k)
         small, large = (float(((n - 1) * sd**2).sum() * share) for sd in (low, high))
     ends = [
@@ -129,7 +130,7 @@ def _example(
     window: tuple[float, float],
     generator: np.random.Generator,
 ) -> tuple[Array, ...]:
-    """Return values that print a test, on a path from the least to the largest statistic."""
+    """Return values that give a printed test, on a path between the extremes of the statistic."""
     path = _Path(test, columns, generator)
     grid = np.linspace(0, 1, PLACES)
     values = np.array([path.value(at) for at in grid])
@@ -171,13 +172,13 @@ class _Path:
         self.sds = high, alike[0] if paired else low
         shapes = [_unit(generator.normal(size=(k + 1, n))) for n in self.n]
         simplex = np.eye(k) - 1 / k
-        # Opposite to each other at first, the same at last; independent groups do not care.
+        # Opposite at the start and equal at the end; this is irrelevant for independent groups.
         first = [simplex[j] @ shapes[0 if paired else j][1:] for j in range(k)]
         last = [shapes[0 if paired else j][0] for j in range(k)]
         self.shapes = first, last
 
     def rows(self, at: float) -> list[Array]:
-        """Return the columns at a place."""
+        """Return the columns at a point of the path."""
         means = self.means[0] + at * (self.means[1] - self.means[0])
         sds = self.sds[0] + at * (self.sds[1] - self.sds[0])
         found = []
@@ -188,14 +189,14 @@ class _Path:
         return found
 
     def value(self, at: float) -> float:
-        """Return |t|, F or r at a place; infinite if it is not defined."""
+        """Return |t|, F or r at a point; infinite if undefined."""
         (value,) = STATISTICS[self.test.kind]([row[None] for row in self.rows(at)])
         if np.isnan(value):
             return inf
         return float(value if self.test.kind == "correlation" else abs(value))
 
     def prints(self, at: float, value: float) -> bool:
-        """Whether the columns at a place print the test."""
+        """Whether the columns at a point give the printed test."""
         if not np.isfinite(value):
             return False
         if self.test.kind in PAIRED:
@@ -211,7 +212,7 @@ class _Path:
 
 
 def _unit(rows: Array) -> Array:
-    """Return orthogonal rows with a mean of 0, as far as there are dimensions for them."""
+    """Return orthogonal rows with mean 0, as many as the dimensions allow."""
     centred = rows - rows.mean(axis=1, keepdims=True)
     if rows.shape[1] > rows.shape[0]:
         centred = np.linalg.qr(centred.T)[0].T

@@ -1,4 +1,4 @@
-"""Printed tests of the same participants: the sum of cross products decides, too."""
+"""Check printed tests of the same participants, which also depend on the sum of cross products."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def of_pairs(case: Case) -> PrintedTestAnswer:
 
 
 def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
-    """Return the least and largest C that print the test, for each choice of moments."""
+    """Return the smallest and largest C that give the printed test, for each choice of moments."""
     n, k = found.n, found.sums.shape[1]
     allowed = windows(test, [n] * k)
     if test.kind == "correlation":
@@ -87,7 +87,7 @@ def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
     power = 2 if test.kind == "paired_t" else 1
     low, high = (value**power for value in allowed[0])
     top = (n - 1) * found.between.astype(float)
-    # Without any error the statistic is not defined, so n k times the error is 1 or more.
+    # Without error the statistic is undefined, so n k times the error is at least 1.
     with np.errstate(divide="ignore", invalid="ignore"):
         most = np.where(top > 0, top / low if low > 0 else inf, inf if low <= SLACK else -inf)
         least = top / high if high > 0 else np.where(top > 0, inf, 0.0)
@@ -97,7 +97,7 @@ def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
 
 
 def _whole(low: Array, high: Array, found: Choices) -> tuple[Array, Array]:
-    """Return the whole numbers in an interval that no pairing's C rules out."""
+    """Return the whole numbers in an interval that are possible values of C."""
     least, most = found.least.astype(float), found.most.astype(float)
     low, high = np.maximum(np.ceil(low - 1e-9), least), np.minimum(np.floor(high + 1e-9), most)
     none = low > high
@@ -106,7 +106,7 @@ def _whole(low: Array, high: Array, found: Choices) -> tuple[Array, Array]:
 
 
 def _reach(found: Choices) -> Array:
-    """Return n times the largest sum of products about the means, by Cauchy and Schwarz."""
+    """Return n times the largest sum of products about the means, by Cauchy-Schwarz."""
     spread = np.maximum(found.n * found.squares - found.sums**2, 0).astype(float)
     found_reach: Array = np.sqrt(spread.prod(axis=1))
     return found_reach
@@ -129,7 +129,7 @@ def _extent(test: PrintedTest, found: Choices) -> tuple[float, float]:
         return nan, nan
     top, largest, smallest = top[defined], largest[defined], smallest[defined]
     low = top / largest
-    # An error of 0 has no F; next to it comes an error of 1.
+    # F is undefined for an error of 0; the next possible error is 1.
     high = top / np.maximum(smallest, 1)
     if test.kind == "rm_f":
         return float(low.min()), float(high.max())
@@ -141,7 +141,7 @@ def _extent(test: PrintedTest, found: Choices) -> tuple[float, float]:
 def _correlations(
     found: Choices, parts: Sequence[tuple[Array, Array]]
 ) -> tuple[float, float] | None:
-    """Return the least and largest correlation that the printed test leaves."""
+    """Return the smallest and largest correlation compatible with the printed test."""
     reach, middle = _reach(found), found.sums.prod(axis=1)
     ends = [
         (found.n * c - middle)[usable] / reach[usable]

@@ -1,12 +1,13 @@
-"""Who gave which rating is unknown: arrangements of columns into tables of participants.
+"""Arrange columns into tables of participants, because the pairing of ratings is unknown.
 
-`most_alike` is the most favourable pairing for a test between columns and exact: with every
-column in the same order the participants' totals vary most (rearrangement inequality, pair by
-pair), so most of the variation is taken out of the error. `least_alike` is the opposite. For two
-columns it is exact, one ascending and one descending. For more, making the totals as equal as
-possible is a hard partition problem; here every column in turn is put in the opposite order to
-the sum of the others until nothing changes (rearrangement algorithm, Puccetti and Rüschendorf,
-2012), a heuristic. What is no function of the totals is searched for by exchanges.
+`most_alike` is the most favourable pairing for a test between columns, and exact. With every
+column in the same order, the participants' totals vary most (rearrangement inequality, pair by
+pair), so most of the variation is removed from the error. `least_alike` is the opposite. For two
+columns it is exact: one ascending and one descending. For more columns, making the totals as equal
+as possible is a hard partition problem. The rearrangement algorithm (Puccetti and Rüschendorf,
+2012) is used as a heuristic: each column in turn is put in the opposite order to the sum of the
+others until nothing changes. Statistics that are not a function of the totals are optimised by
+exchanges.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     Statistic = Callable[[Array], Array]
 
 ROUNDS = 50
-# Exchanges tried a column and sweep; all of them up to 17 participants.
+# Exchanges tried per column and sweep; up to 17 participants, this covers all of them.
 EXCHANGES = 136
 SWEEPS = 20
 
@@ -40,7 +41,7 @@ def most_alike(tables: Array) -> Array:
 
 
 def least_alike(tables: Array) -> Array:
-    """Return tables with the participants' totals nearly equal: a heuristic beyond two columns."""
+    """Return tables with nearly equal participants' totals; heuristic above two columns."""
     found = np.sort(tables, axis=1)
     ascending = found.copy()
     totals = found.sum(axis=2)
@@ -64,13 +65,13 @@ def searched(
     Parameters
     ----------
     tables : ndarray, shape (tables, participants, columns)
-        Whose columns may be rearranged.
+        Tables whose columns may be rearranged.
     statistic : callable
-        Tables to values.
+        Maps tables to values.
     sign : {+1, -1}
         +1 searches for large values, -1 for small ones.
     generator : numpy.random.Generator
-        Of one of the three starting points and, beyond 17 participants, of the exchanges tried.
+        Draws one of the three starting points and, for more than 17 participants, the exchanges.
 
     Notes
     -----
@@ -87,7 +88,7 @@ def searched(
     moving = rows
     for _ in range(SWEEPS):
         improved = np.zeros(len(tables), dtype=bool)
-        # The first column can stay: only the others' order relative to it matters.
+        # The first column stays fixed: only the order of the others relative to it matters.
         for j in range(1, tables.shape[2]):
             for a, b in _some(pairs, generator):
                 trial = found[moving]

@@ -1,4 +1,4 @@
-"""What is known of a printed test, and the test with its columns."""
+"""Represent the answer to a printed test, and the test with its columns."""
 
 from __future__ import annotations
 
@@ -32,30 +32,31 @@ PAIRED = ("paired_t", "correlation", "rm_f")
 
 @dataclass(frozen=True, kw_only=True)
 class PrintedTestAnswer:
-    """What is known of a printed test.
+    """The answer to a printed test.
 
     Parameters
     ----------
     kind : str
-        Of the test.
+        Kind of test.
     labels : tuple of str
         The columns that it compares.
     printed : str
-        What is printed of it, in words.
+        Everything printed about it, in words.
     verdict : {"possible", "impossible", "not decided"}
-        Whether some data set and pairing print it.
+        Whether some data set and pairing gives the printed test.
     reason : str
-        Why, in a sentence.
+        Why, in one sentence.
     low, high : float
         Bounds of the statistic over all data sets and pairings; not every value between them
-        occurs. `high` is infinite if nothing bounds it; both are NaN if it is never defined.
+        occurs. `high` is infinite if it is unbounded; both are NaN if the statistic is never
+        defined.
     pairs, pairs_left : int or None
-        How many choices of a sum and a sum of squares for each column there are, and with how many
-        the test can be printed; None if they are not examined one by one.
+        How many choices of a sum and a sum of squares per column there are, and how many of them
+        can give the printed test; None if they are not examined individually.
     correlation_low, correlation_high : float or None
-        The correlation that the printed test leaves; None for independent groups.
+        Correlations compatible with the printed test; None for independent groups.
     example : tuple of tuple of float
-        Ratings that print the test, one row per column; empty if none are known.
+        Ratings that give the printed test, one row per column; empty if none are known.
     """
 
     kind: str
@@ -125,7 +126,7 @@ def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[
     Raises
     ------
     UserError
-        It compares two columns, and there are more.
+        The test compares two columns, but there are more.
     """
     chosen = [column for _, column in columns]
     if test.columns:
@@ -136,7 +137,7 @@ def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[
 
 
 def in_words(test: PrintedTest) -> str:
-    """Return what is printed of a test.
+    """Describe everything printed about a test.
 
     >>> from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
     >>> in_words(PrintedTest(kind="paired_t", statistic="2.31", p_below=".05", sides=1))

@@ -1,17 +1,18 @@
-"""Whether tests printed beside a table can come from the data sets that the table allows.
+"""Check whether printed tests can come from the data sets that their table allows.
 
-Of independent groups n, sums and sums of squares decide. Of the same participants the sum of cross
-products decides, too, which the pairing leaves open (`cross_products`).
+For independent groups, n, sums and sums of squares decide. For the same participants the answer
+also depends on the sum of cross products, which the unknown pairing leaves open
+(`cross_products`).
 
 Rules:
 
-- *Impossible* means: no choice of sums, sums of squares and, for pairs, cross products prints the
-  test, and a search by the definitions (`definitions`) finds no counterexample either.
-- *Possible* means: a table of ratings that prints the test is shown. It was found by a search and
-  its statistic was computed from the definition.
+- *Impossible* means that no choice of sums, sums of squares and, for pairs, cross products gives
+  the printed test, and that a search by the definitions (`definitions`) finds no counterexample.
+- *Possible* means that an example table gives the printed test. It was found by a search, and its
+  statistic was computed from the definition.
 - Anything else is *not decided*.
-- A statistic that is not defined (t of equal differences, F or t without variation within groups,
-  r of a constant column) is never printed.
+- An undefined statistic (t of equal differences, F or t without variation within groups, r of a
+  constant column) never counts as printed.
 """
 
 from __future__ import annotations
@@ -36,12 +37,12 @@ if TYPE_CHECKING:
 
 
 def answer(test: PrintedTest, columns: Sequence[Solutions]) -> PrintedTestAnswer:
-    """Return what is known of a printed test.
+    """Return the answer to a printed test.
 
     Raises
     ------
     UserError
-        It compares two columns, and there are more, or columns that cannot be compared.
+        The test compares two columns but there are more, or the columns cannot be compared.
     """
     chosen = chosen_columns(test, [(s.column.label, s) for s in columns])
     if test.kind in PAIRED:

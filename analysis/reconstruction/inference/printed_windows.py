@@ -1,9 +1,9 @@
-"""What a printed test says about its statistic: the values of |t|, F or r that print it so.
+"""Convert a printed test to intervals of its statistic: the |t|, F or r that would be printed so.
 
-Everything printed of one test (the statistic, p, an effect size) limits the same number, so each
-becomes an interval of that number, and the intervals are intersected. With fixed degrees of
-freedom p decreases in |t| and in F, and Cohen's d and partial η² increase in them. Welch's t has
-degrees of freedom that depend on the data: `fits` compares its p directly.
+The statistic, p and an effect size of one test all limit the same number. Each is converted to an
+interval of that number, and the intervals are intersected. With fixed degrees of freedom, p
+decreases in |t| and in F, and Cohen's d and partial η² increase in them. The degrees of freedom of
+Welch's t depend on the data; `fits` compares its p directly.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
     from slipscale.analysis.reconstruction.table.rounding import Printed
 
-# Floating point's share in what is compared with a printed number.
+# Floating-point tolerance when comparing with a printed number.
 SLACK = 1e-9
 Window = tuple[float, float]
 
 
 def between(printed: Printed | None, rule: str) -> Window:
-    """Return the interval of values that are printed so; everything if nothing is printed."""
+    """Return the interval of values that round to the printed number; everything if None."""
     if printed is None:
         return -inf, inf
     values = printed.values(rule)
@@ -34,7 +34,7 @@ def between(printed: Printed | None, rule: str) -> Window:
 
 
 def size_of(printed: Printed | None, rule: str) -> Window:
-    """Return the interval of absolute values that are printed so, whatever the sign."""
+    """Return the interval of absolute values that round to the printed number."""
     low, high = between(printed and type(printed)(printed.text.lstrip("+-")), rule)
     return max(low, 0.0), high
 
@@ -88,12 +88,12 @@ def f_window(test: PrintedTest, degrees: tuple[int, int]) -> Window:
 
 
 def r_windows(test: PrintedTest, n: int) -> list[Window]:
-    """Return the intervals of r: the sign counts if r is printed."""
+    """Return the intervals of r; the sign counts if r is printed."""
     from scipy.stats import t as student  # noqa: PLC0415
 
     degrees = n - 2
     if not degrees:
-        # Two points have r of 1 or -1, and no p.
+        # Two points have an r of 1 or -1 and no p.
         return [] if test.p or test.p_below else [between(test.statistic, test.rounding)]
     least_p, most_p = (p / test.sides for p in p_between(test))
     t_near = float(student.isf(min(most_p, 0.5), degrees))
@@ -108,10 +108,10 @@ def r_windows(test: PrintedTest, n: int) -> list[Window]:
 
 
 def windows(test: PrintedTest, n: Sequence[int]) -> list[Window]:
-    """Return the intervals of |t|, F or r that print a test of columns of these sizes.
+    """Return the intervals of |t|, F or r that give the printed test for columns of these sizes.
 
-    Empty if nothing does. Of Welch's t, whose degrees of freedom depend on the data, by its size
-    alone.
+    Empty if no value does. For Welch's t, whose degrees of freedom depend on the data, only the
+    printed size is used.
     """
     k, first = len(n), int(n[0])
     if test.kind == "correlation":
@@ -129,7 +129,7 @@ def windows(test: PrintedTest, n: Sequence[int]) -> list[Window]:
 
 
 def fits(values: Array, window: Window) -> Array:
-    """Whether values are in an interval, to what floating point allows."""
+    """Whether values lie in an interval, within floating-point error."""
     slack = SLACK * (1 + np.abs(values))
     found: Array = (values >= window[0] - slack) & (values <= window[1] + slack)
     return found

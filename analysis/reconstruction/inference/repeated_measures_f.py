@@ -1,10 +1,10 @@
-"""The extreme repeated-measures F over all data sets and pairings, and tables that attain it.
+"""Find the extreme repeated-measures F over all data sets and pairings, and attaining tables.
 
-Sums of squares between columns and in total follow from the table; differences between participants
-are taken out of the error. They are smallest when participants' totals are as equal as whole
-numbers can be: then F is least. They are largest when every column has the same order: then F is
-greatest (`cross_products` bounds it). Both hold for columns of any size. Whether some table
-attains a bound is decided by a search.
+The table determines the sums of squares between columns and in total; differences between
+participants are removed from the error. They are smallest if participants' totals are as equal as
+whole numbers allow: F is then smallest. They are largest if every column has the same order: F is
+then largest (`cross_products` bounds it). Both hold for columns of any size. A search decides
+whether some table attains a bound.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
     Moments = tuple[tuple[int, int], ...]
 
-# Combinations of sums that are taken in turn; of more, F is not bounded.
+# Combinations of sums that are examined in turn; if there are more, F is not bounded.
 COMBINATIONS = 100_000
-# Data sets of a column that are drawn for the search, tables in each of its rounds, and its seed.
+# Data sets per column drawn for the search, tables in each of its rounds, and its seed.
 DRAWN = 2000
 TABLES = 2000
 ROUNDS = 20
@@ -40,19 +40,19 @@ SEED = 1
 
 @dataclass(frozen=True)
 class _Case:
-    """One sum and sum of squares a column, and the least F beside them."""
+    """One sum and sum of squares per column, with the smallest F for them."""
 
     f: float
     moments: Moments
 
 
 def least_f(moments: Sequence[Moments], n: int) -> float | None:
-    """Return a lower bound on F from sums and sums of squares; None: too many combinations.
+    """Return a lower bound on F from sums and sums of squares; None for too many combinations.
 
     Parameters
     ----------
     moments : sequence of tuple of (int, int)
-        The sums and sums of squares that each column may have.
+        Possible sums and sums of squares of each column.
     n : int
         Participants.
     """
@@ -61,7 +61,7 @@ def least_f(moments: Sequence[Moments], n: int) -> float | None:
 
 
 def attained_f(columns: Sequence[Sampler]) -> Range | None:
-    """Return the range of F with tables that attain its ends, if searches find some."""
+    """Return the range of F, with tables that attain its ends if searches find some."""
     moments = [column.solutions.attained[0] for column in columns]
     case = _least(moments, columns[0].solutions.column.n)
     if case is None:
@@ -73,7 +73,8 @@ def attained_f(columns: Sequence[Sampler]) -> Range | None:
 def greatest_f(columns: Sequence[ColumnRows]) -> tuple[float, Table]:
     """Return an upper bound on F, and a table that attains it if a search finds one.
 
-    Infinite if the error may vanish, or if there are too many sums and sums of squares.
+    The bound is infinite if the error may be zero, or if there are too many sums and sums of
+    squares.
     """
     found = choices(columns)
     if not found.complete:
@@ -88,7 +89,7 @@ def greatest_f(columns: Sequence[ColumnRows]) -> tuple[float, Table]:
 def _alike(columns: Sequence[ColumnRows], place: Array, most: int) -> Table:
     """Return data sets in the same order with this sum of cross products; empty if none is found.
 
-    Column by column, the data set is taken that goes best with the sum of the others.
+    For each column in turn, chooses the data set that correlates best with the sum of the others.
     """
     rows = [
         column.some(int(at)).astype(np.int64) for column, at in zip(columns, place, strict=True)
@@ -106,7 +107,7 @@ def _alike(columns: Sequence[ColumnRows], place: Array, most: int) -> Table:
 
 
 def _least(moments: Sequence[Moments], n: int) -> _Case | None:
-    """Return the least case; where a rounded mean leaves sums open, over all of them."""
+    """Return the case with the smallest F, over all sums if a rounded mean leaves several open."""
     most = [_most_squares(column) for column in moments]
     if prod(map(len, most)) > COMBINATIONS:
         return None
@@ -115,7 +116,7 @@ def _least(moments: Sequence[Moments], n: int) -> _Case | None:
 
 
 def _most_squares(moments: Moments) -> dict[int, int]:
-    """Return the largest sum of squares beside each sum: it leaves the largest error."""
+    """Return the largest sum of squares for each sum, which gives the largest error."""
     return {total: max(q for s, q in moments if s == total) for total, _ in moments}
 
 
@@ -124,7 +125,7 @@ def _f_of(moments: Moments, n: int) -> float:
     sums, squares = [s for s, _ in moments], sum(q for _, q in moments)
     grand = sum(sums)
     low, rest = divmod(grand, n)
-    # Times n k, in whole numbers, so that nothing is lost where little error is left.
+    # Multiplied by n k, in whole numbers, to stay exact if the error is small.
     between = k * sum(s * s for s in sums) - grand**2
     participants = n * ((n - rest) * low**2 + rest * (low + 1) ** 2) - grand**2
     error = n * k * squares - grand**2 - between - participants
@@ -132,7 +133,7 @@ def _f_of(moments: Moments, n: int) -> float:
 
 
 def _table(columns: Sequence[Sampler], case: _Case) -> Table:
-    """Return a table whose participants have totals as equal as can be; empty if none is found."""
+    """Return a table with participants' totals as equal as possible; empty if none is found."""
     generator = np.random.default_rng(SEED)
     drawn = []
     for column, (total, squares) in zip(columns, case.moments, strict=True):

@@ -1,1 +1,1 @@
-"""A published table: its columns, as printed and as read, and what of it contradicts itself."""
+"""Represent a published table: its columns, as printed and as read, and its contradictions."""

@@ -1,4 +1,4 @@
-"""Printed numbers that no ratings on the scale can have, and how often ratings told of occur."""
+"""Find printed numbers that no ratings on the scale can have, and numbers of known ratings."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.published_table import Column
     from slipscale.analysis.reconstruction.table.rounding import Printed
 
-# A smaller number and a larger one, as printed.
+# Pairs of printed numbers; the first must not exceed the second.
 ORDERED = (
     ("ci_low", "mean"),
     ("mean", "ci_high"),
@@ -28,7 +28,7 @@ ORDERED = (
 )
 
 
-# What lies on the scale.
+# Numbers that must lie on the scale.
 INSIDE = (
     "mean",
     "median",
@@ -40,7 +40,7 @@ INSIDE = (
 
 
 def impossible(column: Column) -> str:
-    """Return what no ratings on the scale can have, however rounded; empty if there is nothing."""
+    """Return what no ratings on the scale can have under any rounding; empty if nothing."""
     low, high = column.scale.minimum, column.scale.maximum
     found = []
     for name in INSIDE:
@@ -64,14 +64,14 @@ def impossible(column: Column) -> str:
 
 
 def _told_to_occur(column: Column) -> Iterator[tuple[Fraction, int]]:
-    """Yield the ratings that are told of, and how often each occurs at least."""
+    """Yield the ratings known to occur, with their minimum numbers."""
     yield from ((value, 1) for value in column.present)
     yield from column.frequencies
     yield from ((v, _occurrences(column, share).start) for v, share in column.percentages)
 
 
 def _impossible_shares(column: Column) -> Iterator[str]:
-    """Yield the percentages that no count gives, and counts that are too many together."""
+    """Yield percentages that no count gives, and counts that exceed n together."""
     for value, printed in column.percentages:
         if not _occurrences(column, printed):
             yield f"GRIM: no count out of {column.n} is {printed.text} % (rating {value})"
@@ -81,15 +81,15 @@ def _impossible_shares(column: Column) -> Iterator[str]:
 
 
 def _occurrences(column: Column, printed: Printed) -> range:
-    """Return how many of n may have given a rating, by its percentage."""
+    """Return the possible numbers of participants who gave a rating, from its percentage."""
     found = printed.values(column.rounding).scaled(Fraction(column.n, 100)).integers()
     return range(max(found.start, 0), min(found.stop, column.n + 1))
 
 
 def occurrences(column: Column) -> tuple[tuple[int, int, int], ...]:
-    """Return the ratings that are told of, in steps, and how often each occurs: least and most.
+    """Return the ratings with known occurrence, in steps, with minimum and maximum numbers.
 
-    Those outside the scale are left out.
+    Ratings outside the scale are omitted.
     """
     told = [
         *((value, range(1, column.n + 1)) for value in column.present),

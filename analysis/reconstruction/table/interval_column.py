@@ -1,9 +1,9 @@
-"""A printed column of continuous values: the intervals that its mean and SD lie in.
+"""Represent a printed column of continuous values by the intervals of its mean and SD.
 
-Continuous values have no finite number of data sets, so nothing is counted. Every mean and SD in
-the intervals belongs to some data set, unless the scale has ends: then the SD has a maximum
-(Bhatia and Davis, 2000). A geometric mean and the SD of logarithms are treated as the mean and SD
-of natural logarithms.
+Continuous values have infinitely many data sets, so nothing is counted. Every mean and SD in the
+intervals belongs to some data set, unless the scale has ends: the SD then has a maximum (Bhatia
+and Davis, 2000). A geometric mean and the SD of logarithms are treated as the mean and SD of
+natural logarithms.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.published_table import OpenScale, Summary
 
 Ends = tuple[float, float]
-# What a summary of continuous values may have.
+# Entries that a summary of continuous values may have.
 KNOWN = {
     "label", "n", "mean", "sum", "sd", "se", "ci_low", "ci_high", "ci_percent", "ci_quantile",
     "geometric_mean", "log_sd", "log_base", "sd_convention", "rounding", "amplitude_um_pp",
@@ -33,7 +33,7 @@ class IntervalColumn:
     Parameters
     ----------
     label : str
-        Its heading.
+        Heading of the column.
     n : int
         Number of values.
     mean, sd : tuple of (float, float)
@@ -41,9 +41,9 @@ class IntervalColumn:
     scale : tuple of (float, float)
         Ends of the scale in the same unit; infinite if it has none.
     logarithms : bool
-        Whether these are of logarithms.
+        Whether the mean and SD are of logarithms.
     printed : str
-        What is printed, in words.
+        Everything printed, in words.
     reason : str
         Why no values have this mean and SD; empty if some have.
     """
@@ -58,7 +58,7 @@ class IntervalColumn:
     reason: str = ""
 
     def assumptions(self) -> Iterator[str]:
-        """Yield what every answer on the column assumes."""
+        """Yield the assumptions behind every answer on the column."""
         kind = "logarithms of positive values" if self.logarithms else "continuous values"
         yield f"{kind}, any number between two others is possible"
         yield f"n = {self.n} counts no missing values"
@@ -70,7 +70,7 @@ def interval_column(summary: Summary, scale: OpenScale) -> IntervalColumn:
     Raises
     ------
     ValueError
-        It has entries that need whole ratings, or neither SD nor SE nor confidence interval.
+        The column has entries that require whole ratings, or has no SD, SE or confidence interval.
     """
     if more := sorted(summary.model_fields_set - KNOWN):
         raise ValueError(f"leave out {', '.join(more)}: continuous values have only a mean and SD")
@@ -106,12 +106,12 @@ def _of_logarithms(summary: Summary, scale: OpenScale) -> IntervalColumn:
 
 
 def _to_sample(summary: Summary) -> float:
-    """Return what an SD of the column's convention times this is with n - 1."""
+    """Return the factor from an SD in the column's convention to one with n - 1."""
     return sqrt(summary.n / (summary.n - 1)) if summary.sd_convention == "population" else 1.0
 
 
 def _sd(summary: Summary) -> Ends:
-    """Return the SDs (n - 1) that every printed SD, SE and confidence interval allow."""
+    """Return the SDs (n - 1) that all printed SDs, SEs and confidence intervals allow."""
     found = []
     for printed, factor in ((summary.sd, 1.0), (summary.se, sqrt(summary.n))):
         if printed is not None:

@@ -1,4 +1,4 @@
-"""Numbers as papers print them, as fields of a file's model."""
+"""Parse numbers as papers print them, as fields of a file's model."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from slipscale.analysis.reconstruction.table.rounding import Printed, plain_deci
 
 
 class Record(BaseModel):
-    """What a file says: frozen, and nothing that it does not know."""
+    """Base of file entries: frozen, and unknown keys are rejected."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -21,7 +21,7 @@ def _printed(value: object) -> Printed:
 
 
 def exact(value: object) -> Fraction:
-    """Return a number such as 1, 0.5 or 1/3 as a fraction."""
+    """Convert a number such as 1, 0.5 or 1/3 to a fraction."""
     if isinstance(value, Fraction):
         return value
     try:
@@ -32,17 +32,17 @@ def exact(value: object) -> Fraction:
 
 
 def _text(value: object) -> str:
-    """Return what stands for a number as text; no number is made of lists, tables and dates."""
+    """Return a number as text; lists, tables and dates are rejected."""
     return str(value) if isinstance(value, str | int) else ""
 
 
 def _words(value: object) -> object:
-    """Return a list of what a cell of CSV parts by spaces; anything else as it is."""
+    """Split a CSV cell at spaces; return anything else unchanged."""
     return value.split() if isinstance(value, str) else value
 
 
 def _by_value(value: object) -> object:
-    """Return pairs from a table, or from a cell of CSV such as "0:3 7:1"."""
+    """Return pairs from a table, or from a CSV cell such as "0:3 7:1"."""
     if isinstance(value, str):
         return [tuple(part.rpartition(":")[::2]) for part in value.split()]
     return list(value.items()) if isinstance(value, dict) else value

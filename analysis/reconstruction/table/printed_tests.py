@@ -1,4 +1,4 @@
-"""Tests that a paper prints beside its table: t, F, r and p between columns."""
+"""Represent tests that a paper prints with its table: t, F, r and p between columns."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ class PrintedTest(Record):
     columns : tuple of str
         Labels of the columns that it compares; all of them if empty.
     statistic : Printed, optional
-        t (its sign does not count), F or r (its sign counts).
+        t (its sign is ignored), F or r (its sign counts).
     p : Printed, optional
-        The p value; of F always that of the upper tail.
+        The p-value; for F always of the upper tail.
     p_below : Printed, optional
-        What p is said to be below, as in "p < .001".
+        Upper limit of p, as in "p < .001".
     sides : {2, 1}
         Whether p of a t or r is two-sided, or one-sided in the direction of the difference.
     d : Printed, optional
-        Cohen's d of a t (its sign does not count): the mean difference over the SD of the
-        differences (paired), or over the pooled SD (independent).
+        Cohen's d of a t (its sign is ignored): the mean difference divided by the SD of the
+        differences (paired), or by the pooled SD (independent).
     partial_eta_squared : Printed, optional
         Partial η² of an F.
     rounding : {"nearest", "half_up", "half_even", "truncated"}
@@ -50,7 +50,7 @@ class PrintedTest(Record):
 
     @property
     def of_two(self) -> bool:
-        """Whether it compares two columns, no more."""
+        """Whether the test compares exactly two columns."""
         return self.kind not in OF_F
 
     @model_validator(mode="after")

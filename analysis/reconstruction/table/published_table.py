@@ -1,8 +1,7 @@
-"""A published table as data: scale and columns, validated whole; reading one is `table_files`.
+"""Represent and validate a published table: scale and columns. `table_files` reads it.
 
-What is refused here is what cannot be understood. A number that no ratings can have, such as a
-mean outside the scale, is a finding and not a mistake of the user: `constraints.targets` answers
-it.
+Only input that cannot be understood is rejected here. A number that no ratings can have, such as a
+mean outside the scale, is a finding and not a user error; `constraints.targets` reports it.
 """
 
 from __future__ import annotations
@@ -31,21 +30,21 @@ if TYPE_CHECKING:
 
 Convention = Literal["sample", "population"]
 CONVENTIONS: tuple[Convention, ...] = get_args(Convention)
-# Columns of the same participants, or of other ones each.
+# Whether the columns are of the same participants or of different ones.
 Design = Literal["paired", "independent"]
 DESIGNS: tuple[Design, ...] = get_args(Design)
-# Steps that a rating without a printed scale may lie from another one.
+# Maximum distance, in steps, between two ratings if no scale is printed.
 WIDEST_OPEN = 1_000_000_000
-# Sums of squares of more, in steps, are no whole numbers of the machine.
+# For more, sums of squares in steps exceed machine integers.
 LARGEST_SQUARES = 2**63 - 1
 
 
 class OpenScale(Record):
-    """A scale as it is printed, perhaps not at all: without ends, or with one.
+    """A scale as printed: possibly absent, without ends, or with one end.
 
-    With ``items`` a rating is the mean of so many answers; ``step`` is told of an answer, and held
-    as a rating's. With ``continuous`` any value between the ends is possible, and nothing is
-    counted.
+    With ``items``, a rating is the mean of this many answers; ``step`` is given for a single
+    answer and stored for a rating. With ``continuous``, any value between the ends is possible,
+    and nothing is counted.
 
     Raises
     ------
@@ -62,9 +61,9 @@ class OpenScale(Record):
     @model_validator(mode="before")
     @classmethod
     def _mean_of_items(cls, given: object) -> object:
-        """Divide the step of an answer by the number of items: a rating is their mean."""
+        """Divide the step of an answer by the number of items, because a rating is their mean."""
         items = given.get("items") if isinstance(given, dict) else None
-        # Anything else than a number above 0 is refused as the field that it is.
+        # Anything other than a number above 0 is rejected by the field's own validation.
         if not isinstance(given, dict) or not str(items).isdecimal() or not int(str(items)):
             return given
         return given | {"step": exact(given.get("step", 1)) / int(str(items))}
@@ -100,7 +99,7 @@ class Scale(OpenScale):
         return int((self.maximum - self.minimum) / self.step)
 
     def too_fine(self, n: int) -> bool:
-        """Whether n ratings have sums of squares, in steps, that cannot be computed with."""
+        """Whether sums of squares of n ratings, in steps, are too large to compute with."""
         return n * self.steps**2 > LARGEST_SQUARES
 
     def value(self, steps: int) -> Fraction:
@@ -108,36 +107,36 @@ class Scale(OpenScale):
         return self.minimum + steps * self.step
 
     def steps_to(self, value: Fraction) -> int | None:
-        """Return how many steps above the minimum a rating lies; None if it is not on the scale."""
+        """Return the steps from the minimum to a rating; None if it is not on the scale."""
         steps = (value - self.minimum) / self.step
         inside = steps.denominator == 1 and 0 <= steps <= self.steps
         return int(steps) if inside else None
 
 
 class Summary(Record):
-    """The numbers of one column, as printed; the scale apart.
+    """The printed numbers of one column, without the scale.
 
     Parameters
     ----------
     label : str
-        Its heading.
+        Heading of the column.
     n : int
         Number of ratings, 2 or more.
     mean, mean_percent, sum : Printed, optional
         The mean, the mean of ratings from 0 to 1 in percent, or the sum; at least one of them.
-        Decimals count.
+        The number of decimals matters.
     sd, se : Printed, optional
-        Standard deviation, and standard error of the mean (SD over the root of n).
+        Standard deviation, and standard error of the mean (SD divided by the root of n).
     geometric_mean, log_sd : Printed, optional
-        The geometric mean and the SD of logarithms, in place of the mean and SD.
+        The geometric mean and the SD of logarithms, instead of the mean and SD.
     log_base : {"10", "2", "e"}
-        Of these logarithms.
+        Base of these logarithms.
     ci_low, ci_high : Printed, optional
         Ends of the confidence interval of the mean.
     ci_percent : float
         Its level.
     ci_quantile : {"t", "normal"}
-        The distribution it is from.
+        The distribution of its quantile.
     sd_convention : {"sample", "population"}
         Whether SD and SE divide by n - 1 or by n.
     rounding : {"nearest", "half_up", "half_even", "truncated"}
@@ -149,15 +148,15 @@ class Summary(Record):
     median : Printed, optional
         The middle rating, or the mean of the two middle ones.
     lower_quartile, upper_quartile : Printed, optional
-        By any of the usual definitions: see `quartiles`.
+        By any of the usual definitions; see `quartiles`.
     present, absent : tuple of Fraction
-        Ratings that somebody gave, and that nobody gave.
+        Ratings that at least one participant gave, and ratings that nobody gave.
     frequencies : tuple of (Fraction, int)
-        Ratings, and how many gave each, exactly.
+        Ratings, and exactly how many participants gave each.
     percentages : tuple of (Fraction, Printed)
         Ratings, and the percentage of n that gave each.
     amplitude_um_pp : float, optional
-        Of the vibration, µm peak to peak; for the exponents.
+        Amplitude of the vibration, µm peak to peak; for the exponents.
     """
 
     label: str = ""
@@ -216,14 +215,14 @@ class Summary(Record):
 
     @property
     def quantile(self) -> float:
-        """How many standard errors the confidence interval reaches to either side."""
+        """Half-width of the confidence interval in standard errors."""
         from scipy.special import ndtri, stdtrit  # noqa: PLC0415 - SciPy takes longer than the counts
 
         p = 0.5 + self.ci_percent / 200
         return float(stdtrit(self.n - 1, p) if self.ci_quantile == "t" else ndtri(p))
 
     def means(self) -> Iterator[tuple[Printed, Fraction]]:
-        """Yield every number printed for the mean, and what a mean times this is there."""
+        """Yield every number printed for the mean, with its factor relative to the mean."""
         for printed, factor in (
             (self.mean, Fraction(1)),
             (self.mean_percent, Fraction(100)),
@@ -234,10 +233,10 @@ class Summary(Record):
 
 
 class Column(Summary):
-    """One column of a published table: its numbers, and ``scale``, what a rating can be.
+    """One column of a published table: its numbers, and ``scale``, the possible ratings.
 
-    ``assumed`` names what the table does not state: ``step`` (taken to be 1), ``minimum`` and
-    ``maximum`` (as far as the SD allows), ``sd_convention`` (taken to be the sample's).
+    ``assumed`` names what the table does not state: ``step`` (assumed to be 1), ``minimum`` and
+    ``maximum`` (as far as the SD allows), ``sd_convention`` (assumed to be the sample's).
     """
 
     scale: Scale
@@ -245,7 +244,7 @@ class Column(Summary):
 
     @property
     def scale_is_printed(self) -> bool:
-        """Whether an end of the scale is."""
+        """Whether an end of the scale is printed."""
         return not {"minimum", "maximum"} <= set(self.assumed)
 
     @model_validator(mode="after")
@@ -267,10 +266,10 @@ class Column(Summary):
 
 
 def close(summary: Summary, scale: OpenScale) -> Column:
-    """Return the column on its scale, or on the widest that its SD allows.
+    """Return the column on its scale, or on the widest scale that its SD allows.
 
-    No rating lies farther from the mean than (n - 1) / n of the sum of squared deviations allows
-    (Samuelson, 1968), so that without a printed scale ratings are bounded all the same.
+    By Samuelson (1968), the squared distance of any rating from the mean is at most (n - 1) / n of
+    the sum of squared deviations, so ratings are bounded even without a printed scale.
 
     Raises
     ------
@@ -307,7 +306,7 @@ def close(summary: Summary, scale: OpenScale) -> Column:
 
 
 def on_one_scale(columns: Sequence[Column]) -> tuple[Column, ...]:
-    """Return columns whose scale is not printed on one that holds them all, to be compared on."""
+    """Return columns without a printed scale on one common scale, to make them comparable."""
     grids = [column.scale for column in columns]
     if len({grid.step for grid in grids}) != 1:
         return tuple(columns)
@@ -319,11 +318,11 @@ def on_one_scale(columns: Sequence[Column]) -> tuple[Column, ...]:
 
 
 def _farthest(summary: Summary) -> Fraction | None:
-    """Return how far a rating may lie from the mean by the SD or SE; None without either."""
+    """Return the largest distance of a rating from the mean, given the SD or SE; else None."""
     if summary.sd is not None:
         sd = summary.sd.values(summary.rounding).high
     elif summary.se is not None:
-        # A root rounded up.
+        # A root, rounded up.
         sd = summary.se.values(summary.rounding).high * Fraction(sqrt(summary.n) + 1e-6)
     else:
         return None

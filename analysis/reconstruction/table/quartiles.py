@@ -1,13 +1,14 @@
-"""Quartiles by all definitions in common use, since papers do not say which they used.
+"""Check quartiles by all common definitions, because papers do not state which one they used.
 
-Each lies at a place among the sorted ratings, x_1 to x_n, between two neighbours:
+Each definition gives a position among the sorted ratings x_1 to x_n, possibly between two
+neighbours:
 
-- linear in the order (n - 1) / 4 + 1: R's default, NumPy, spreadsheets;
-- linear in the order (n + 1) / 4: SPSS, Minitab, Stata's default for other percentiles;
-- median of the lower half, with or without the middle rating where n is odd: Tukey's hinges, and
+- linear at position (n - 1) / 4 + 1: R's default, NumPy, spreadsheets;
+- linear at position (n + 1) / 4: SPSS, Minitab, Stata's default for other percentiles;
+- median of the lower half, with or without the middle rating if n is odd: Tukey's hinges, and
   school books.
 
-A printed quartile is met if one of them, the same for both, gives it.
+A printed quartile is met if any definition gives it; both quartiles must use the same one.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def lower_places(n: int) -> dict[str, Fraction]:
-    """Return where the lower quartile lies by each definition, from 1 to n.
+    """Return the position of the lower quartile by each definition, from 1 to n.
 
     >>> {name: float(place) for name, place in lower_places(9).items()}
     {'linear': 3.0, 'weibull': 2.5, 'hinges': 3.0, 'halves': 2.5}
@@ -60,7 +61,7 @@ def are_met(column: Column, rows: Array) -> Array:
         for at, allowed in _printed(column, place):
             below = int(at)
             share = at - below
-            # Times the share's denominator, in whole numbers.
+            # Multiplied by the fraction's denominator, to stay in whole numbers.
             top, bottom = share.numerator, share.denominator
             values = (bottom - top) * rows[:, below - 1].astype(np.int64)
             if top:
@@ -72,7 +73,7 @@ def are_met(column: Column, rows: Array) -> Array:
 
 
 def _printed(column: Column, lower: Fraction) -> Iterator[tuple[Fraction, Interval]]:
-    """Yield the places of the printed quartiles and what is allowed there, in steps."""
+    """Yield the positions of the printed quartiles and the allowed values there, in steps."""
     scale = column.scale
     ends = ((column.lower_quartile, lower), (column.upper_quartile, column.n + 1 - lower))
     for printed, place in ends:

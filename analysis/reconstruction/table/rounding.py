@@ -1,7 +1,7 @@
-"""Rounding rules as intervals: which exact values are printed as a given decimal.
+"""Represent rounding rules as intervals: which exact values are printed as a given decimal.
 
-All arithmetic is in exact fractions, so a value on the edge of two printed decimals is
-decided by the rule and never by a floating-point error.
+All arithmetic uses exact fractions, so a value halfway between two printed decimals is decided by
+the rule, never by a floating-point error.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from math import ceil, floor
 
 @dataclass(frozen=True)
 class Interval:
-    """Values between two fractions; each end belongs to it or not."""
+    """Values between two fractions; each end is included or excluded."""
 
     low: Fraction
     high: Fraction
@@ -33,7 +33,7 @@ class Interval:
         )
 
     def meet(self, other: Interval) -> Interval:
-        """Return what lies in both; the ends are in the wrong order if that is nothing."""
+        """Return the intersection; if it is empty, the ends are in the wrong order."""
         low, high = max(self.low, other.low), min(self.high, other.high)
         return Interval(
             low,
@@ -43,7 +43,7 @@ class Interval:
         )
 
     def squared(self) -> Interval:
-        """Return the squares of what is 0 or more in it."""
+        """Return the squares of the non-negative values."""
         low = max(self.low, Fraction(0))
         closed = self.low_closed or low > self.low
         return Interval(low**2, self.high**2, closed, self.high_closed)
@@ -63,7 +63,7 @@ def _nearest(value: Fraction, unit: Fraction) -> Interval:
 
 
 def _half_up(value: Fraction, unit: Fraction) -> Interval:
-    # "Up" is away from zero, as calculators and spreadsheets do it.
+    # "Up" is away from zero, as in calculators and spreadsheets.
     low, high = value - unit / 2, value + unit / 2
     return Interval(low, high, low_closed=value >= unit, high_closed=value < 0)
 
@@ -81,29 +81,29 @@ def _truncated(value: Fraction, unit: Fraction) -> Interval:
     return Interval(value, value + unit, high_closed=False)
 
 
-# name: the exact values that the rule prints as `value`, in steps of `unit`
+# name: the exact values that the rule prints as `value`, in units of `unit`
 RULES = {
-    "nearest": _nearest,  # both ends: covers every way to round a half
+    "nearest": _nearest,  # both ends included: covers every way to round a half
     "half_up": _half_up,
     "half_even": _half_even,
     "truncated": _truncated,
 }
 
 
-# Longer ones are no measurement, and fractions of them no number to compute with.
+# Longer numbers are not measurements, and their fractions are impractical to compute with.
 DECIMAL = re.compile(r"[+-]?(\d{1,15}(\.\d{0,15})?|\.\d{1,15})", re.ASCII)
 
 
 def plain_decimal(text: str) -> str:
-    """Return a decimal number with a hyphen and a point, as papers may print neither.
+    """Return a decimal number with an ASCII hyphen and a decimal point, whatever the paper prints.
 
-    >>> plain_decimal(" \u22120,50 ")
+    >>> plain_decimal(" −0,50 ")
     '-0.50'
 
     Raises
     ------
     ValueError
-        It is no decimal number, or one of more than 15 digits on a side of the point.
+        It is not a decimal number, or has more than 15 digits on one side of the point.
     """
     found = text.strip().replace("\N{MINUS SIGN}", "-")
     if found.count(",") == 1 and "." not in found:
@@ -115,7 +115,7 @@ def plain_decimal(text: str) -> str:
 
 @dataclass(frozen=True)
 class Printed:
-    """A number as printed: its decimals count.
+    """A number as printed, including its number of decimals.
 
     Examples
     --------
@@ -137,9 +137,9 @@ class Printed:
 
     @property
     def unit(self) -> Fraction:
-        """One in the last printed place."""
+        """One unit in the last printed place."""
         return Fraction(1, 10 ** len(self.text.partition(".")[2]))
 
     def values(self, rule: str) -> Interval:
-        """Return the exact values that `rule` prints so."""
+        """Return the exact values that `rule` rounds to this number."""
         return RULES[rule](self.value, self.unit)

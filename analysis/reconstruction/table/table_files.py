@@ -1,4 +1,4 @@
-"""Published tables in files, TOML or CSV; every fault is told at once, with its line."""
+"""Read published tables from TOML or CSV files, and report every error at once, with its line."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ if TYPE_CHECKING:
     from slipscale.faults.validation import Fault
 
 SHIPPED = Path(__file__).parents[2] / "published"
-# Names of a CSV header that begin so are keys of the scale.
+# CSV header names with this prefix are keys of the scale.
 SCALE = "scale_"
 
 
 @dataclass(frozen=True)
 class PublishedTable:
-    """A title, the columns under it, whose ratings they are, and tests printed beside them.
+    """A title, the columns, which participants they come from, and printed tests.
 
-    A table has `columns` of whole ratings, or `intervals`: columns of continuous values.
+    A table has either `columns` of whole ratings or `intervals` (columns of continuous values).
     """
 
     title: str
@@ -60,13 +60,13 @@ class Row:
     Parameters
     ----------
     line : int
-        On which it ends.
+        Line on which the row ends.
     cells : tuple of str
-        As they stand there.
+        As in the file.
     column : Column or None
-        What it says; None if it cannot be understood.
+        The parsed column; None if it cannot be understood.
     told : tuple of (int, str)
-        Why not: line and words.
+        Errors, each as a line and a message.
     """
 
     line: int
@@ -76,7 +76,7 @@ class Row:
 
 
 class _File(Record):
-    """A table as its TOML file has it."""
+    """Model of a table in a TOML file."""
 
     title: str = ""
     design: Design | None = None
@@ -90,7 +90,7 @@ class _File(Record):
         return self
 
     def _faults(self) -> Iterator[Fault]:
-        """Yield what is wrong between tables that are right by themselves."""
+        """Yield inconsistencies between tables that are each valid."""
         kinds = {self.continuous(entry) for entry in self.column}
         if len(kinds) > 1:
             words = "whole ratings and continuous values (or logarithms) need a file each"
@@ -112,11 +112,11 @@ class _File(Record):
                     yield ("test", place, "columns"), {"msg": words}
 
     def labels(self) -> list[str]:
-        """Return the columns' labels, given or not."""
+        """Return the columns' labels, given or default."""
         return [entry.label or f"column {n}" for n, entry in enumerate(self.column, 1)]
 
     def continuous(self, entry: Summary) -> bool:
-        """Whether a column is of continuous values, not of whole ratings."""
+        """Whether a column contains continuous values instead of whole ratings."""
         return self.scale.continuous or entry.geometric_mean is not None
 
     def intervals(self) -> tuple[IntervalColumn, ...]:
@@ -146,22 +146,23 @@ class _Line(Summary):
 
 
 def said(error: ValueError) -> str:
-    """Return what is wrong, in words, of an error or of several that pydantic found."""
+    """Return the messages of one error, or of all errors that pydantic found."""
     if isinstance(error, ValidationError):
         return in_words(error)
     return str(error)
 
 
 def read(path: Path) -> PublishedTable:
-    """Read a table from a TOML or CSV file, or the name of a shipped one.
+    """Read a table from a TOML or CSV file, or by the name of a shipped one.
 
     Raises
     ------
     UserError
-        No such table, it cannot be read, or entries are wrong: every fault, each with its line.
+        The table does not exist or cannot be read, or entries are wrong: every error, with its
+        line.
     """
     if not path.exists() and path.name == str(path):
-        # A study's name also names its only table: biet2007 is biet2007_table3.
+        # A study's name also refers to its only table: biet2007 is biet2007_table3.
         named = [*SHIPPED.glob(f"{path}.toml")] or [*SHIPPED.glob(f"{path}_*.toml")]
         path = named[0] if len(named) == 1 else path
     text = _text_of(path)
@@ -171,12 +172,12 @@ def read(path: Path) -> PublishedTable:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """Read the rows of a CSV file, those that cannot be understood with the reason.
+    """Read the rows of a CSV file; rows that cannot be understood contain the reason.
 
     Raises
     ------
     UserError
-        It cannot be read, is no CSV, or its header is wrong.
+        The file cannot be read or is not CSV, or its header is wrong.
     """
     if path.suffix.lower() != ".csv":
         raise UserError(f"{path}: expected a CSV file, a row for each column of a published table")
@@ -194,8 +195,8 @@ def _text_of(path: Path) -> str:
 
 
 def from_toml(text: str, source: str = "the table") -> PublishedTable:
-    """Read a table from TOML text: ``[scale]``, a ``[[column]]`` each and ``[[test]]``."""
-    # A bare number keeps its printed decimals: 12.50 stays "12.50".
+    """Read a table from TOML text: ``[scale]``, one ``[[column]]`` each, and ``[[test]]``."""
+    # A bare number keeps its printed decimals: 12.50 becomes "12.50".
     file = parse_toml(text, source, _File, parse_float=str)
     return PublishedTable(
         file.title, file.columns(), file.design, file.test, intervals=file.intervals()
@@ -203,11 +204,11 @@ def from_toml(text: str, source: str = "the table") -> PublishedTable:
 
 
 def from_csv(text: str, source: str = "the table", title: str = "") -> PublishedTable:
-    """Read a table from CSV text: one row a column of the published table.
+    """Read a table from CSV text, with one row per column of the published table.
 
-    The header names ``label``, ``n``, ``mean``, ``sd``, ``scale_minimum``, ``scale_maximum``
-    and what else a TOML column has; empty cells are absent. Cells are parted by commas, or by
-    semicolons or tabs where the header has these.
+    The header contains ``label``, ``n``, ``mean``, ``sd``, ``scale_minimum``, ``scale_maximum``
+    and any other key of a TOML column; empty cells are ignored. Cells are separated by commas, or
+    by semicolons or tabs if the header uses these.
     """
     rows = _csv_rows(text, source)
     if told := [fault for row in rows for fault in row.told]:
@@ -223,7 +224,7 @@ def _csv_rows(text: str, source: str) -> list[Row]:
     Raises
     ------
     UserError
-        The text is no CSV, has no rows, or the header is wrong.
+        The text is not CSV, has no rows, or the header is wrong.
     """
     try:
         rows = list(_rows(text))
@@ -254,9 +255,9 @@ def _row(names: list[str], line: int, cells: list[str], place: int) -> Row:
 
 
 def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the rows that are not empty, each with the line that it ends on."""
+    """Yield the non-empty rows, each with the line that it ends on."""
     header = text.partition("\n")[0]
-    # Where decimals have commas, cells are parted by something else.
+    # If decimals use commas, cells are separated by another character.
     delimiter = next((sign for sign in ";\t" if sign in header), ",")
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
     for cells in reader:
@@ -265,12 +266,12 @@ def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _line(line: int, _place: Place) -> int:
-    """Return the line of a row: all its cells stand there."""
+    """Return the line of a row, which contains all of its cells."""
     return line
 
 
 def _wrong_names(names: list[str]) -> Iterator[str]:
-    """Yield what is wrong with a header's names."""
+    """Yield the errors in a header's names."""
     for name in dict.fromkeys(names):
         if name not in KNOWN:
             yield f"{name or 'a column without a name'}: expected one of {', '.join(KNOWN)}"
@@ -295,7 +296,7 @@ def _from_row(entry: Mapping[str, str], place: int) -> Column:
 
 
 def _of_row(error: ValidationError, names: list[str]) -> Iterator[Fault]:
-    """Yield the faults of a row in the header's words; what the header lacks is told there."""
+    """Yield the errors of a row, including missing columns, with the names in the header."""
     for place, fault in faults_in(error):
         of_scale = len(place) > 1 and place[0] == "scale"
         name = f"{SCALE}{place[1]}" if of_scale else str(place[0]) if place else ""

@@ -1,4 +1,4 @@
-"""A column in words: what is printed of it, and what is assumed because it is not."""
+"""Describe a column in words: everything printed, and the assumptions about the rest."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reconstruction.table.published_table import Column
 
-# What is printed of a column, and in which order.
+# Printed entries of a column, in order.
 NAMES = {
     "mean": "mean",
     "mean_percent": "mean in percent",
@@ -28,7 +28,7 @@ NAMES = {
 
 
 def in_words(column: Column) -> str:
-    """Return all that is printed of a column."""
+    """Return everything printed about a column."""
     said = [f"n {column.n}"]
     for name, words in NAMES.items():
         printed = getattr(column, name)
@@ -50,7 +50,7 @@ def in_words(column: Column) -> str:
 
 
 def assumptions(column: Column) -> Iterator[str]:
-    """Yield what every answer on a column assumes: a wrong assumption makes a wrong verdict."""
+    """Yield the assumptions behind a verdict; if one is wrong, the verdict may be wrong."""
     scale = column.scale
     stated = " (no step is stated)" if "step" in column.assumed else ""
     yield f"ratings are whole steps of {scale.step}{stated}"
