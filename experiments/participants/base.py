@@ -53,7 +53,7 @@ class Participant(Protocol):
 
     @property
     def finger(self) -> Finger | None:
-        """The source of the finger's position, if any: a window's pointer or a simulated finger."""
+        """The source of the finger's position, if any: window pointer or simulated finger."""
 
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
         """Carry out one step and return what the participant did.

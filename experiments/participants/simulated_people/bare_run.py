@@ -1,9 +1,9 @@
-"""A run without session, plate and journal: the protocol and the person alone, for planning.
+"""Run a protocol with a simulated person only, without session, plate and journal, for planning.
 
-The same protocol is asked the same questions in the same order by the same person as in a full
-session on the mock plate, and gives the same answers, many times as fast. A texture is felt as
-the mean of its amplitude; in a session it is felt at moments of the stroke. A notch that is turned
-takes no time beyond the person's; on a plate it has to settle.
+The protocol, its questions, their order, the person and the answers are the same as in a full
+session on the mock plate, but a run is many times faster. There are two differences. A texture is
+felt as the mean of its amplitude; in a session it is felt at moments of the stroke. A notch of an
+adjustment takes only the person's time; on a plate it also has to settle.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.stimuli.surface import Surface
 
-# Who gives up does so when one of these comes.
+# Steps at which a person can give up.
 PERFORMED = (Instruct, Rest, Feedback, Explore, Ask, Adjust, EndBlock)
 
 
 class BareStep(NamedTuple):
-    """A step, its answer, and how long the person took; the plate takes no time here."""
+    """A step, its answer, and the time the person took; the plate takes no time here."""
 
     step: Step
     answer: Answer
@@ -56,13 +56,13 @@ class BareStep(NamedTuple):
 
 
 def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[BareStep]:
-    """Yield a run's steps, each with its answer, to the end or until the person gives up.
+    """Yield a run's steps with their answers, to the end or until the person gives up.
 
     Parameters
     ----------
     plan : RunPlan
     population : Population, optional
-        In place of the shipped default.
+        Replaces the default population.
     """
     person = _person(plan, population)
     run = _Bare(person)
@@ -84,7 +84,7 @@ def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[Ba
 
 
 def drops_out(plan: RunPlan, population: Population | None = None) -> bool:
-    """Return whether the plan's participant gives up in one of their runs."""
+    """Return whether the plan's participant gives up in any of their runs."""
     return _person(plan, population).drops_out
 
 
@@ -101,7 +101,7 @@ def _person(plan: RunPlan, population: Population | None) -> Respondent:
 
 
 class _Bare:
-    """What is on the plate, what was felt, and the answer to each kind of step."""
+    """The state of the plate and the finger, and the function that answers each kind of step."""
 
     def __init__(self, person: Respondent) -> None:
         self.person = person

@@ -1,4 +1,4 @@
-"""A simulated participant's finger: it strokes to and fro, at a speed and with a force of its own.
+"""The finger of a simulated participant: strokes back and forth with its own speed and force.
 
 =================  ========================  ==================================================
 what               value                     source
@@ -26,12 +26,12 @@ BETWEEN_PEOPLE, BETWEEN_EXPLORATIONS = 0.3, 0.1
 
 
 class SimulatedFinger:
-    """A finger that can be asked where it is at any time of an exploration.
+    """A finger with a known position at any time of an exploration.
 
     Parameters
     ----------
     own : Stream
-        Random numbers of the participant.
+        The participant's random numbers.
     """
 
     unit: Literal["mm", "px"] = "mm"
@@ -50,11 +50,11 @@ class SimulatedFinger:
         self._force_n = self._own_force * math.exp(BETWEEN_EXPLORATIONS * chance.normal())
 
     def lifts(self) -> None:
-        """Leave the plate."""
+        """Lift the finger off the plate."""
         self._begun_s = None
 
     def at(self, time_s: float) -> Touch | None:
-        """Return place and force; a to and fro whose mean speed is the finger's own."""
+        """Return position and force; the finger moves sinusoidally at its own mean speed."""
         if self._begun_s is None or time_s < self._begun_s:
             return None
         turns = math.pi * self._speed_mm_s / STROKE_MM * (time_s - self._begun_s)

@@ -1,6 +1,6 @@
-"""What people do beside answering what they feel: one number a habit, off unless it is given.
+"""Response habits of simulated people, with one number per habit; all are off by default.
 
-The analysis that claims to see a habit is named with it; a test recovers each with it.
+Each description names the analysis that should detect the habit. Tests check that it does.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 Share = Annotated[float, Field(ge=0, le=1)]
-# A wetted contact reaches its final friction in about this time (Dzidek et al. 2017, PLoS ONE 12,
-# e0188000: occlusion moistens the skin within some 20 s).
+# A moist contact reaches its final friction in about this time (Dzidek et al. 2017, PLoS ONE 12,
+# e0188000: occlusion moistens the skin within about 20 s).
 SETTLING_S = 20.0
-# Rounding goes to a twentieth of the scale: 5 on a scale of 100.
+# Estimates are rounded to a twentieth of the scale: 5 on a scale of 100.
 ROUND_TO_PERCENT = 5.0
-LEAST_PERCENT = 0.5  # stands in for a sensation of nothing where a logarithm is taken
+LEAST_PERCENT = 0.5  # replaces a sensation of zero when a logarithm is taken
 
 
 class Habits(BaseModel):
-    """Habits of answering; 0 is off. Each description ends with source and how it is seen."""
+    """Response habits; 0 is off. Each description ends with its source and how it is detected."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -116,18 +116,19 @@ REALISTIC = Habits(
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """What somebody felt in a task up to this trial; numbers, or arrays of many people at once.
+    """What a person has felt in a task up to this trial; arrays hold many people at once.
 
     Parameters
     ----------
     trials : int
-        How many, this one included.
+        Number of trials, including this one.
     log_sum, log_least, log_largest : float or array
-        Of the logarithms of the population's mean sensations at their amplitudes.
+        Sum, minimum and maximum of the logarithms of the population's mean sensations at the
+        presented amplitudes.
     before_level : float or array
-        The surface before, µm peak to peak; means nothing in the first trial.
+        The previous surface, µm peak to peak; undefined in the first trial.
     contact_s : float or array
-        How long the finger has been on the plate since the last rest.
+        Time that the finger has been on the plate since the last rest.
     """
 
     trials: int = 0
@@ -149,20 +150,21 @@ class History:
         )
 
     def after_contact(self, contact_s: Any) -> History:
-        """Return the history with the finger on the plate for so long."""
+        """Return the history with another contact time."""
         return replace(self, contact_s=contact_s)
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """What the habits are measured by, of one population: its whole range of sensation.
+    """The reference values of the habits for one population.
 
     Parameters
     ----------
     log_range : float
-        Logarithm of the largest over the smallest mean sensation.
+        Logarithm of the ratio of the largest to the smallest mean sensation.
     middle_level : float
-        Middle of the amplitudes, µm peak to peak: a surface before of that size changes nothing.
+        Middle of the amplitudes, µm peak to peak. A previous surface at this amplitude causes no
+        carry-over.
     """
 
     log_range: float
@@ -170,7 +172,7 @@ class Frame:
 
 
 def reported(percent: Any, habits: Habits, past: History, frame: Frame) -> Any:
-    """Return sensations (0-100) as habits have them reported, before lapses and rounding.
+    """Return sensations (0-100) as changed by the habits, before lapses and rounding.
 
     Parameters
     ----------
@@ -198,5 +200,5 @@ def distorts(habits: Habits) -> bool:
 
 
 DISTORTING = ("carry_over", "regression", "range_effect", "fatigue", "settling")
-# Surfaces nearer than this (5 %) are no range to be filled.
+# Smaller ranges of sensation (5 %) are not stretched.
 LEAST_LOG_RANGE = 0.05

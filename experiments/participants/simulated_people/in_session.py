@@ -1,4 +1,4 @@
-"""A simulated participant in a session: feels the plate as it really vibrates, and answers."""
+"""A simulated participant in a session: feels the plate's actual vibration, and answers."""
 
 from __future__ import annotations
 
@@ -22,31 +22,32 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Adjust, ParticipantStep, Steps
     from slipscale.hardware.clock import Clock
 
-# The plate reads a fraction of a micrometre differently from moment to moment; a finger does not
-# tell 2.298 from 2.302 µm, and answers must not depend on the last digit.
+# The plate's reading varies by a fraction of a micrometre; a finger cannot distinguish 2.298 from
+# 2.302 µm, and answers must not depend on the last digit.
 FELT_DIGITS = 2
-# A texture changes under the finger: it is felt at so many moments of the stroke, and rated as
-# the mean. A plain surface is the same at each.
+# Number of moments of the stroke at which a surface is felt; the mean is rated. Only textures
+# differ between these moments.
 TOUCHES = 32
 TURN_S = 0.6  # from one notch to the next: turn, feel, decide
-MOST_TURNS = 1000  # more than the wheel has between any bounds: who cannot decide stops
+MOST_TURNS = 1000  # more than the wheel has between any bounds; ends an undecided adjustment
 GAVE_UP = "the simulated participant gave up"
 
 
 class SimulatedParticipant:
-    """One of the simulated population.
+    """A member of the simulated population.
 
     Parameters
     ----------
     seed, participant, language, population, visit, planned, answers
-        As of `slipscale.experiments.participants.simulated_people.respondent.Respondent`.
+        As for `slipscale.experiments.participants.simulated_people.respondent.Respondent`.
     feel : callable
-        Returns the plate's vibration now, µm peak to peak: what is felt is the plate itself, not
-        what the protocol believes of it.
+        Returns the plate's current vibration, µm peak to peak. The participant feels the plate
+        itself, not the amplitude that the protocol commanded.
     clock : Clock
-        A virtual clock, so that nobody waits.
+        A virtual clock, so that no real time passes.
     frame_s : float, optional
-        How often ``watch`` is called during an exploration, where a source measures the finger.
+        The interval of calls of ``watch`` during an exploration; set if a source measures the
+        finger.
     """
 
     kind: ClassVar[Kind] = "simulated"
@@ -81,9 +82,9 @@ class SimulatedParticipant:
         self.finger = SimulatedFinger(Stream(seed, participant, "simulated", "finger"))
 
     def attend(self, steps: Steps) -> Steps:
-        """Yield a protocol's steps, and take note of each that is over, replayed ones too.
+        """Yield a protocol's steps; the respondent processes each finished one, even if replayed.
 
-        What a person remembers of a run then is the same whether it was interrupted or not.
+        A person's memory of a run is therefore the same whether it was interrupted or not.
         """
         try:
             step = next(steps)
@@ -119,7 +120,7 @@ class SimulatedParticipant:
         )
 
     def adjust(self, step: Adjust, turn: Turn, watch: Watch, *, again: int = 0) -> Reply:
-        """Turn until the function that answers says that it will do, or asks to feel again."""
+        """Turn the surface until the answering function is content or requests the reference."""
         watch()
         self._stop_if_enough()
 
@@ -132,7 +133,7 @@ class SimulatedParticipant:
         )
 
     def hold(self, _text: str, until: Callable[[], bool]) -> None:
-        """Wait."""
+        """Wait until ``until()`` is true."""
         while not until():
             self._clock.sleep(0.1)
 
@@ -141,7 +142,7 @@ class SimulatedParticipant:
             raise StopRequested(GAVE_UP)
 
     def _explore(self, step: Explore, watch: Watch) -> Reply:
-        """Stroke the surface for a while and remember how it felt."""
+        """Stroke the surface for a while and store how it felt."""
         person = self.respondent
         duration_s = person.exploration_s(step)
         moments = person.stream("touch")
@@ -160,7 +161,7 @@ class SimulatedParticipant:
         return Reply(response_time_s=duration_s)
 
     def _pass_until(self, time_s: float, watch: Watch) -> None:
-        """Let the time pass; where the finger is measured, watch at every frame."""
+        """Let time pass; call ``watch`` at every frame if the finger is measured."""
         while self._frame_s and self._clock.now() + self._frame_s < time_s:
             self._clock.sleep(self._frame_s)
             watch()
@@ -187,14 +188,14 @@ def turned_until_content(
     *,
     again: int = 0,
 ) -> Reply:
-    """Turn notch by notch until the function that answers says that it will do.
+    """Turn the surface notch by notch until the answering function is content.
 
     Parameters
     ----------
     feel : callable
-        Returns the plate's vibration now, µm peak to peak.
+        Returns the plate's current vibration, µm peak to peak.
     again : int
-        How often the reference was felt again: above 0, the turning goes on.
+        How often the reference was repeated; if above 0, an adjustment continues.
     """
     onset_s = clock.now()
     limit_s = math.inf if step.time_limit_s is None else step.time_limit_s

@@ -1,8 +1,8 @@
-"""A laboratory's own simulated people: a class of its own between Slipscale's person and a task.
+"""Custom simulated people: a laboratory's class between Slipscale's simulated person and a task.
 
-Another package names its class by an entry point of the group ``slipscale.participants``; the
-entry point's name is a population of ``slipscale pilot --population``. A population file can name
-it as well, with other numbers.
+Another package registers its class as an entry point in the group ``slipscale.participants``. The
+entry point's name is then available as a population of ``slipscale pilot --population``. A
+population file can also name it, with other numbers.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ T = TypeVar("T")
 
 
 class Behaviour:
-    """A simulated person as a population's numbers make them; derive from it and change a part.
+    """A simulated person as defined by a population's numbers; subclass it to change a part.
 
-    Whatever is not overridden is what Slipscale's own person does. Random numbers come from
-    `stream` alone, so that an interrupted pilot goes on to the same answers.
+    Methods that are not overridden behave like Slipscale's simulated person. Take random numbers
+    only from `stream`, so that an interrupted pilot continues with the same answers.
 
     Parameters
     ----------
     person : SimulatedPerson
-        Slipscale's own.
+        Slipscale's simulated person.
     """
 
-    #: Keys of a population file, in place of the shipped population's.
+    #: Keys of a population file that replace those of the shipped population.
     population: ClassVar[Mapping[str, object]] = {}
 
     def __init__(self, person: SimulatedPerson) -> None:
@@ -49,92 +49,92 @@ class Behaviour:
 
     @property
     def scale_top(self) -> float:
-        """What this person calls the most slippery surface imaginable."""
+        """The person's number for the most slippery surface imaginable."""
         return self.person.scale_top
 
     @property
     def turned(self) -> int:
-        """By how many notches the surface was turned, in an `Adjust`."""
+        """The number of notches by which the surface was turned, in an `Adjust`."""
         return self.person.turned
 
     @property
     def felt_again(self) -> int:
-        """How often the reference was felt again, in an `Adjust`."""
+        """How often the reference was repeated, in an `Adjust`."""
         return self.person.felt_again
 
     @property
     def felt_level(self) -> tuple[float, ...]:
-        """What was felt in this trial, µm peak to peak, in the order of its intervals."""
+        """The levels felt in this trial, µm peak to peak, in the order of its intervals."""
         return self.person.felt_level
 
     @property
     def impressions(self) -> tuple[float, ...]:
-        """How strong each of these seemed, 0 to 100, with the noise of the moment."""
+        """The noisy strengths of these sensations, 0 to 100."""
         return self.person.impressions
 
     def pick(self, strengths: Sequence[float]) -> int:
-        """Return the place, from 0, of the strength that is taken for the largest."""
+        """Return the index of the strength that the person judges to be the largest."""
         return self.person.pick(strengths)
 
     def says_yes(self, strength: float) -> bool:
-        """Return whether a difference of impressions is strong enough to say "yes" to."""
+        """Return whether a difference of impressions is large enough for the answer "yes"."""
         return self.person.says_yes(strength)
 
     def estimate(self) -> float:
-        """Return a magnitude estimate of the surface felt last, on this person's own scale."""
+        """Return a magnitude estimate of the last surface, on this person's own scale."""
         return self.person.estimate()
 
     def rating(self, start: float) -> float:
-        """Return where on a line of 0 to 100 the surface felt last is put."""
+        """Return the rating of the last surface on a line from 0 to 100."""
         return self.person.rating(start)
 
     def ratio(self) -> float:
-        """Return how many times as strong as the standard the surface felt last is, above 0."""
+        """Return the ratio of the last surface's strength to the standard's, above 0."""
         return self.person.ratio()
 
     def reaches(self, ratio: float) -> bool:
-        """Return whether the surface felt last is so many times as strong as the standard."""
+        """Return whether the last surface is ``ratio`` times as strong as the standard, or more."""
         return self.person.reaches(ratio)
 
     def lapses(self) -> bool:
-        """Return whether this person attends to nothing in this question."""
+        """Return whether this person does not attend to this question."""
         return self.person.lapses()
 
     def notices(self) -> bool:
-        """Return whether the two surfaces felt last seem different."""
+        """Return whether the last two surfaces seem different."""
         return self.person.notices()
 
     def verbal_report(self) -> str:
-        """Return what this person says has been removed."""
+        """Return this person's description of what has been removed."""
         return self.person.verbal_report()
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return random numbers of this person's own for one purpose in this trial."""
+        """Return this person's random numbers for one purpose in this trial."""
         return self.person.stream(*purpose)
 
     def duration_s(self, step: Explore | Ask, usual_s: float) -> float:  # noqa: ARG002
-        """Return how long an exploration or an answer takes, before a study's limits."""
+        """Return the duration of an exploration or answer, before the study's limits apply."""
         return usual_s
 
 
 class InstalledBehaviour(NamedTuple):
-    """A class of simulated people, and the entry point that names it."""
+    """A class of simulated people, with the entry point that names it."""
 
     kind: type[Behaviour]
     point: EntryPoint
 
     @property
     def named(self) -> str:
-        """What sentences call it."""
+        """Its name in messages."""
         package = package_of(self.point)
         return f"simulated person '{self.point.name}' of the package {package}"
 
     def made(self, person: SimulatedPerson) -> Behaviour:
-        """Return one of these people."""
+        """Return an instance of the class."""
         return self.ask(lambda: self.kind(person))
 
     def ask(self, action: Callable[[], T]) -> T:
-        """Return what these people's own code does; what it raises is told in a sentence."""
+        """Call the package's code; report its exceptions as a message."""
         return watched(self.point, action, self.named)
 
 
@@ -149,7 +149,8 @@ def load_behaviour(name: str) -> InstalledBehaviour:
     Raises
     ------
     UserError
-        There is none of that name, it cannot be imported, or it is no `Behaviour`.
+        If no package has a behaviour with that name, it cannot be imported, or it is not a
+        `Behaviour`.
     """
     point = installed(PARTICIPANTS).get(name)
     if point is None:

@@ -1,18 +1,19 @@
-"""The simulated population: who the pilot's participants are, with a source for each number.
+"""The simulated population: parameters of a pilot's participants, each with its source.
 
 A participant feels a surface of amplitude *A* as a sensation between 0 (not slippery) and 100 (the
-most slippery surface imaginable). Across the population the sensation at *A* follows a beta
-distribution on 0-100; a participant's place in it, a standard normal deviate, is
+most slippery surface imaginable). Across the population, the sensation at *A* follows a beta
+distribution on 0-100. A participant's position in it, as a standard normal deviate, is
 
     sqrt(1 - t) (cos(angle(A)) intercept + sin(angle(A)) exponent) + sqrt(t) noise
 
-with two numbers of the person's own and one of each trial. The angle grows with log(1 + A / 0.5 µm)
-from one end of the amplitudes to the other, so that a person's own curve is smooth: some find
-everything slippery (intercept), with some it grows faster (exponent). At every amplitude the
-distribution over the population stays as it is, however many amplitudes a study has.
+The intercept and the exponent are constant for each person; the noise differs in each trial. The
+angle grows with log(1 + A / 0.5 µm) from the lowest to the highest amplitude, so each person's
+curve is smooth. Some people find everything slippery (intercept); for some, the sensation grows
+faster (exponent). The population's distribution at an amplitude does not depend on the number of
+amplitudes in a study.
 
-Each number has its source beside it. The shipped populations are `POPULATIONS`; a laboratory
-writes its own as a TOML file with the same keys.
+Each number is listed with its source. The shipped populations are `POPULATIONS`. A laboratory can
+write its own as a TOML file with the same keys.
 """
 
 from __future__ import annotations
@@ -52,12 +53,12 @@ if TYPE_CHECKING:
 AMPLITUDE_UM_PP = (0.0, 0.5, 1.2, 2.3)
 MEAN_SENSATION = (12.75, 19.58, 56.25, 81.33)
 SD_SENSATION = (12.75, 8.11, 8.82, 10.76)
-# A person's curve turns most where sensation does: our assumption.
+# A person's curve turns most where sensation grows most: our assumption.
 TURN_UM_PP = 0.5
-# Amplitudes kept for the next who feels the same: an adaptive method presents ever new ones.
+# Size of the cache of amplitudes; it is limited because adaptive methods always present new ones.
 MOST_KEPT = 2**12
 OWN = "behaviour"
-IN_UM = "amplitude_um_pp"  # the key of the levels where they are in µm
+IN_UM = "amplitude_um_pp"  # the key of the levels if they are in µm
 
 Share = Annotated[float, Field(ge=0, le=1)]
 AboveZero = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -66,7 +67,7 @@ Percent = Annotated[float, Field(gt=0, lt=100)]
 
 
 class Population(BaseModel):
-    """The assumptions, to be varied. Each field's description ends with its source."""
+    """The assumptions, which can all be changed. Each field's description ends with its source."""
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", allow_inf_nan=False, populate_by_name=True
@@ -173,7 +174,7 @@ class Population(BaseModel):
 
     @model_serializer(mode="wrap")
     def _as_before(self, numbers: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        # Journals of pilots that were begun without it are gone on with.
+        # Without new keys, so that pilots begun before these keys existed can be resumed.
         told = {
             IN_UM if name == "levels" and not self.unit else name: value
             for name, value in numbers(self).items()
@@ -198,13 +199,13 @@ class Population(BaseModel):
 
     @property
     def own(self) -> float:
-        """The part of the variance that is the person's exponent."""
+        """The share of the variance that belongs to the person's exponent."""
         return max(1 - self.shared - self.trial_to_trial, 0.0)
 
     def angle(self, level: float) -> float:
-        """Return how far a person's curve has turned from intercept to exponent, in radians.
+        """Return the angle of a person's curve between intercept and exponent, in radians.
 
-        At the two ends the sine's square is the exponent's part of what is the person's.
+        At both ends, the squared sine is the exponent's share of the person's variance.
         """
         turn = TURN_UM_PP * (self.levels[-1] / AMPLITUDE_UM_PP[-1] if self.unit else 1.0)
         low, high = (math.log1p(a / turn) for a in self._ends)
@@ -213,7 +214,7 @@ class Population(BaseModel):
         return largest * (2 * (at - low) / (high - low) - 1)
 
     def within(self, level: float) -> float:
-        """Hold an amplitude (a reading of a vibrating plate, with its noise) inside the table."""
+        """Limit an amplitude (such as a plate's noisy readback) to the range of the table."""
         low, high = self._ends
         return min(max(level, low), high)
 
@@ -223,7 +224,7 @@ class Population(BaseModel):
 
 
 class Curves:
-    """Sensation as a function of amplitude, of one population; `curves` returns them."""
+    """Sensation as a function of amplitude in one population; `curves` returns them."""
 
     def __init__(self, population: Population) -> None:
         from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 - half a second
@@ -243,14 +244,14 @@ class Curves:
         return self._at(level)[3:]
 
     def sensation(self, level: float, deviate: float) -> float:
-        """Return the sensation (0-100) of somebody at a place in the population.
+        """Return the sensation (0-100) of a person at a given position in the population.
 
         Parameters
         ----------
         level : float
             What the finger feels.
         deviate : float
-            The place, as a standard normal deviate.
+            The position, as a standard normal deviate.
         """
         from scipy.special import betaincinv  # noqa: PLC0415 - pilots only
 
@@ -289,11 +290,11 @@ PLACE = NormalDist()
 
 @lru_cache(maxsize=64)
 def curves(population: Population) -> Curves:
-    """Return a population's curves, made once."""
+    """Return a population's curves, which are cached."""
     return Curves(population)
 
 
-# The exponent with which sensation grows from the level 0 to the largest, by unit.
+# Exponent of the growth of sensation from level 0 to the largest level, per unit.
 GROWTH = {
     # Electrovibration: the electrostatic force on the finger, and so friction, grows with the
     # square of the voltage (Bau and others 2010; Meyer and others 2013).
@@ -301,7 +302,7 @@ GROWTH = {
     # A vibrating contactor: Stevens' exponent for 60 Hz on the finger (Stevens 1975).
     "m/s²": 0.95,
 }
-# Of any other: proportional.
+# In any other unit, sensation is proportional to the level.
 OTHER_GROWTH = 1.0
 STEPS = 12
 
@@ -309,16 +310,16 @@ STEPS = 12
 def people_for(
     quantity: Quantity, largest_level: float, population: Population | None = None
 ) -> Population:
-    """Return the people of a pilot in a quantity: a population, with curves for that quantity.
+    """Return a pilot's population in a quantity, with curves for that quantity.
 
-    In another quantity than µm, the largest level is felt as the paper's largest amplitude is, 0 as
-    its 0, and sensation between them grows with a power of the level. The exponents have sources;
-    that the ends feel alike is our assumption, as is the spread between people.
+    In quantities other than µm, the largest level feels like the paper's largest amplitude, and 0
+    like its 0. Between them, sensation grows with a power of the level. The exponents have
+    sources. That the ends feel the same is our assumption, as is the variation between people.
 
     Raises
     ------
     UserError
-        The population's own curve is in another quantity.
+        If the population defines its own curve in another quantity.
     """
     people = population or Population()
     unit = "" if quantity.of_plate else quantity.unit_in_full
@@ -352,13 +353,13 @@ POPULATIONS: dict[str, Callable[[], Population]] = {
 
 
 def read_population(name: str) -> Population:
-    """Return a shipped population by name, a package's own, or one that a TOML file describes.
+    """Return a population by name (shipped or from a package), or from a TOML file.
 
     Raises
     ------
     UserError
-        There is none of these, the file has faults (all are told at once, each with its line), or
-        a package gives the name of a shipped population to its own.
+        If none of these exists, the file has faults (all are reported at once, each with its
+        line), or a package uses the name of a shipped population.
     """
     if name in POPULATIONS and name in behaviour_names():
         raise UserError(
@@ -380,12 +381,12 @@ def read_population(name: str) -> Population:
         ) from None
     found = parse_toml(text, name, Population)
     if found.behaviour:
-        load_behaviour(found.behaviour)  # that it is there is told before anything is begun
+        load_behaviour(found.behaviour)  # reports a missing one before anything begins
     return found
 
 
 def _of_package(name: str) -> Population:
-    """Return the population that a package's behaviour brings."""
+    """Return the population that a package's behaviour defines."""
     behaviour = load_behaviour(name)
     try:
         own = dict(behaviour.kind.population)

@@ -1,9 +1,9 @@
-"""How one simulated person answers, from what was felt: knows no plate, no clock and no file.
+"""The answers of one simulated person, given what was felt; independent of plate, clock and files.
 
-Every answer depends on (seed, participant, run, trial, question, how often it was asked before in
-that trial) and on what was felt; "before" counts answers that are on disk. So an interrupted and
-resumed pilot gives the same data as an undisturbed one, and a question that a protocol repeats is
-answered anew.
+Every answer depends only on (seed, participant, run, trial, question, number of earlier answers to
+it in that trial) and on what was felt. Only answers on disk count as earlier answers. An
+interrupted and resumed pilot therefore gives the same data as an uninterrupted one, and a question
+that a protocol repeats gets a new answer.
 """
 
 from __future__ import annotations
@@ -72,11 +72,11 @@ VERBAL_REPORTS: Mapping[str, tuple[str, ...]] = {
     ),
 }
 
-LEAST_RATIO = 0.01  # nobody types a ratio of nothing
+LEAST_RATIO = 0.01  # nobody types a ratio of 0
 
 
 def unanswered(protocol: str, name: str) -> str:
-    """Return the sentence about a question that nobody answers in a pilot."""
+    """Return the error message for a question that no simulated participant answers."""
     return (
         f"{protocol}: no simulated participant can answer '{name}', so there is no pilot "
         f"of it; expected its 'simulated' to say who answers"
@@ -84,7 +84,7 @@ def unanswered(protocol: str, name: str) -> str:
 
 
 class Respondent:
-    """One of the simulated population.
+    """A member of the simulated population.
 
     Parameters
     ----------
@@ -93,14 +93,14 @@ class Respondent:
     participant : str
         The participant's label.
     visit : int
-        Which of the participant's runs it is: the person stays the same, trials are others.
+        Index of the participant's run: the person is the same, but the trials differ.
     planned : int
-        How many trials the run has: somebody who drops out does so at one of them.
+        Number of trials in the run; a person who drops out does so at one of them.
     language : str
-        Of the verbal reports; English ones where nobody speaks it.
+        Language of the verbal reports; English if there are none in that language.
     population : Population, optional
     answers : Mapping
-        Who answers the questions of the run's tasks, by task and name
+        Functions that answer the questions of the run's tasks, by task and name
         (`RunPlan.simulated_answers`).
     """
 
@@ -117,7 +117,7 @@ class Respondent:
     ) -> None:
         people = population or Population()
         self._answers = answers or {}
-        # A laboratory's own class, if any, and who answers: one of it, or this person.
+        # A laboratory's own class, if any; its instance then answers instead of this one.
         self._behaviour = load_behaviour(people.behaviour) if people.behaviour else None
         self._person: SimulatedPerson = self
         if self._behaviour is not None:
@@ -142,12 +142,12 @@ class Respondent:
         ends = people.levels[0], people.levels[-1]
         low, high = (math.log(self._curves.mean(end)) for end in ends)
         self._frame = Frame(log_range=abs(high - low), middle_level=sum(ends) / 2)
-        # The step that the protocol waits for: what is performed beside it (a surface that was lost
-        # is explored again) is a step from before, and goes as it went.
+        # The step that the protocol waits for. Any other step repeats an earlier one (a lost
+        # surface is explored again), and has the same outcome as before.
         self.now: Step | None = None
-        # The two surfaces felt last: a difference is between them.
+        # The last two surfaces, for differences.
         self._felt = (0.0, 0.0)
-        # What was felt in one trial, by its interval; and the question that is being answered.
+        # The levels felt in one trial, by interval, and the current question.
         self._trial: Trial | None = None
         self._of_trial: dict[int, float] = {}
         self._standard_level = 0.0  # felt last outside a trial
@@ -155,7 +155,7 @@ class Respondent:
         self.felt_again = 0
         self._question = ""
         self._again: tuple[str | int, ...] = ()
-        # What is over, as `over` was told.
+        # Finished steps, from `over`.
         self._asked: Counter[tuple[str, int, str]] = Counter()
         self._histories: dict[str, History] = {}
         self._before: dict[str, float] = {}
@@ -164,11 +164,11 @@ class Respondent:
 
     @property
     def gives_up(self) -> bool:
-        """Whether the person has had enough, and asks to stop."""
+        """Whether the person wants to stop."""
         return self._last_trial is not None and self._trials > self._last_trial
 
     def over(self, step: Step, answer: Answer) -> None:
-        """Take note of a step that is over: its answer is on disk."""
+        """Process a finished step, after its answer was written to disk."""
         trial = step.trial
         if isinstance(step, Ask | Adjust | Explore):
             self._asked[_place(step)] += 1
@@ -191,13 +191,13 @@ class Respondent:
             self._before[trial.task] = level
 
     def feels(self, step: Explore | Adjust, felt_level: float) -> None:
-        """Take note of what was felt, µm peak to peak."""
+        """Store the level that was felt, µm peak to peak."""
         if isinstance(step, Explore):
             self._felt = (self._felt[1], felt_level)
         self._of_trial[step.interval or 1] = felt_level
 
     def read(self, step: Instruct | Rest | Feedback) -> Reply:
-        """Return how long a text is read."""
+        """Return the reply to a text, with its reading time."""
         if isinstance(step, Feedback):
             return Reply(response_time_s=step.duration_s)
         people = self._people
@@ -211,7 +211,7 @@ class Respondent:
         return Reply(response_time_s=max(reading_s, minimum_s))
 
     def exploration_s(self, step: Explore) -> float:
-        """Return how long a surface is explored."""
+        """Return the duration of an exploration."""
         self.begin(step)
         people = self._people
         deviate = self.stream("explore").normal()
@@ -232,11 +232,11 @@ class Respondent:
         return Reply(value=self._value(step), response_time_s=time_s)
 
     def begin(self, step: Ask | Explore | Adjust) -> None:
-        """Begin a step: another trial's impressions are gone."""
+        """Begin a step; in a new trial, forget the previous trial's impressions."""
         if step.trial != self._trial:
             self._trial, self._of_trial = step.trial, {}
             self.turned = self.felt_again = 0
-        # A key of random numbers, the same in every quantity.
+        # Part of the random numbers' key, so it must be the same in every quantity.
         self._question = "" if isinstance(step, Explore) else step.name
         if isinstance(step, Adjust):
             self._question = in_um(step.name)
@@ -251,7 +251,7 @@ class Respondent:
         )
 
     def told(self, step: Ask | Adjust) -> Value:
-        """Return what the task's own function answers."""
+        """Return the answer of the task's own function."""
         task = step.trial.task if step.trial else getattr(step, "task", "")
         answer = self._answers.get((task, step.name))
         if answer is None:
@@ -265,16 +265,16 @@ class Respondent:
             raise UserError(f"{who} {wrong}")
         return value
 
-    # What a protocol may know: `slipscale.experiments.protocols.simulated_answers.SimulatedPerson`.
+    # The interface for protocols: `protocols.simulated_answers.SimulatedPerson`.
 
     @property
     def felt_level(self) -> tuple[float, ...]:
-        """What was felt in this trial, in the order of its intervals."""
+        """The levels felt in this trial, in the order of its intervals."""
         return tuple(felt for _, felt in sorted(self._of_trial.items()))
 
     @property
     def impressions(self) -> tuple[float, ...]:
-        """How strong each seemed: the noise of two of them makes that of a difference."""
+        """The noisy strengths of these sensations; two of them give the noise of a difference."""
         each = self._threshold / math.sqrt(2)
         turned = (self.turned,) if self.turned else ()
         again = ("felt again", self.felt_again) if self.felt_again else ()
@@ -285,7 +285,7 @@ class Respondent:
         )
 
     def pick(self, strengths: Sequence[float]) -> int:
-        """Return the place of the largest; the last one is liked, and a lapse is any of them."""
+        """Return the index of the largest strength, with a bias to the last one and lapses."""
         if self.lapses():
             return self.stream(self._question, "lapse", "value").below(len(strengths))
         liking = self._people.habits.interval_bias * self._threshold
@@ -293,13 +293,13 @@ class Respondent:
         return max(range(len(liked)), key=liked.__getitem__)
 
     def says_yes(self, strength: float) -> bool:
-        """Return whether a difference of impressions passes the criterion."""
+        """Return whether a difference of impressions exceeds the criterion."""
         if self.lapses():
             return self._any_yes()
         return strength / self._threshold > self._criterion
 
     def estimate(self) -> float:
-        """Return a magnitude estimate of the surface felt last, on the participant's own scale."""
+        """Return a magnitude estimate of the last surface, on the participant's own scale."""
         habits = self._people.habits
         percent: float = round(min(self._reported(), 100))
         if habits.rounding and self.stream(self._question, "round").uniform() < habits.rounding:
@@ -307,26 +307,26 @@ class Respondent:
         return round(percent / 100 * self.scale_top, 6)
 
     def rating(self, start: float) -> float:
-        """Return the place of a mark on a line of 0 to 100, in the person's own use of the line."""
+        """Return the rating of the last surface on a line from 0 to 100, as the person uses it."""
         place = self._sensation.place(self._reported())
         return place + self._people.habits.anchoring * (start - place)
 
     def ratio(self) -> float:
-        """Return how many times as strong as the standard the surface felt last is."""
+        """Return the ratio of the last surface's strength to the standard's."""
         ratio = max(self._reported(), LEAST_PERCENT) / self._of_standard()
         return max(float(f"{ratio:.2g}"), LEAST_RATIO)
 
     def reaches(self, ratio: float) -> bool:
-        """Return whether the surface felt last is so many times as strong as the standard.
+        """Return whether the last surface is ``ratio`` times as strong as the standard, or more.
 
-        Of the habits regression, learning and misread act: the range that is shortened is that of
-        what is controlled, so a number is produced as one nearer to the standard's.
+        Only the habits regression, learning and misread have an effect. Regression shortens the
+        range of the adjusted variable, so the person adjusts to a ratio nearer to 1.
         """
         meant: float = ratio ** (1 - self._people.habits.regression)
         return self._felt_percent() >= meant * self._of_standard()
 
     def lapses(self) -> bool:
-        """Return whether the person attends to nothing in this question."""
+        """Return whether the person does not attend to this question."""
         lapses = self._people.habits.lapses
         return bool(lapses) and self.stream(self._question, "lapse").uniform() < lapses
 
@@ -339,19 +339,19 @@ class Respondent:
         return abs(before - after) / self._threshold + noise > self._criterion
 
     def verbal_report(self) -> str:
-        """Return what people say has been removed."""
+        """Return a verbal report of what has been removed."""
         spoken = VERBAL_REPORTS.get(self.language, VERBAL_REPORTS["en"])
         return self.stream(self._question).choice(spoken)
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return random numbers for one purpose in this trial, for this time that it comes up."""
+        """Return random numbers for one purpose in this trial, different for each repetition."""
         place = (self._trial.task, self._trial.number) if self._trial else ("", 0)
         return self._stream(*self._visit, *place, *purpose, *self._again)
 
     # ----------------------------------------------------------------------------------------------
 
     def _value(self, step: Ask) -> Value:
-        """Return the answer to a question: a task's own, or one about the person."""
+        """Return the answer to a question of a task, or to one about the person."""
         if step.trial or step.task:
             return self.told(step)
         question, stream = step.question, self.stream(step.name)
@@ -359,13 +359,13 @@ class Respondent:
             span = question.maximum - question.minimum + 1
             return float(question.minimum + int(stream.uniform() * span))
         if step.name == CONSENT:
-            return "yes"  # who does not agree is no participant
+            return "yes"  # those who do not consent do not take part
         if isinstance(question, ChoiceQuestion):
             return stream.choice(question.options)[0]
         raise TypeError(f"no simulated answer to {type(question).__name__}")
 
     def _own_duration_s(self, step: Explore | Ask, usual_s: float) -> float:
-        """Return how long a step takes people of a laboratory's own, if that is who this is."""
+        """Return the duration of a step for a laboratory's own class; otherwise the usual one."""
         person, behaviour = self._person, self._behaviour
         if behaviour is None or not isinstance(person, Behaviour):
             return usual_s
@@ -377,7 +377,7 @@ class Respondent:
         return float(time_s)
 
     def _reported(self) -> float:
-        """Return the sensation of the surface felt last, 0 to 100, as habits have it reported."""
+        """Return the sensation of the last surface, 0 to 100, as changed by habits."""
         habits = self._people.habits
         past = self._past() if self._distorts or habits.learning else History()
         percent = self._felt_percent()
@@ -388,7 +388,7 @@ class Respondent:
         return percent
 
     def _felt_percent(self) -> float:
-        """Return the sensation of the surface felt last, 0 to 100, with the trial's noise."""
+        """Return the sensation of the last surface, 0 to 100, with the trial's noise."""
         noise = self._sensation.noise * self.stream(self._question, "trial").normal()
         if self._people.habits.learning:
             noise *= max(self._past().trials, 1) ** -self._people.habits.learning
@@ -396,7 +396,7 @@ class Respondent:
         return self._sensation.percent(felt, noise)
 
     def _of_standard(self) -> float:
-        """Return the sensation of the standard: felt first in this trial, or before it."""
+        """Return the sensation of the standard, which was felt first in this trial or before it."""
         several = len(self._of_trial) > 1
         standard = self._of_trial[min(self._of_trial)] if several else self._standard_level
         return max(self._sensation.percent(standard), LEAST_PERCENT)
@@ -409,7 +409,7 @@ class Respondent:
         return past.after_contact(self._contact_s)
 
     def _own(self, what: str) -> float:
-        """Return a person's own standard normal deviate for something."""
+        """Return the person's standard normal deviate for a parameter."""
         return self._stream(what).normal()
 
     def _stream(self, *purpose: str | int) -> Stream:
@@ -417,7 +417,7 @@ class Respondent:
 
 
 def _place(step: Ask | Explore | Adjust) -> tuple[str, int, str]:
-    """Return what a step is counted under: its trial, and its question or interval."""
+    """Return the key under which a step is counted: its trial, and its question or interval."""
     name = f"explore {step.interval}" if isinstance(step, Explore) else step.name
     if step.trial:
         return step.trial.task, step.trial.number, name

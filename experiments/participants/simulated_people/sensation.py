@@ -1,4 +1,4 @@
-"""How strongly one simulated person feels an amplitude, and how they put that on a line."""
+"""The strength of one simulated person's sensations, and their use of a rating line."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.participants.simulated_people.population import Population
 
-LEAST_SHARE = 0.001  # the ends of a line are never quite reached
+LEAST_SHARE = 0.001  # ratings never quite reach the ends of a line
 
 
 class Sensation:
-    """A person's own curve, noise and use of a line.
+    """A person's curve, noise and use of a line.
 
     Parameters
     ----------
     people : Population
     own : callable
-        Returns the person's own standard normal deviate for something.
+        Returns the person's standard normal deviate for a parameter.
     misread : bool
-        Whether the person rates how sticky a surface is.
+        Whether the person rates stickiness instead of slipperiness.
     """
 
     def __init__(self, people: Population, own: Callable[[str], float], *, misread: bool) -> None:
         self._curves = curves(people)
         self._intercept = own("shared")
         self._exponent = own("exponent")
-        # Less half the variance of the logarithm: the population's noise is what it says.
+        # Minus the squared sigma, so that the mean variance over people equals the population's.
         self.noise = math.sqrt(people.trial_to_trial) * math.exp(
             people.noise_sigma * own("noise") - people.noise_sigma**2
         )
@@ -42,7 +42,7 @@ class Sensation:
     def percent(self, felt_level: float, noise: float = 0.0) -> float:
         """Return the sensation of an amplitude (µm peak to peak), 0 to 100.
 
-        ``noise`` is the trial's, a normal deviate of standard deviation `noise`.
+        ``noise`` is the trial's normal deviate, with standard deviation `noise`.
         """
         intercept, exponent = self._curves.turns(felt_level)
         deviate = intercept * self._intercept + exponent * self._exponent + noise
@@ -50,7 +50,7 @@ class Sensation:
         return 100 - percent if self._misread else percent
 
     def place(self, percent: float) -> float:
-        """Return where on a line of 0 to 100 the person puts a sensation."""
+        """Return the person's rating of a sensation on a line from 0 to 100."""
         share = min(max(percent / 100, LEAST_SHARE), 1 - LEAST_SHARE)
         logit = self._shift + self._stretch * math.log(share / (1 - share))
         return 100 / (1 + math.exp(-logit))
