@@ -1,1 +1,1 @@
-"""What happens with a participant: studies, protocols, sessions, journals, data sets."""
+"""Experiments with participants: studies, protocols, sessions, journals and data sets."""

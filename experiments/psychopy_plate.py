@@ -1,14 +1,14 @@
-"""The plate as a PsychoPy device, for experiments built in PsychoPy's own Builder or Coder.
+"""The plate as a PsychoPy device, for experiments made with PsychoPy Builder or Coder.
 
-A thin adapter: what it presents goes through the same driver, limits and watchdogs as a Slipscale
-session's. After `psychopy.plugins.activatePlugins()` it is ``psychopy.hardware.SlipscalePlate``::
+This is a thin adapter: it uses the same driver, limits and watchdogs as a Slipscale session. After
+`psychopy.plugins.activatePlugins()`, it is available as ``psychopy.hardware.SlipscalePlate``::
 
     from psychopy.hardware import DeviceManager
     plate = DeviceManager.addDevice(
         "slipscale.experiments.psychopy_plate.SlipscalePlate", "plate", spec="serial:/dev/ttyACM0"
     )
     plate.present(1.2)   # µm peak to peak; returns once it has settled
-    ...                  # each frame: plate.check() raises the fault that came up
+    ...                  # each frame: plate.check() raises a pending fault
     plate.silence()
 """
 
@@ -35,16 +35,16 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
     Parameters
     ----------
     spec : str
-        As after ``slipscale run --plate``: ``mock``, ``serial:PORT``, ``scpi:RESOURCE``, or a
-        laboratory's own. A script need not call `check` in every frame: unless the SPEC says
-        otherwise, the heartbeat of a serial board goes on for as long as the script lives.
+        As for ``slipscale run --plate``: ``mock``, ``serial:PORT``, ``scpi:RESOURCE``, or a
+        laboratory's own backend. A script need not call `check` in every frame: unless the SPEC
+        specifies otherwise, the heartbeat of a serial board continues as long as the script runs.
     """
 
     def __init__(self, spec: str = "mock") -> None:
         self.spec = spec
         self._plate = open_plate(without_session_watchdog(spec), clock=SystemClock())
         self._plate.connect()
-        # PsychoPy does not close devices when a script ends, or ends badly.
+        # PsychoPy does not close devices when a script ends, normally or not.
         atexit.register(self.close)
 
     def present(self, level: float) -> Presentation:
@@ -53,16 +53,17 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         Raises
         ------
         UserError, PlateFault
-            As `slipscale.hardware.driver.PlateDriver.present`; the plate is silent or as it was.
+            As `slipscale.hardware.driver.PlateDriver.present`; the plate is then silent or
+            unchanged.
         """
         return self._plate.present(VirtualSurface(level=float(level)))
 
     def read_back(self) -> float | None:
-        """Return the amplitude in µm peak to peak that the plate tells, or None."""
+        """Return the amplitude that the plate reports, in µm peak to peak, or None."""
         return self._plate.read_back().level
 
     def check(self) -> None:
-        """Raise the `PlateFault` that has come up, if any; cheap enough for every frame."""
+        """Raise the pending `PlateFault`, if there is one; fast enough for every frame."""
         self._plate.check()
 
     def silence(self) -> None:
@@ -70,17 +71,17 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         self._plate.silence()
 
     def close(self) -> None:
-        """Silence the plate and let go of it."""
+        """Stop the plate and release it."""
         self._plate.close()
         atexit.unregister(self.close)
 
     def isSameDevice(self, other: object) -> bool:  # noqa: N802 - PsychoPy's name
-        """Tell whether another device, or its parameters, means this plate."""
+        """Return whether another device, or its parameters, refers to this plate."""
         spec = other.get("spec") if isinstance(other, dict) else getattr(other, "spec", None)
         return bool(spec == self.spec)
 
     @staticmethod
     def getAvailableDevices() -> list[dict[str, Any]]:  # noqa: N802 - PsychoPy's name
-        """Return what could be opened: the mock, and each serial port."""
+        """Return the available plates: the mock, and one per serial port."""
         specs = ["mock", *(f"serial:{port.device}" for port in sorted(comports()))]
         return [{"deviceName": f"plate {spec}", "spec": spec} for spec in specs]

@@ -1,4 +1,4 @@
-"""The command ``slipscale data``: build a data set, verify it, withdraw from it, merge two."""
+"""The command ``slipscale data``: build or verify a data set, withdraw from it, or merge two."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def add_data(parser: ArgumentParser) -> None:
 
 
 def run_data(args: Namespace) -> int:
-    """Build, verify, withdraw or merge; 1 where something is damaged or differs."""
+    """Build, verify, withdraw or merge; return 1 if something is damaged or differs."""
     from slipscale.experiments.dataset.bids import build_dataset  # noqa: PLC0415
     from slipscale.experiments.dataset.journals import journals  # noqa: PLC0415
     from slipscale.experiments.dataset.verification import verify  # noqa: PLC0415

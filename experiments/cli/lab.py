@@ -1,4 +1,4 @@
-"""The commands of a laboratory folder: lab, next, participants, note."""
+"""The commands of a laboratory folder: lab, next, participants and note."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def add_lab(parser: ArgumentParser) -> None:
 
 
 def run_lab(args: Namespace) -> int:
-    """Make a laboratory folder, or open the console of this one."""
+    """Create a laboratory folder, or open the console of the current one."""
     if args.what is None:
         return _console(args)
     from slipscale.experiments.lab.folder import FILE, LabFile, init  # noqa: PLC0415
@@ -106,7 +106,7 @@ def add_next(parser: ArgumentParser) -> None:
 
 
 def run_next(args: Namespace) -> int:
-    """Say who is next, ask, and run their session."""
+    """Show who is next, ask for confirmation, and run their session."""
     from slipscale.experiments.cli.sessions import begins_as_before, run_session  # noqa: PLC0415
     from slipscale.experiments.journal.plan_and_progress import is_mock  # noqa: PLC0415
     from slipscale.faults import UserError  # noqa: PLC0415
@@ -149,12 +149,12 @@ def _agreed() -> bool:
 
 
 def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
-    """Return the label of who is next, and which run; None for a new participant's first.
+    """Return the label of the next participant and their run; None for a new participant's first.
 
     Raises
     ------
     UserError
-        A session runs now, nobody is left, or who was named has no run left.
+        A session is running, nobody is left, or the requested participant has no run left.
     """
     from slipscale.faults import UserError  # noqa: PLC0415
 
@@ -180,7 +180,7 @@ def add_participants(parser: ArgumentParser) -> None:
 
 
 def run_participants(args: Namespace) -> int:
-    """List the participants, and who is next."""
+    """List the participants and who is next."""
     defaults, roster = _folder()
     if args.json:
         import json  # noqa: PLC0415
@@ -230,7 +230,7 @@ def _row(person: Person) -> list[str]:
 
 
 def _exclusions(roster: Roster) -> list[str]:
-    """Return who is excluded and by which rule, and whose rule it is."""
+    """Return who is excluded and by which rule, with the origin of the rule."""
     if not roster.exclusions and not roster.excluded:
         return []
     rules = f"the study's rules: {', '.join(roster.exclusions) or 'none now'}"
@@ -247,7 +247,7 @@ def _exclusions(roster: Roster) -> list[str]:
 
 
 def _without_backup(defaults: Defaults) -> list[str]:
-    """Return how many runs have no whole copy elsewhere."""
+    """Return how many runs have no complete backup."""
     from slipscale.experiments.dataset.backup import not_backed_up  # noqa: PLC0415
 
     missing = not_backed_up(defaults.data, defaults.backup)
@@ -268,7 +268,7 @@ def add_note(parser: ArgumentParser) -> None:
 
 
 def run_note(args: Namespace) -> int:
-    """Have the running session write the operator's words into its journal."""
+    """Send the operator's note to the running session, which writes it to its journal."""
     from slipscale.experiments.journal.locks import is_being_written  # noqa: PLC0415
     from slipscale.experiments.lab.defaults import here, say  # noqa: PLC0415
     from slipscale.experiments.session.mailbox import LiveRequest, post, read_status  # noqa: PLC0415
@@ -293,12 +293,12 @@ def run_note(args: Namespace) -> int:
 
 
 def _folder(*, pilot: bool = False) -> tuple[Defaults, Roster]:
-    """Return the laboratory folder's defaults and roster, or that of its rehearsals.
+    """Return the defaults and roster of the laboratory folder, or of its rehearsals.
 
     Raises
     ------
     UserError
-        This is no laboratory folder.
+        The current folder is not a laboratory folder.
     """
     from slipscale.experiments.lab.defaults import FILE, here, say  # noqa: PLC0415
     from slipscale.experiments.lab.roster import read_roster  # noqa: PLC0415

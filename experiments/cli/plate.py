@@ -1,6 +1,6 @@
-"""The command ``slipscale plate``: that of the hardware, on the laboratory folder's plate.
+"""The hardware's command ``slipscale plate``, with the laboratory folder's plate as default.
 
-The hardware knows no laboratory folder; what it asks for and the command line leaves open is
+The hardware package does not use laboratory folders; options missing on the command line are
 filled in here.
 """
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def run(arguments: Namespace) -> int:
-    """Run the subcommand that was parsed, on the folder's plate where none is named."""
+    """Run the parsed subcommand; if no plate is named, use the folder's."""
     if getattr(arguments, "plate", "") is None:
         defaults = here()
         say(defaults)

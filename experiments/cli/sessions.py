@@ -1,6 +1,6 @@
-"""The commands that run sessions: run, resume, check. A few lines each.
+"""The commands that run sessions: run, resume and check.
 
-What they call is imported when they run: PsychoPy, pydantic and rich take their time.
+The modules they need are imported when they run, because PsychoPy, pydantic and rich load slowly.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def add_plate(parser: ArgumentParser) -> None:
-    """Add what says which plate."""
+    """Add the option that selects the plate."""
     default = here()
     whence = "the laboratory folder's" if default.file else "mock, which makes the run a pilot"
     parser.add_argument(
@@ -35,7 +35,7 @@ def add_plate(parser: ArgumentParser) -> None:
 
 
 def add_setting(parser: ArgumentParser) -> None:
-    """Add what says where a session takes place, but for the plate."""
+    """Add the options for a session's equipment, except for the plate."""
     default = here()
     add_contact(parser)
     parser.add_argument(
@@ -66,7 +66,7 @@ def add_setting(parser: ArgumentParser) -> None:
 
 
 def add_contact(parser: ArgumentParser) -> None:
-    """Add what says what measures the finger."""
+    """Add the options that select the finger sensors."""
     parser.add_argument(
         "--position",
         metavar="SPEC",
@@ -82,19 +82,19 @@ def add_contact(parser: ArgumentParser) -> None:
 
 
 def contact_specs(args: Namespace) -> ContactSpecs:
-    """Return the sources that the command names, else the laboratory folder's."""
+    """Return the finger sensors from the command line, otherwise from the laboratory folder."""
     return named_contact(args).otherwise(_folders_contact())
 
 
 def named_contact(args: Namespace) -> ContactSpecs:
-    """Return the sources that the command line itself names."""
+    """Return the finger sensors from the command line only."""
     from slipscale.experiments.running.contact_sources import ContactSpecs  # noqa: PLC0415
 
     return ContactSpecs(position=args.position, force=args.force)
 
 
 def simulated_contact(args: Namespace) -> ContactSpecs:
-    """Return a pilot's sources: what the laboratory folder names is simulated."""
+    """Return a pilot's finger sensors; those of the laboratory folder are simulated."""
     from slipscale.experiments.running.contact_sources import simulated  # noqa: PLC0415
 
     return named_contact(args).otherwise(simulated(_folders_contact()))
@@ -108,7 +108,7 @@ def _folders_contact() -> ContactSpecs:
 
 
 def add_study(parser: ArgumentParser) -> None:
-    """Add what says which study."""
+    """Add the argument that selects the study."""
     default = here().study
     parser.add_argument(
         "study",
@@ -120,7 +120,7 @@ def add_study(parser: ArgumentParser) -> None:
 
 
 def add_participant(parser: ArgumentParser, *, required: bool) -> None:
-    """Add what says whose session it is."""
+    """Add the options that select participant, session and run."""
     add_study(parser)
     parser.add_argument(
         "--participant",
@@ -172,7 +172,7 @@ def run_run(args: Namespace) -> int:
 
     defaults = here()
     say(defaults)
-    # Nobody feels anything on a mock plate: what is answered there is no participant's data.
+    # Nobody can feel a mock plate, so answers given there are not participant data.
     pilot = args.pilot or is_mock(args.plate)
     plan = make_plan(
         args.study,
@@ -192,7 +192,7 @@ def run_run(args: Namespace) -> int:
 
 
 def begins_as_before(dataset: Path, study: str, plate: str, *, ask: bool = True) -> bool:
-    """Report what changed since the last run, and ask at a terminal whether to begin anyway."""
+    """Report changes since the last run; at a terminal, ask whether to begin anyway."""
     from slipscale.experiments.running.changed_since import changes  # noqa: PLC0415
     from slipscale.experiments.study.file import read_study  # noqa: PLC0415
 
@@ -210,7 +210,7 @@ def begins_as_before(dataset: Path, study: str, plate: str, *, ask: bool = True)
 def run_session(
     defaults: Defaults, *, participant: str, session: str, run: str, pilot: bool
 ) -> int:
-    """Run a participant's session as a laboratory folder has it."""
+    """Run a participant's session with a laboratory folder's settings."""
     from slipscale.experiments.running.contact_sources import ContactSpecs  # noqa: PLC0415
     from slipscale.experiments.running.lab_session import Setting, make_plan  # noqa: PLC0415
 
@@ -241,7 +241,7 @@ def _begin(out: Path, plan: RunPlan, setting: Setting, *, add_study: bool = Fals
 
 
 def _setting(args: Namespace, plate: str, *, markers: tuple[str, ...]) -> Setting:
-    """Return where a session takes place, as the command line has it."""
+    """Return a session's equipment and options from the command line."""
     from slipscale.experiments.running.lab_session import Setting  # noqa: PLC0415
 
     return Setting(
@@ -257,7 +257,7 @@ def _setting(args: Namespace, plate: str, *, markers: tuple[str, ...]) -> Settin
 
 
 def _markers(args: Namespace) -> tuple[str, ...]:
-    """Return where markers go: as the command line says, else the laboratory folder."""
+    """Return the marker outputs from the command line, otherwise from the laboratory folder."""
     return tuple(args.markers) if args.markers else here().markers
 
 
@@ -280,7 +280,7 @@ def add_resume(parser: ArgumentParser) -> None:
 
 
 def run_resume(args: Namespace) -> int:
-    """Go on with an interrupted run."""
+    """Resume an interrupted run."""
     from slipscale.experiments.journal.plan_and_progress import (  # noqa: PLC0415
         answered_by,
         dataset_of,
@@ -316,7 +316,7 @@ def run_resume(args: Namespace) -> int:
 
 
 def _interrupted(folder: Path | None) -> str:
-    """Return the sentence about a missing journal, with the interrupted runs that are there."""
+    """Return the error message for a missing journal, with a list of interrupted runs."""
     from slipscale.experiments.dataset.journals import journals  # noqa: PLC0415
     from slipscale.experiments.running.run_state import how_to_resume, run_state  # noqa: PLC0415
 
@@ -337,7 +337,7 @@ def _interrupted(folder: Path | None) -> str:
 
 
 def _end(outcome: str, journal: Path) -> int:
-    """Say how a session ended; return the exit status."""
+    """Report how a session ended; return the exit status."""
     if outcome == "complete":
         print(f"complete: {journal}")
         return DONE
@@ -366,12 +366,12 @@ def add_check(parser: ArgumentParser) -> None:
 
 
 def _tell_step(finding: Finding) -> None:
-    """Say on standard error which check is over, for a program that shows it."""
+    """Report a finished check on standard error, for programs that show progress."""
     print(f"step: {finding.name}", file=sys.stderr, flush=True)
 
 
 def run_check(args: Namespace) -> int:
-    """Go through the checklist."""
+    """Run the checklist."""
     from slipscale.experiments.journal.plan_and_progress import is_mock  # noqa: PLC0415
     from slipscale.experiments.running.preflight import PlannedSession, check  # noqa: PLC0415
 

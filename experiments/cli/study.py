@@ -1,4 +1,4 @@
-"""What ``slipscale study`` does without the analysis: new, show, validate, texts, schema."""
+"""The subcommands new, show, validate, texts and schema of ``slipscale study``."""
 
 from __future__ import annotations
 
@@ -17,12 +17,13 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-NEW_STUDY = "biet2007"  # what a new file begins as
+NEW_STUDY = "biet2007"  # template of a new file
 WHICH = "a TOML file or a shipped study's name"
 
 
 def add_study(parser: ArgumentParser) -> Commands:
-    """Fill the parser of ``slipscale study``; return its commands, for whoever adds one."""
+    """Fill the parser of ``slipscale study``; return its subcommands, so that others can be added.
+    """
     commands = parser.add_subparsers(
         dest="what",
         metavar="new | show | validate | freeze | texts | schema",
@@ -91,7 +92,7 @@ def add_study(parser: ArgumentParser) -> Commands:
         help="report every fault of a study file, and how balanced its orders are",
         epilog="example: slipscale study validate matching",
     )
-    # Outside a laboratory folder there is no study of one's own to take for granted.
+    # Outside a laboratory folder there is no default study.
     optional: dict[str, Any] = {"nargs": "?", "default": default.study} if default.file else {}
     validate.add_argument("study", metavar="STUDY", help=WHICH, **optional)
     texts = commands.add_parser(
@@ -113,7 +114,7 @@ def add_study(parser: ArgumentParser) -> Commands:
 
 
 def run_study(args: Namespace) -> int:
-    """Write, show or validate a study file, or print the schema of all."""
+    """Write, show or validate a study file, or print the schema of study files."""
     from slipscale.experiments.running import study_commands  # noqa: PLC0415
 
     if args.what in ("show", "validate", "texts"):
@@ -138,10 +139,10 @@ def run_study(args: Namespace) -> int:
 
 
 def _title_and_authors(args: Namespace) -> tuple[str, tuple[str, ...]]:
-    """Return what the command line says of title and authors; what it does not say is asked."""
+    """Return title and authors from the command line; ask for missing ones."""
     title, authors = args.title or "", tuple(args.author or ())
     if args.path.exists():
-        return title, authors  # refused anyway: nobody types for nothing
+        return title, authors  # will be rejected: do not ask
     if not title and sys.stdin.isatty():
         title = input(f"Title of the study [{args.path.stem}]: ").strip()
     if not authors and sys.stdin.isatty():
@@ -151,14 +152,14 @@ def _title_and_authors(args: Namespace) -> tuple[str, tuple[str, ...]]:
 
 
 def _refuse_without_timeline(args: Namespace) -> None:
-    """Refuse options that only a timeline has."""
+    """Reject options that require ``--timeline``."""
     for name in ("population", "json"):
         if getattr(args, name):
             raise UserError(f"--{name}: expected --timeline beside it")
 
 
 def _figure_path(args: Namespace) -> Path | None:
-    """Return where a figure is wanted, if it is."""
+    """Return the path for a figure, if one is requested."""
     figure: Path | None = args.figure
     if figure and figure.suffix not in (".svg", ".png", ".pdf"):
         raise UserError(f"--figure {figure}: expected a name that ends in .svg, .png or .pdf")
@@ -175,7 +176,7 @@ def _save(figure: Figure, path: Path) -> None:
 
 
 def _timeline(args: Namespace) -> int:
-    """Print what a participant goes through, and draw it."""
+    """Print a participant's timeline, and draw it if requested."""
     from slipscale.experiments.participants.simulated_people.population import read_population  # noqa: PLC0415
     from slipscale.experiments.running.timeline import as_json, lines, timeline  # noqa: PLC0415
 

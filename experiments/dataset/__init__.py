@@ -1,1 +1,1 @@
-"""Journals to a BIDS data set: columns, trials, files."""
+"""Build a BIDS data set from journals: columns, trials and files."""

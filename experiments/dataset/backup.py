@@ -1,7 +1,7 @@
-"""Backups: a run's journal copied to another folder when the run is over, and compared.
+"""Backups: when a run is over, its journal is copied to another folder and the copy is verified.
 
-A backup has the form of a data set, so ``slipscale data build`` works there. The data set remembers
-its backups: who withdraws goes from them too.
+A backup has the structure of a data set, so ``slipscale data build`` works there. The data set
+keeps a list of its backups, so that a withdrawal also removes data from them.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ KNOWN = Path("sourcedata", "backups.json")
 
 
 def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
-    """Copy a journal to a backup folder, and compare the copy; return it.
+    """Copy a journal to a backup folder, verify the copy and return its path.
 
     Parameters
     ----------
     dataset : Path
-        The data set; its copy has the same name.
+        The data set; its backup has the same name.
     journal : Path
-        Of a run that is over.
+        Journal of a run that is over.
     folder : Path
-        Exists, and lies outside the data set: a medium that is not there must not be taken for
-        an empty folder.
+        An existing folder outside the data set. It is never created: otherwise a disconnected
+        medium would be taken for an empty folder.
 
     Raises
     ------
     UserError
-        The folder is not there or inside the data set, holds another run under that name, or the
-        copy cannot be written or is not the same.
+        The folder does not exist or is inside the data set, contains another run under the same
+        name, or the copy cannot be written or differs from the journal.
     """
     check_folder(dataset, folder)
     place = folder.resolve() / dataset.resolve().name
@@ -45,7 +45,7 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
     draft = copy.with_name(f".{copy.name}.tmp")
     try:
         content = journal.read_bytes()
-        # A journal only grows: what was copied before must be its beginning.
+        # A journal only grows, so an earlier copy must be its beginning.
         if copy.exists() and not content.startswith(copy.read_bytes()):
             raise UserError(
                 f"{copy}: holds another run, or more of this one; expected a backup folder of "
@@ -70,7 +70,7 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
 
 
 def check_folder(dataset: Path, folder: Path) -> None:
-    """Raise `UserError` unless a folder can be a data set's backup."""
+    """Raise `UserError` unless a folder can serve as a data set's backup."""
     if not folder.is_dir():
         raise UserError(f"--backup {folder}: no such folder; connect its disk, or make it")
     if folder.resolve().is_relative_to(dataset.resolve()):
@@ -83,7 +83,7 @@ def check_folder(dataset: Path, folder: Path) -> None:
 
 
 def why_no_backup(dataset: Path, folder: Path) -> str:
-    """Return why a folder cannot be a data set's backup now; empty if it can."""
+    """Return why a folder cannot currently serve as a data set's backup; empty if it can."""
     try:
         check_folder(dataset, folder)
     except UserError as fault:
@@ -92,12 +92,12 @@ def why_no_backup(dataset: Path, folder: Path) -> str:
 
 
 def not_backed_up(dataset: Path, folder: Path | None) -> list[Path]:
-    """Return the journals without a copy of the same length in any backup that is connected.
+    """Return the journals without a copy of the same length in any connected backup.
 
     Parameters
     ----------
     folder : Path, optional
-        A backup folder in addition to those that the data set remembers.
+        A backup folder in addition to those on the data set's list.
     """
     places = [*backups(dataset), *([folder / dataset.resolve().name] if folder else [])]
 
@@ -110,12 +110,12 @@ def not_backed_up(dataset: Path, folder: Path | None) -> list[Path]:
 
 
 def backups(dataset: Path) -> list[Path]:
-    """Return the backups that a data set knows of.
+    """Return the backup folders on a data set's list.
 
     Raises
     ------
     UserError
-        Its list cannot be read.
+        The list cannot be read.
     """
     path = dataset / KNOWN
     try:
@@ -129,7 +129,7 @@ def backups(dataset: Path) -> list[Path]:
 
 
 def _remember(dataset: Path, place: Path) -> None:
-    """Note a backup before anything is in it."""
+    """Add a backup to the list before anything is written to it."""
     known = backups(dataset)
     if place not in known:
         write_file(dataset / KNOWN, json.dumps([str(each) for each in [*known, place]]) + "\n")

@@ -1,4 +1,4 @@
-"""The data set, written from its journals: rebuilt at will, never edited."""
+"""Write a data set from its journals. It can be rebuilt at any time and is never edited."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ if TYPE_CHECKING:
 
 
 def build_dataset(dataset: Path, gone: Collection[str] = ()) -> list[Problem]:
-    """Write the data set that the journals under ``sourcedata`` give, and remove no row.
+    """Write the data set from the journals in ``sourcedata``, without removing any row.
 
     Parameters
     ----------
     dataset : Path
-        The data set's folder; its README.md is written once and is yours afterwards.
+        The data set's folder. Its README.md is written once and can then be edited.
     gone : collection of str
-        Labels of participants who are withdrawing: their rows are removed.
+        Labels of participants who are withdrawing; their rows are removed.
 
     Returns
     -------
     list of Problem
-        What is damaged in the journals, and what only the tables hold; see
+        Damage in the journals, and data that only the tables contain; see
         `slipscale.experiments.dataset.former_tables`.
 
     Raises
     ------
     UserError
-        It holds both pilots and participants, or cannot be written.
+        The data set contains both pilots and participants, or cannot be written.
     """
     runs, problems = read_runs(dataset)
     files, kept = with_former(dataset, runs, gone)

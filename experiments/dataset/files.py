@@ -1,4 +1,4 @@
-"""Files of a data set, written whole or not at all."""
+"""Write files of a data set atomically: completely or not at all."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from pathlib import Path
 
-# A file's bytes, its text, or the object that a JSON file holds.
+# A file's bytes, its text, or the content of a JSON file.
 Content = bytes | str | dict[str, Any]
 
 
 def draft_of(path: Path) -> Path:
-    """Return where a file or folder is written before it gets its name."""
+    """Return the path at which a file or folder is written before it is renamed."""
     return path.with_name(f".{path.name}.tmp")
 
 
 def write_file(
     path: Path, content: Content, *, private: bool = False, durable: bool = False
 ) -> None:
-    """Write a file whole or not at all.
+    """Write a file completely or not at all.
 
     Parameters
     ----------
     private : bool
-        Whether the file is for its owner alone.
+        Whether only the owner can read the file.
     durable : bool
         Whether to wait for the disk.
 
     Raises
     ------
     UserError
-        It cannot be written.
+        The file cannot be written.
     """
     if isinstance(content, dict):
         content = json.dumps(content, indent=2) + "\n"

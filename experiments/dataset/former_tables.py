@@ -1,14 +1,14 @@
-"""What the tables of a data set hold that its journals do not give any more.
+"""Preserve data that a data set's existing tables contain but its journals no longer do.
 
-A build never removes a row. Journals can be lost, cut or damaged after their tables were made; the
-tables are then the only copy. The rules:
+A build never removes a row. Journals can be lost, truncated or damaged after their tables were
+written; the tables are then the only copy. The rules:
 
-- A run's table that would lose a row, or a value because of damage, stays as it is.
-- In a table of several participants or sessions, rows that no journal gives are kept, and so are
-  single values of people with a lost, cut or damaged journal.
-- Whatever is kept is reported, until the journal is back or somebody deletes the row.
+- A run's table is left unchanged if a rebuild would lose a row, or lose a value because of damage.
+- In a table of several participants or sessions, rows that no journal provides are kept, and so
+  are single values of participants with a lost, truncated or damaged journal.
+- Everything that is kept is reported until the journal is restored or somebody deletes the row.
 
-The rows of people who withdrew are the exception.
+Rows of participants who withdrew are always removed.
 """
 
 from __future__ import annotations
@@ -37,30 +37,30 @@ if TYPE_CHECKING:
     from slipscale.experiments.dataset.files import Content
     from slipscale.experiments.dataset.journals import Run
 
-# The columns that say whose row it is.
+# The columns that identify a row's participant, session and run.
 KEYS = (PARTICIPANT, SESSION, RUN)
 Files = dict["PurePosixPath", "Content"]
 Row = dict[str, str]
 
 
 class Kept(NamedTuple):
-    """Files to be written so that nothing is lost, and what is reported about them."""
+    """Files to write without losing data, and the problems to report."""
 
     files: Files
     problems: list[Problem]
 
 
 def with_former(dataset: Path, runs: Sequence[Run], gone: Collection[str] = ()) -> Kept:
-    """Return a data set's files with what only its former tables hold.
+    """Return a data set's files, including data that only its existing tables contain.
 
     Parameters
     ----------
     dataset : Path
-        Its tables are read, and nothing is written.
+        Its tables are read; nothing is written.
     runs : sequence of Run
-        What its journals give.
+        The runs read from its journals.
     gone : collection of str
-        Labels of participants who withdrew: nothing of theirs is kept.
+        Labels of participants who withdrew; nothing of theirs is kept.
     """
     files, problems = render(runs)
     cut = cut_journals(dataset, runs)
@@ -85,7 +85,7 @@ def with_former(dataset: Path, runs: Sequence[Run], gone: Collection[str] = ()) 
 
 
 def strays(dataset: Path, files: Collection[PurePosixPath]) -> Iterator[Path]:
-    """Yield the tables of runs that no journal gives."""
+    """Yield the tables of runs that have no journal."""
     known = {str(name) for name in files}
     for path in sorted(dataset.glob("sub-*/**/beh/*.tsv")):
         if path.relative_to(dataset).as_posix() not in known and TABLE_NAME.fullmatch(path.name):
@@ -93,9 +93,9 @@ def strays(dataset: Path, files: Collection[PurePosixPath]) -> Iterator[Path]:
 
 
 def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PurePosixPath]]:
-    """Return which journals are not what they were when their tables were made, and these tables.
+    """Return the journals that have lost data since their tables were written, and these tables.
 
-    A journal only grows: what the sidecar says of it must still be found in it.
+    A journal only grows, so it must still contain everything that the sidecar records about it.
     """
     found: dict[Problem, list[PurePosixPath]] = {}
     for run in runs:
@@ -110,7 +110,7 @@ def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PureP
 
 
 def _own_entries(path: Path) -> dict[str, Any]:
-    """Return our object of a sidecar, empty where there is none that can be read."""
+    """Return Slipscale's object in a sidecar; empty if it cannot be read."""
     own = _described(path).get(SIDECAR)
     return own if isinstance(own, dict) else {}
 
@@ -132,7 +132,7 @@ def _is_shared(name: PurePosixPath) -> bool:
 
 
 def _lost(run: Run, told: dict[str, Any]) -> str:
-    """Return what a journal has lost since a sidecar was written; nothing if it holds it all."""
+    """Return what a journal has lost since a sidecar was written; empty if it is complete."""
     count, known = told.get("records"), told.get("hash")
     if type(count) is not int or count < 1:
         return ""
@@ -148,7 +148,7 @@ def _lost(run: Run, told: dict[str, Any]) -> str:
 
 
 def _loses(path: Path, new: str, *, damaged: bool) -> str:
-    """Return what a run's table would lose; nothing if it keeps all."""
+    """Return what a run's table would lose in a rebuild; empty if nothing."""
     before, rows = _rows(path), _parse(new)
     if len(before) > len(rows):
         return (
@@ -176,7 +176,7 @@ def _keep_rows(
     lost: Collection[str],
     gone: Collection[str],
 ) -> Iterator[Problem]:
-    """Put the rows and values that only a former table holds back into the new one."""
+    """Restore to a new table the rows and values that only the existing table contains."""
     rows, kept = _parse(str(files[name])), list[Row]()
     whose = name.parts[0] if name.parts[0].startswith("sub-") else ""  # a table of sessions
     for old in _rows(dataset / name):
@@ -215,7 +215,7 @@ KEPT = "it was kept. Restore the journal, or delete it by hand and build again"
 
 
 def _rows(path: Path) -> list[Row]:
-    """Return the rows of a table that is there and can be read."""
+    """Return the rows of a table; empty if it does not exist or cannot be read."""
     try:
         return _parse(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, csv.Error):

@@ -1,9 +1,10 @@
-"""Participants whom somebody excluded from the analysis by hand, with the reason.
+"""Manual exclusions of participants from the analysis, with reasons.
 
-The decisions about a participant are located next to their journals, in
-``sourcedata/sub-<label>/excluded.json``: a withdrawal removes them, a merge takes them along. The
-file is a list of all decisions in order; the last one counts. Each records whether results had been
-shown before, because an exclusion that depends on the results is no exclusion by plan.
+The decisions about a participant are stored next to their journals, in
+``sourcedata/sub-<label>/excluded.json``, so that a withdrawal removes them and a merge copies
+them. The file lists all decisions in order; the last one applies. Each decision records whether
+results had been shown before, because an exclusion that depends on the results is not a planned
+one.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ DECISIONS = TypeAdapter(tuple[Decision, ...])
 
 
 def excluded_by_hand(dataset: Path) -> Mapping[str, Decision]:
-    """Return who is excluded by hand, by label.
+    """Return the manually excluded participants by label.
 
     Raises
     ------
@@ -57,13 +58,13 @@ def excluded_by_hand(dataset: Path) -> Mapping[str, Decision]:
 def decide(
     dataset: Path, participant: str, *, excluded: bool, reason: str, results_seen: bool
 ) -> None:
-    """Write down that a participant is excluded by hand, or included again.
+    """Record that a participant is manually excluded, or included again.
 
     Raises
     ------
     UserError
-        The data set has nothing of them, there is no reason, it is so already, or the file cannot
-        be read or written.
+        The data set has no data of this participant, the reason is empty, the participant already
+        has this status, or the file cannot be read or written.
     """
     path = dataset / "sourcedata" / f"sub-{participant}" / RECORD
     if not path.parent.is_dir():
@@ -84,12 +85,12 @@ def decide(
 
 
 def decisions(path: Path) -> tuple[Decision, ...]:
-    """Return all decisions about a participant, the first one first.
+    """Return all decisions about a participant, oldest first.
 
     Raises
     ------
     UserError
-        The file cannot be read, or is not such a list.
+        The file cannot be read, or is not a list of decisions.
     """
     try:
         found = DECISIONS.validate_json(path.read_bytes())

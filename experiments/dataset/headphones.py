@@ -1,4 +1,4 @@
-"""What came of a run's headphone test, from its journal."""
+"""Result of a run's headphone test, read from its journal."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def headphone_result(records: list[Record], test: HeadphoneTest) -> dict[str, Any]:
-    """Return the result of the last attempt, and what the operator decided.
+    """Return the result of the last attempt and the operator's decision.
 
     ``result`` is passed, failed, not done (with the reason) or broken off.
     """
@@ -47,7 +47,7 @@ def headphone_result(records: list[Record], test: HeadphoneTest) -> dict[str, An
 
 
 def _answers(records: list[Record]) -> Iterator[tuple[dict[str, Any], Any]]:
-    """Yield the test's questions and what was answered."""
+    """Yield the test's questions and their answers."""
     step: dict[str, Any] = {}
     for record in records:
         if record.kind == "begin":

@@ -1,6 +1,6 @@
-"""The runs of a data set: what each journal gives, and which journals are damaged.
+"""The runs of a data set, read from its journals, and the journals' damage.
 
-One damaged journal keeps no other run from being used, and what is whole of it is used too.
+A damaged journal does not prevent other runs from being used, and its own intact records are used.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Problem:
-    """What is wrong with a file of a data set.
+    """A problem with a file of a data set.
 
     Parameters
     ----------
     file : str
-        Its path in the data set, with forward slashes.
+        Path in the data set, with forward slashes.
     place : str
-        "line 3", "row 2", an entry of a sidecar; empty where the whole file is meant.
+        "line 3", "row 2" or an entry of a sidecar; empty if the whole file is affected.
     what : str
-        What is wrong.
+        Description of the problem.
     """
 
     file: str
@@ -42,13 +42,13 @@ class Problem:
     what: str
 
     def __str__(self) -> str:
-        """Return the sentence that names file and place."""
+        """Return a sentence with file, place and description."""
         return harmless(": ".join(part for part in (self.file, self.place, self.what) if part))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run:
-    """One run of a data set, as its journal tells it."""
+    """A run of a data set, as recorded in its journal."""
 
     path: Path
     plan: RunPlan
@@ -58,7 +58,7 @@ class Run:
 
     @property
     def complete(self) -> bool:
-        """Whether it came to its end."""
+        """Whether the run reached its end."""
         return is_complete(self.records)
 
 
@@ -68,17 +68,17 @@ def journals(dataset: Path) -> list[Path]:
 
 
 def mode_of(dataset: Path) -> Mode | None:
-    """Return whether a data set holds pilots or participants; None while it holds neither.
+    """Return whether a data set contains pilots or participants; None if it contains neither.
 
     Raises
     ------
     UserError
-        It holds both.
+        It contains both.
     """
     modes: set[Mode] = set()
     for path in journals(dataset):
-        # Their first records alone, and a damaged one says nothing: no damage must keep the next
-        # participant waiting.
+        # Only first records are read, and damaged ones are skipped: damage must not delay the next
+        # participant.
         try:
             plan, _ = read_usable(path, most=1)
         except UserError:
@@ -91,12 +91,12 @@ def mode_of(dataset: Path) -> Mode | None:
 
 
 def read_runs(dataset: Path) -> tuple[list[Run], list[Problem]]:
-    """Return a data set's runs in the order of their journals, and what is damaged of these.
+    """Return a data set's runs in the order of their journals, and the journals' damage.
 
     Raises
     ------
     UserError
-        It holds both pilots and participants.
+        It contains both pilots and participants.
     """
     mode_of(dataset)
     runs: list[Run] = []
@@ -118,14 +118,14 @@ def read_runs(dataset: Path) -> tuple[list[Run], list[Problem]]:
 
 
 def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
-    """Return a journal's run; None where it has not begun or does not say whose run it is."""
+    """Return a journal's run; None if it has not begun or cannot be identified."""
     if not has_begun(path):
         return None
     plan, reading = read_usable(path)
     file = path.relative_to(dataset).as_posix()
     if plan is None and reading.records and (known := header_from_tables(dataset, path)):
         plan, header = known
-        # The damage may be of more than the header: then its mark stays for the first trial.
+        # If more than the header is damaged, its mark is kept for the first trial.
         whole = len(reading.records) > 1 and reading.records[1].number == 1
         reading.records[: 1 if whole else 0] = [header]
         told = "what the header said is taken from the run's sidecar"
@@ -145,7 +145,7 @@ def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
     if plan.journal_path(dataset) != path:
         expected = plan.journal_path(dataset).relative_to(dataset).as_posix()
         raise UserError(f"it was written as {expected}; put it back under that name")
-    plan.tasks()  # raises where its study cannot be read
+    plan.tasks()  # raises if its study cannot be read
     return Run(
         path=path,
         plan=plan,

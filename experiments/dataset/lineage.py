@@ -1,6 +1,6 @@
-"""Which data sets a merged set was made of, and which merged sets a data set is part of.
+"""The sources of a merged data set, and the merged sets that include a data set.
 
-Both sides keep the list, because a withdrawal from one concerns the other.
+Both sides keep the list, because a withdrawal from one affects the other.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ SOURCES, INTO = "sources", "merged_into"
 
 
 def sources(dataset: Path) -> list[Path]:
-    """Return the data sets that a merged one was made of; none for any other."""
+    """Return the data sets from which a merged one was made; empty for other data sets."""
     return _read(dataset)[SOURCES]
 
 
 def merged_into(dataset: Path) -> list[Path]:
-    """Return the merged sets that a data set is part of."""
+    """Return the merged sets that include a data set."""
     return _read(dataset)[INTO]
 
 
 def note_source(dataset: Path, source: Path) -> None:
-    """Note in a merged set what it was made of."""
+    """Record one of a merged set's sources."""
     _add(dataset, SOURCES, source)
 
 
 def note_merged(dataset: Path, merged: Path) -> None:
-    """Note in a data set where it is merged into."""
+    """Record in a data set that it is part of a merged set."""
     _add(dataset, INTO, merged)
 
 
@@ -49,7 +49,7 @@ def _read(dataset: Path) -> dict[str, list[Path]]:
     Raises
     ------
     UserError
-        They cannot be read.
+        The lists cannot be read.
     """
     path = dataset / KNOWN
     try:

@@ -1,8 +1,8 @@
-"""A run whose journal has lost its header: its tables' sidecar says the same.
+"""Recover a run from its tables' sidecars if its journal has lost the header.
 
-The header is a journal's first record; without it the other records are answers to an unknown
-study. The sidecars repeat it, and the study file lies in the data set under its hash, so that
-nothing has to be guessed. A run that has no tables yet has nothing that could stand in.
+The header is a journal's first record; without it, the other records are answers to an unknown
+study. The sidecars repeat the header, and the data set contains the study file under its hash, so
+nothing has to be guessed. A run without tables cannot be recovered.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 
 def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] | None:
-    """Return a run's plan and header as its sidecars and study file have them.
+    """Return a run's plan and header, reconstructed from its sidecars and study file.
 
-    None where there are no tables of the run, or they do not say it.
+    Returns None if the run has no tables or they do not contain this information.
     """
     for entries in _sidecars(dataset, journal):
         record = Record(number=0, time_s=0.0, kind="header", data=entries)
@@ -39,7 +39,7 @@ def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] |
 
 
 def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, Any]]:
-    """Yield what each sidecar of the run says, in the words of a header."""
+    """Yield the content of each of the run's sidecars in the form of a header."""
     studies = _studies(dataset)
     for table in sorted(dataset.glob(f"{journal.parent.name}/**/beh/*_beh.tsv")):
         found = TABLE_NAME.fullmatch(table.name)
@@ -57,17 +57,17 @@ def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, Any]]:
             name, text = told["study"], studies[told["study_hash"]]
         except (OSError, ValueError, LookupError, TypeError, RecursionError):
             continue
-        # Sidecars do not name the version of the orders; there is one.
+        # Sidecars do not record the version of the orders; so far there is only one.
         orders = {"order_version": ORDER_VERSION}
         yield {**told, **labels, **orders, "study_name": name, "study_text": text}
 
 
 def _studies(dataset: Path) -> dict[str, str]:
-    """Return the texts of a data set's study files, by their hash."""
+    """Return the texts of a data set's study files by hash."""
     texts = []
     for path in sorted((dataset / "code").glob("study*.toml")):
         try:
-            texts.append(path.read_bytes().decode())  # its own line ends: the hash is of them
+            texts.append(path.read_bytes().decode())  # the hash includes line endings
         except (OSError, UnicodeDecodeError):
             continue
     return {study_hash(text): text for text in texts}

@@ -1,7 +1,7 @@
-"""What was measured in a trial beside the plate's own readback: columns that only some runs have.
+"""Measurements in a trial other than the amplitude readback; only some runs have these columns.
 
-A run has the columns of what it measured at least once. Position and force come from samples in the
-journal (docs/decisions/one-journal.md).
+A run has a column for each quantity that it measured at least once. Position and force come from
+samples in the journal (docs/decisions/one-journal.md).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 SPEED, STROKES = "exploration_speed_mm_s", "strokes"
 COEFFICIENT, NORMAL_FORCE = "friction_coefficient", "normal_force_n"
-# Column: what an answer of the plate calls it.
+# Column -> its name in a plate's answer.
 OF_INTERVAL = re.compile(r"interval([0-9]+)_")
 OF_THE_PLATE = {"drive_voltage_v_peak": "voltage_v_peak", "plate_temperature_c": "temperature_c"}
 
@@ -72,13 +72,13 @@ MEASURED: Mapping[str, Column] = {
     ),
 }
 
-UNREADABLE = 0.1  # of the readings of an exploration
+UNREADABLE = 0.1  # fraction of an exploration's readings
 
 
 def measured_columns(names: Iterable[str]) -> dict[str, Column]:
-    """Return the columns of what was measured, in the order of the table.
+    """Return the columns of measured quantities in table order.
 
-    What was measured in one of a trial's intervals has the interval before its name.
+    The name of a quantity measured in one of a trial's intervals starts with the interval.
     """
     wanted = set(names)
     found = {name: column for name, column in MEASURED.items() if name in wanted}
@@ -95,25 +95,25 @@ def measured_columns(names: Iterable[str]) -> dict[str, Column]:
 def of_interval(
     values: Mapping[str, float | None], interval: int | None
 ) -> Mapping[str, float | None]:
-    """Return what was measured, named after the interval of the trial that it belongs to."""
+    """Return measured values with names that start with the interval, if there is one."""
     return {f"interval{interval}_{name}": v for name, v in values.items()} if interval else values
 
 
 def plate_measures(presented: Mapping[str, Any]) -> dict[str, float | None]:
-    """Return what the plate told of itself, beside its amplitude, when it presented a surface."""
+    """Return the plate's measurements other than amplitude when it presented a surface."""
     told = {column: presented[name] for column, name in OF_THE_PLATE.items()}
     return {column: value for column, value in told.items() if value is not None}
 
 
 def samples(record: Record) -> list[Sample]:
-    """Return the samples of a "contact" record: time of the session, and the values."""
+    """Return the samples of a "contact" record: session time and values."""
     data = record.data
     rows = zip(data["times_s"], *data["values"].values(), strict=True)
     return [Sample(data["begun_s"] + time_s, tuple(values)) for time_s, *values in rows]
 
 
 class Explorations:
-    """Gathers the samples of explorations from a journal's records, one after another."""
+    """Collects the samples of explorations from a journal's records in order."""
 
     def __init__(self) -> None:
         self._parts: dict[str, list[Sample]] = {}
@@ -121,8 +121,8 @@ class Explorations:
         self._unreadable = 0
 
     def see(self, record: Record) -> None:
-        """Take note of a record, of whatever kind."""
-        if record.kind == "begin":  # what was not finished before belongs to no trial
+        """Process a record of any kind."""
+        if record.kind == "begin":  # an unfinished exploration belongs to no trial
             self._parts, self._whole, self._unreadable = {}, {}, 0
         elif record.kind == "contact" and record.data["during"] == "exploration":
             self._take(record)
@@ -138,7 +138,7 @@ class Explorations:
             self._whole[source] = gathered
 
     def implausible(self) -> list[str]:
-        """Return what no finger does, of the exploration that is over."""
+        """Return what is implausible for a finger in the last exploration."""
         places, forces = self._whole.get("position", []), self._whole.get("force", [])
         found = [*implausible_places(places), *implausible_forces(forces)]
         if self._unreadable > UNREADABLE * (len(places) + len(forces)):
@@ -146,7 +146,7 @@ class Explorations:
         return found
 
     def measures(self) -> dict[str, float | None]:
-        """Return what the exploration that is over says; nothing where nothing was measured."""
+        """Return the measures of the last exploration; empty if nothing was measured."""
         found: dict[str, float | None] = {}
         places = self._whole.get("position", [])
         if "position" in self._whole:
@@ -162,5 +162,5 @@ class Explorations:
 
 
 def _rounded(value: float | None) -> float | None:
-    """Return a value to four decimals: no sensor tells more."""
+    """Round a value to four decimals; no sensor is more precise."""
     return None if value is None else round(value, 4)

@@ -1,8 +1,9 @@
-"""Two data sets joined into a new one: those of two laboratory computers that share a study.
+"""Merge two data sets into a new one, for example from two computers that share a study.
 
-Journals are copied as they are, and the tables made anew from them. Whatever contradicts itself is
-refused before anything is written, all of it at once. The new set is written as a draft and gets
-its name when it is complete: an interrupted merge leaves no set, and the same command repeats it.
+Journals are copied unchanged, and the tables are built from them. All contradictions are reported
+together, before anything is written. The new data set is written under a temporary name and
+renamed when it is complete: an interrupted merge leaves no data set and can be repeated with the
+same command.
 """
 
 from __future__ import annotations
@@ -35,16 +36,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Merged:
-    """What came of a merge.
+    """The result of a merge.
 
     Parameters
     ----------
     runs : int
-        How many runs the new data set holds.
+        Number of runs in the new data set.
     notes : tuple of str
-        What should be known, and is no contradiction.
+        Remarks that are not contradictions.
     problems : tuple of Problem
-        What is damaged, as in the data sets that were joined.
+        Damage, as in the source data sets.
     """
 
     runs: int
@@ -53,15 +54,15 @@ class Merged:
 
 
 def merge(one: Path, other: Path, out: Path) -> Merged:
-    """Join two data sets into a new one; they stay as they are.
+    """Merge two data sets into a new one, leaving both unchanged.
 
     Raises
     ------
     UserError
-        One of them is no data set or is being recorded to; ``out`` is not new; or they contradict
-        each other: another run under the same name, pilots and participants, a study that has
-        changed, the same participant under two labels, somebody who withdrew from one only. One
-        message tells all contradictions.
+        One of them is not a data set or is being recorded to, ``out`` already exists, or they
+        contradict each other: different runs under the same name, pilots and participants,
+        different versions of the study, the same participant under two labels, or a participant
+        who withdrew from only one of them. One message lists all contradictions.
     """
     sources = (one, other)
     for folder in sources:
@@ -70,7 +71,7 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
         raise UserError(f"--out {out}: is not empty; expected a new folder")
     chosen = _by_place(one)
     for place, path in _by_place(other).items():
-        # Of the same run the longer: a copy was made before it went on.
+        # Use the longer journal of a run: the shorter one was copied before the run continued.
         if place not in chosen or path.stat().st_size > chosen[place].stat().st_size:
             chosen[place] = path
     told = [*_contradictions(one, other), *_own_files(one, other, chosen)]
@@ -78,7 +79,7 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
         many = "1 contradiction" if len(told) == 1 else f"{len(told)} contradictions"
         lines = "".join(f"\n  {sentence}" for sentence in told)
         raise UserError(f"{one} and {other} cannot be joined, {many}:{lines}")
-    for folder in sources:  # before anybody's data are in it: a withdrawal concerns it too
+    for folder in sources:  # before it contains data: withdrawals must reach it, too
         note_merged(folder, out)
     try:
         problems = _write(one, other, out, chosen)
@@ -89,7 +90,7 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
 
 
 def _write(one: Path, other: Path, out: Path, chosen: dict[Path, Path]) -> list[Problem]:
-    """Write the new set as a draft, and give it its name; return what is damaged of it."""
+    """Write the new data set under a temporary name and rename it; return its damage."""
     draft = draft_of(out)
     if draft.exists():
         shutil.rmtree(draft)
@@ -120,7 +121,7 @@ def _by_place(folder: Path) -> dict[Path, Path]:
 
 
 def _contradictions(one: Path, other: Path) -> Iterator[str]:
-    """Yield what two data sets say differently of the same thing."""
+    """Yield the contradictions between two data sets."""
     modes = {folder: mode_of(folder) for folder in (one, other)}
     if None not in modes.values() and modes[one] != modes[other]:
         yield f"{one} holds {modes[one]} data, {other} {modes[other]} data"
@@ -172,7 +173,7 @@ def _plans(folder: Path) -> Iterator[RunPlan]:
 
 
 def _own_files(one: Path, other: Path, chosen: dict[Path, Path]) -> Iterator[str]:
-    """Add the files that people wrote themselves to those chosen; yield which differ."""
+    """Add files written by people to those chosen; yield those that differ."""
     code = {
         path.relative_to(f) for f in (one, other) for path in f.glob("code/*") if path.is_file()
     }
@@ -187,7 +188,7 @@ def _own_files(one: Path, other: Path, chosen: dict[Path, Path]) -> Iterator[str
 
 
 def _write_lists(one: Path, other: Path, out: Path) -> None:
-    """Write who withdrew from either, and where either is backed up."""
+    """Write the merged lists of withdrawals and backups."""
     gone: dict[str, object] = {}
     for folder in (one, other):
         gone |= {str(entry["participant"]): entry for entry in entries(folder)}
@@ -199,7 +200,7 @@ def _write_lists(one: Path, other: Path, out: Path) -> None:
 
 
 def _in_both(one: Path, other: Path) -> Iterator[str]:
-    """Yield who has runs in both: one person, as far as anybody can tell."""
+    """Yield participants with runs in both data sets; they are taken for the same person."""
     labels = [{path.parent.name.removeprefix("sub-") for path in journals(f)} for f in (one, other)]
     own = set(_by_place(one)) ^ set(_by_place(other))
     for label in sorted(labels[0] & labels[1]):

@@ -1,4 +1,4 @@
-"""Tables of questionnaires: BIDS keeps them in the folder ``phenotype``, one for each."""
+"""Questionnaire tables: BIDS stores them in the folder ``phenotype``, one per questionnaire."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FOLDER = PurePosixPath("phenotype")
 
 
 def phenotype(runs: Sequence[Run]) -> Iterator[tuple[PurePosixPath, str | dict[str, Any]]]:
-    """Yield each questionnaire's table, a row for each time it was asked, and its sidecar."""
+    """Yield each questionnaire's table, with one row per administration, and its sidecar."""
     asked: dict[str, list[Run]] = {}
     for run in runs:
         for questionnaire in run.plan.study.questionnaires:
@@ -30,7 +30,7 @@ def phenotype(runs: Sequence[Run]) -> Iterator[tuple[PurePosixPath, str | dict[s
 def _of_one(name: str, runs: list[Run]) -> Iterator[tuple[PurePosixPath, str | dict[str, Any]]]:
     items: dict[str, tuple[str, dict[str, str]]] = {}
     description = ""
-    for run in reversed(runs):  # the first study's words where two have the same item
+    for run in reversed(runs):  # if two studies share an item, the first study's words are used
         study = run.plan.study
         questionnaire = next(each for each in study.questionnaires if each.name == name)
         items = {**items, **questionnaire.levels(study.language)}

@@ -1,7 +1,7 @@
-"""What a data set's files hold: a pure function of its runs.
+"""Render the files of a data set as a pure function of its runs.
 
-`render` gives every file as the journals have it; `slipscale.experiments.dataset.bids` writes them,
-`slipscale.experiments.dataset.verification` compares them with what is there.
+`render` returns every file from the journals. `slipscale.experiments.dataset.bids` writes the
+files, and `slipscale.experiments.dataset.verification` compares them with the existing ones.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ README = PurePosixPath("README.md")
 
 
 def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Problem]]:
-    """Return the files that runs give, by their path in the data set.
+    """Return the files for a list of runs, by path in the data set.
 
-    A run whose records do not fill its tables (they are whole, and yet not what its protocol
-    writes) is a problem, and gives no file.
+    If the records of a run are intact but do not match its protocol's tables, the run is reported
+    as a problem and no file is written for it.
     """
     files: dict[PurePosixPath, Content] = {}
     problems: list[Problem] = []
@@ -100,7 +100,7 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
 def _sessions(
     participant: str, sessions: dict[str, list[Run]]
 ) -> Iterator[tuple[PurePosixPath, Content]]:
-    """Yield a participant's table of sessions, and its sidecar."""
+    """Yield a participant's table of sessions and its sidecar."""
     described = session_columns()
     path = PurePosixPath(f"sub-{participant}", f"sub-{participant}_sessions.tsv")
     rows = [
@@ -112,8 +112,8 @@ def _sessions(
 
 
 def _session_row(runs: list[Run]) -> tuple[Value, ...]:
-    """Return when a session began, and whether all its runs came to their end."""
-    # A pilot's day is of no meaning, and would make equal data sets differ.
+    """Return a session's start time, and whether all its runs are complete."""
+    # A pilot's date is meaningless and would make equal data sets differ.
     person = runs[0].plan.mode == "participant"
     began = min(str(run.records[0].data["started_utc"]) for run in runs)
     complete = all(run.complete for run in runs)
@@ -121,7 +121,7 @@ def _session_row(runs: list[Run]) -> tuple[Value, ...]:
 
 
 def stem_of(run: Run, task: str) -> PurePosixPath:
-    """Return the path of a task's table and sidecar of a run, without ending."""
+    """Return the path of a task's table and sidecar in a run, without suffix."""
     plan = run.plan
     session = [f"ses-{plan.session}"] if plan.session else []
     stem = table_stem(participant=plan.participant, session=plan.session, task=task, run=plan.run)
@@ -131,7 +131,7 @@ def stem_of(run: Run, task: str) -> PurePosixPath:
 def _run_files(
     run: Run, protocol: Protocol, labelled: str
 ) -> Iterator[tuple[PurePosixPath, Content]]:
-    """Yield one task's table of one run, and its sidecar."""
+    """Yield a task's table in one run, and its sidecar."""
     plan, records, gathered = run.plan, run.records, run.gathered
     described = columns(protocol, gathered.measured(protocol.task), plan.study.quantity)
     rows = [
@@ -163,8 +163,8 @@ def _run_files(
         "plate": first["plate"],
         "contact": first.get("contact", MISSING),
         "software": first["software"],
-        # A pilot's day is of no meaning, and would make equal data sets differ; so would how often
-        # it was interrupted, and the hash of a journal that holds both.
+        # A pilot's date is meaningless and would make equal data sets differ. So would its number
+        # of interruptions, and the hash of the journal, which contains both.
         "started_utc": first["started_utc"] if person else MISSING,
         "resumes": _resumes(run) if person else MISSING,
         "voided": [
@@ -186,7 +186,7 @@ def _run_files(
 
 
 def _resumes(run: Run) -> list[dict[str, Any]]:
-    """Return what was in use each time that a run was gone on with."""
+    """Return the equipment and software in use each time a run was resumed."""
     return [
         {
             "time_s": record.time_s,
@@ -211,7 +211,7 @@ def _top(
     *,
     simulated: bool,
 ) -> Iterator[tuple[PurePosixPath, Content]]:
-    """Yield what belongs to the whole data set."""
+    """Yield the files that belong to the data set as a whole."""
     first = plans[0]
     study = first.study
     pilot = " (simulated pilot)" if simulated else " (pilot)"
@@ -249,7 +249,7 @@ def _top(
 
 
 def _consent(column: Column, plan: RunPlan) -> Column:
-    """Return the column that says who agreed to take part, with what they agreed to."""
+    """Return the consent column, with the text to which participants agreed."""
     texts = plan.texts()
     asked, read = texts["session.consent_question"], texts["session.consent"].strip()
     return replace(
@@ -261,13 +261,13 @@ def _consent(column: Column, plan: RunPlan) -> Column:
 def _questions(
     people: dict[str, dict[str, Value]], plans: list[RunPlan]
 ) -> dict[str, dict[str, str]]:
-    """Return what was asked about the participants: name -> the words of each code."""
+    """Return the questions about participants: name -> the words of each code."""
     asked: dict[str, dict[str, str]] = {
         name: {} for row in people.values() for name in row if name not in (MODE, COMPLETE)
     }
     if CONSENT in asked:
         asked[CONSENT] = {"yes": "agreed to take part", "no": "did not agree"}
-    for plan in reversed(plans):  # the first study's words where two have the same code
+    for plan in reversed(plans):  # if two studies share a code, the first study's words are used
         for question in plan.study.about_you:
             if question.name in asked:
                 asked[question.name].update(question.levels(plan.study.language))
@@ -275,7 +275,7 @@ def _questions(
 
 
 def _readme(plan: RunPlan, *, simulated: bool) -> str:
-    """Return a data set's README. Who answered is one fact, what the plate was another."""
+    """Return a data set's README, which states who answered and whether the plate was real."""
     study = plan.study
     kinds = {
         "pilot": "**Pilot.** People answered to try the study out: these are not data. The JSON "

@@ -1,4 +1,4 @@
-"""Journal records gathered into trials: the pure half of the data set."""
+"""Collect journal records into trials, as pure functions."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from slipscale.experiments.journal.record import Record
     from slipscale.experiments.protocols.steps import Value
 
-# What an event between a trial's beginning and its end leaves on its row. A pilot that was taken
-# up again leaves nothing: in its virtual time there was no wait.
+# Event between a trial's beginning and end -> flag on its row. Resuming a pilot leaves no flag,
+# because no virtual time passed.
 EVENT_FLAGS: dict[str, str] = {
     "fault": FAULT,
     "pause": PAUSED,
@@ -44,16 +44,16 @@ EVENT_FLAGS: dict[str, str] = {
 
 @dataclass(slots=True)
 class Gathered:
-    """What a journal says, sorted.
+    """The content of a journal, sorted.
 
     Parameters
     ----------
     person : dict
         Answers about the participant.
     run_answers : dict of dict
-        Answers about a whole task's run, by task.
+        Answers about a task as a whole, by task.
     trials : dict of list
-        Finished trials, by task, in order.
+        Finished trials in order, by task.
     voided : list
         (task, trial, reason) of each voided trial.
     """
@@ -64,16 +64,16 @@ class Gathered:
     voided: list[tuple[str, int, str]] = field(default_factory=list)
 
     def measured(self, task: str) -> list[str]:
-        """Return the names of what was measured in a task's trials."""
+        """Return the names of the quantities measured in a task's trials."""
         return sorted({name for trial in self.trials.get(task, []) for name in trial.measured})
 
 
 def gather(records: list[Record]) -> Gathered:
     """Return a run's trials and answers from its journal's records, in order.
 
-    A trial without its end (the run was interrupted there) is not a trial yet and is left out.
-    Where a record is damaged, the trial in progress and the one that follows are flagged: which of
-    them it belonged to is not known.
+    A trial without an end (because the run was interrupted) is omitted. If a record is damaged,
+    the current trial and the next one are flagged, because it is unknown to which of them it
+    belonged.
     """
     gathered = Gathered()
     current: TrialRecord | None = None
@@ -97,7 +97,7 @@ def gather(records: list[Record]) -> Gathered:
         elif record.kind == reading.DAMAGED:
             damage = True
         elif record.kind in EVENT_FLAGS:
-            # "represented" that follows a virtual "take_up" belongs to it.
+            # A "represented" record after a virtual "take_up" belongs to it.
             virtual = record.data.get("virtual", virtual and record.kind == "represented")
             if current and not virtual:
                 _flag(current, EVENT_FLAGS[record.kind])
@@ -115,7 +115,7 @@ def _flag_damaged(
     damage: bool,
     time_s: float,
 ) -> None:
-    """Flag the trials on both sides of damage; one whose end is lost in it ends here."""
+    """Flag the trials on both sides of damage, and end a trial whose end record is lost."""
     if not damage:
         return
     if current:
@@ -133,7 +133,7 @@ def _flag_voided(gathered: Gathered) -> None:
 
 
 def _trial(step: dict[str, Any], current: TrialRecord | None, time_s: float) -> TrialRecord | None:
-    """Return the trial that a step belongs to: the current one, a new one, or none."""
+    """Return the trial to which a step belongs: the current one, a new one, or None."""
     if not step["trial"]:
         return None
     trial = trial_from(step["trial"])
@@ -150,8 +150,8 @@ def _flag(row: TrialRecord, flag: str) -> None:
 def _answer(
     gathered: Gathered, row: TrialRecord | None, step: dict[str, Any], record: Record
 ) -> None:
-    """Put a step's answer where it belongs."""
-    made = answer_from(record.data["answer"])  # with what an older journal does not name
+    """Store a step's answer in its row or among the answers about the run or person."""
+    made = answer_from(record.data["answer"])  # adds defaults for entries that older journals lack
     answer = answer_record(made) or {}
     if row is not None:
         take = TAKERS.get(step["type"])
@@ -166,7 +166,7 @@ def _answer(
 
 
 def _measure(row: TrialRecord | None, step: dict[str, Any], explorations: Explorations) -> None:
-    """Put on a row what was measured in its exploration, which is over."""
+    """Add the measures of a finished exploration to a row."""
     if row and step["type"] == "Explore":
         found = of_interval(explorations.measures(), step.get("interval"))
         row.measured = {**row.measured, **found}
@@ -175,7 +175,7 @@ def _measure(row: TrialRecord | None, step: dict[str, Any], explorations: Explor
 
 
 def _end(gathered: Gathered, row: TrialRecord, time_s: float) -> None:
-    """Put a trial that is over among the others of its task."""
+    """Add a finished trial to the others of its task."""
     task = row.trial.task
     row.end_s = time_s
     row.run_answers = gathered.run_answers.get(task, {})
@@ -190,7 +190,7 @@ def _take_presented(row: TrialRecord, step: dict[str, Any], answer: dict[str, An
             surface=surface, readback_level=answer["readback_level"], onset_s=answer["onset_s"]
         )
         if len(row.intervals) > 1:
-            return  # the trial began with its first
+            return  # the trial began at its first interval
     row.surface = surface
     row.before = surface_from(step["lead_in"][0]["surface"]) if step["lead_in"] else None
     row.readback_level = answer["readback_level"]
@@ -203,7 +203,7 @@ def _take_exploration(row: TrialRecord, step: dict[str, Any], answer: dict[str, 
         row.exploration_time_s = answer["response_time_s"]
     elif number in row.intervals:
         row.intervals[number].exploration_time_s = answer["response_time_s"]
-    else:  # what was explored is not told: its presentation was lost
+    else:  # unknown what was explored: its presentation was lost
         _flag(row, DAMAGED)
 
 

@@ -1,9 +1,9 @@
-"""What a data set holds: every file's columns and entries, their kinds, units, levels, meanings.
+"""Definition of a data set's files: columns and entries with types, units, levels and descriptions.
 
-The one place for it: `slipscale.experiments.dataset.bids` writes by it,
-`slipscale.analysis.reading` reads by it; docs/reference/data-set.md is generated. What belongs to
-one task only its protocol declares (see `slipscale.experiments.protocols.base.Protocol`); `columns`
-puts both together.
+This is the only definition: `slipscale.experiments.dataset.bids` writes according to it,
+`slipscale.analysis.reading` reads according to it, and docs/reference/data-set.md is generated
+from it. A protocol declares the columns that belong only to its task (see
+`slipscale.experiments.protocols.base.Protocol`); `columns` combines both.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ if TYPE_CHECKING:
     from slipscale.stimuli.surface import Surface
 
 MISSING = "n/a"
-# The columns of participants.tsv that Slipscale fills. The first says whose row it is, and does
-# so in every table of the analysis.
+# The columns of participants.tsv that Slipscale fills in. The first identifies the participant, as
+# in every table of the analysis.
 PARTICIPANT, MODE, COMPLETE = TAKEN
 
-# The column of a participant's sessions.tsv that says which session a row is about; in the table of
-# a questionnaire beside that of the session's run.
+# The column of a participant's sessions.tsv that identifies the session; a questionnaire's table
+# also has a column for the run.
 SESSION, RUN = ROW
 
 PRACTICE, MAIN = "practice", "main"
@@ -52,12 +52,12 @@ FLAGS: Mapping[str, str] = {
     "or a tenth of the readings could not be read",
     DAMAGED: "a record of this trial or next to it is damaged in the journal; not to be analysed",
 }
-# What the columns of a trial's intervals begin with, before their number.
+# Prefix of the columns of a trial's intervals; the interval's number follows.
 INTERVAL = "interval"
-# Between the flags of a trial.
+# Separates the flags of a trial.
 FLAG_SEPARATOR = ";"
 
-# A run's sidecar holds one object of ours, beside what BIDS knows.
+# Key of Slipscale's object in a run's sidecar, in addition to the BIDS keys.
 SIDECAR = "Slipscale"
 NOTES: Mapping[str, str] = {
     "study": "name of the study",
@@ -96,22 +96,22 @@ TABLE_NAME = re.compile(
 
 
 def table_stem(*, participant: str, session: str, task: str, run: str) -> str:
-    """Return the name of a run's table and of its sidecar, without ending; see `TABLE_NAME`."""
+    """Return the name of a run's table and sidecar, without suffix; see `TABLE_NAME`."""
     return f"{stem(participant, session)}_task-{task}_run-{run}_beh"
 
 
 def columns(
     protocol: Protocol, measured: Iterable[str] = (), quantity: Quantity = PLATE_AMPLITUDE
 ) -> dict[str, Column]:
-    """Return all columns of a protocol's table, in order, with their names in the file.
+    """Return all columns of a protocol's table in order, with their names in the file.
 
     Parameters
     ----------
     protocol : Protocol
     measured : iterable of str
-        What the run measured of `MEASURED`: these have columns too.
+        Entries of `MEASURED` that the run measured; they have columns, too.
     quantity : Quantity
-        What the levels are in: names, units and descriptions follow it.
+        Quantity of the levels; it determines names, units and descriptions.
 
     Raises
     ------
@@ -144,7 +144,7 @@ def columns(
 
 
 def _in(column: Column, quantity: Quantity) -> Column:
-    """Return a column with the places in its unit and description filled in."""
+    """Return a column with the placeholders in its unit and description filled in."""
     return replace(
         column,
         description=filled(column.description, quantity),
@@ -154,12 +154,12 @@ def _in(column: Column, quantity: Quantity) -> Column:
 
 
 def filled(text: str, quantity: Quantity = PLATE_AMPLITUDE) -> str:
-    """Return a declared text with its places for the quantity filled in."""
+    """Return a text with its placeholders for the quantity filled in."""
     return text.format(q=quantity) if "{q." in text else text
 
 
 def _interval_columns(number: int) -> dict[str, Column]:
-    """Return the columns of one of a trial's intervals."""
+    """Return the columns of one interval of a trial."""
 
     def of(record: TrialRecord) -> IntervalRecord | None:
         return record.intervals.get(number)
@@ -330,9 +330,9 @@ def questionnaire_columns(
     Parameters
     ----------
     items : Mapping
-        Item code -> its words, and the words of each code that can be answered.
+        Item code -> its text, and the text of each answer code.
     visits : collection of str
-        Which of the columns that tell a participant's visits apart the table has.
+        The columns for session and run that the table has.
     """
     which = {
         SESSION: "Which of the participant's sessions it was asked in",
@@ -356,8 +356,8 @@ def person_columns(questions: Mapping[str, Mapping[str, str]] | None = None) -> 
     Parameters
     ----------
     questions : Mapping
-        The study's questions about the participant: name -> the words of each code that can be
-        answered, none for a number.
+        The study's questions about the participant: name -> the text of each answer code; empty
+        for a number.
     """
     answers = {
         name: Column(

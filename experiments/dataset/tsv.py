@@ -1,4 +1,4 @@
-"""How values, tables and column descriptions stand in a data set's files."""
+"""Format of values, tables and column descriptions in a data set's files."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Column
     from slipscale.experiments.protocols.steps import Value
 
-# Times are kept to the microsecond: the key events' own clocks are not better.
+# Times are stored to the microsecond; the clocks of key events are no more precise.
 DIGITS = 6
 
 
 def cell(value: Value) -> str:
-    r"""Return a value as it stands in a table.
+    r"""Return a value as written in a table.
 
     >>> cell(None), cell(2.0), cell(12.345678901), cell("a\tb")
     ('n/a', '2', '12.345679', 'a b')
@@ -32,7 +32,7 @@ def cell(value: Value) -> str:
 
 
 def table(header: list[str], rows: list[list[str]]) -> str:
-    """Return a TSV with proper quoting: a report with quotes in it stays in its cell."""
+    """Return a TSV with proper quoting, so that texts with quotes stay in their cells."""
     text = io.StringIO()
     writer = csv.writer(text, delimiter="\t", lineterminator="\n")
     writer.writerows([header, *rows])
@@ -40,7 +40,7 @@ def table(header: list[str], rows: list[list[str]]) -> str:
 
 
 def sidecar(described: Mapping[str, Column]) -> dict[str, Any]:
-    """Return column descriptions as BIDS has them."""
+    """Return column descriptions in BIDS format."""
     return {
         name: {"Description": column.description}
         | ({"Units": column.units} if column.units else {})

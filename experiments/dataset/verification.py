@@ -1,7 +1,7 @@
-"""A data set compared with its journals: what differs, by file and row.
+"""Compare a data set with its journals; report differences by file and row.
 
-The journals are the source of truth. That they themselves are whole is told by their running hash
-and by the sidecars, which hold how many records there were when the tables were made.
+The journals are the source of truth. Their own integrity is checked with their running hash and
+with the sidecars, which store the number of records at the time the tables were written.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.dataset.files import Content
 
-# Problems of one kind in one file that are told one by one.
+# Most problems of one kind in one file that are reported individually.
 TOLD = 20
-# What the study says of itself in a description: the same in every version of Slipscale.
+# Entries of a description that come from the study and are the same in every Slipscale version.
 SETTLED = ("Name", "DatasetType", "License", "Authors", "TaskName")
 
 
 def verify(dataset: Path) -> list[Problem]:
-    """Return all that is damaged in a data set's journals and all that differs from them.
+    """Return all damage in a data set's journals, and all differences from them.
 
     Raises
     ------
     UserError
-        It holds both pilots and participants.
+        It contains both pilots and participants.
     """
     runs, problems = read_runs(dataset)
     problems += [Problem(file=RECORD.as_posix(), what=each) for each in unfinished(dataset)]
@@ -53,7 +53,7 @@ def verify(dataset: Path) -> list[Problem]:
 
 
 def _compare(dataset: Path, name: PurePosixPath, content: Content) -> list[Problem]:
-    """Return how a file differs from what the journals give."""
+    """Return the differences between a file and the content that the journals give."""
     path = dataset / name
     if not path.is_file():
         return [Problem(file=str(name), what="is not there; slipscale data build writes it")]
@@ -75,7 +75,7 @@ def _compare(dataset: Path, name: PurePosixPath, content: Content) -> list[Probl
 
 
 def _rows(name: str, text: str, expected: str) -> Iterator[Problem]:
-    """Yield the cells, rows and columns in which a table differs; the row is the file's line."""
+    """Yield the cells, rows and columns in which a table differs; rows are the file's lines."""
     try:
         there = _cells(text)
     except csv.Error as error:
@@ -109,7 +109,7 @@ def _short(row: list[str]) -> str:
 
 
 def _entries(name: str, text: str, content: dict[str, Any]) -> Iterator[Problem]:
-    """Yield the entries in which a JSON file differs; later versions' entries may be absent."""
+    """Yield the entries in which a JSON file differs; entries of later versions may be absent."""
     try:
         there = _settled(json.loads(text))
     except (ValueError, RecursionError) as error:
@@ -121,7 +121,7 @@ def _entries(name: str, text: str, content: dict[str, Any]) -> Iterator[Problem]
 
 
 def _settled(content: Any) -> dict[str, Any]:
-    """Return the entries that do not depend on Slipscale's version: units, levels, names."""
+    """Return the entries that do not depend on Slipscale's version: units, levels and names."""
     if not isinstance(content, dict):
         return {}
     if isinstance(content.get(SIDECAR), dict):

@@ -1,11 +1,11 @@
-"""A participant withdraws: all their data are removed, and a note that they withdrew is kept.
+"""Withdraw a participant: remove all their data, and keep a note that they withdrew.
 
-The withdrawal covers the data set, its backups and the sets it was merged into. It is noted with
-all that it has to do before the first file is removed; the pending mark is cleared last. Each step
-can be repeated, so an interrupted withdrawal is finished by the same command.
+A withdrawal covers the data set, its backups and the merged sets that include it. Its complete
+task list is recorded before the first file is removed, and the pending mark is cleared last. Each
+step can be repeated, so the same command finishes an interrupted withdrawal.
 
-The label is never used again. The participant's replacement has the label R and the number: the
-place in the counterbalancing follows from the number that a label ends with.
+The label is not used again. The replacement's label is R and the number; since the position in the
+counterbalancing follows from the number at the end of a label, it stays the same.
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ if TYPE_CHECKING:
 
 
 def theirs(dataset: Path, participant: str) -> list[Path]:
-    """Return all files and folders that hold something of a participant.
+    """Return all files and folders with data of a participant.
 
-    Results that were derived from all participants hold them too.
+    This includes results derived from all participants.
 
     Raises
     ------
     UserError
-        The data set has no such participant, one of their sessions runs now, or a backup or a
-        merged set is not there.
+        The data set has no such participant, one of their sessions is running, or a backup or
+        merged set is not connected.
     """
     return list(_found(dataset, participant, _todo(dataset, participant)))
 
 
 def sources_with(dataset: Path, participant: str) -> list[Path]:
-    """Return the source sets of a merge that still hold a participant, or are not there."""
+    """Return a merged set's sources that still contain a participant or are not connected."""
     return [
         source
         for source in lineage.sources(dataset)
@@ -56,17 +56,17 @@ def sources_with(dataset: Path, participant: str) -> list[Path]:
 
 
 def withdraw(dataset: Path, participant: str) -> list[Path]:
-    """Remove a participant, note that they withdrew, and rebuild the data sets.
+    """Remove a participant, record that they withdrew, and rebuild the data sets.
 
     Returns
     -------
     list of Path
-        What was removed or rewritten without them.
+        Files and folders that were removed, or rewritten without the participant.
 
     Raises
     ------
     UserError
-        As from `theirs`, or something cannot be removed.
+        As for `theirs`, or something cannot be removed.
     """
     todo = _todo(dataset, participant)
     gone = list(_found(dataset, participant, todo))
@@ -89,19 +89,19 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
 
 
 def _todo(dataset: Path, participant: str) -> Pending:
-    """Return what a withdrawal has to do elsewhere: as it was noted, else as it is found.
+    """Return a withdrawal's tasks outside the data set: as recorded, otherwise as found.
 
     Raises
     ------
     UserError
-        The data set has no such participant, one of their sessions runs now, or a copy is not
-        there: what it holds would stay.
+        The data set has no such participant, one of their sessions is running, or a copy is not
+        connected, so that its data would remain.
     """
     todo = pending(dataset).get(participant)
     if todo is None:
         merged = _merged_sets(dataset)
         drafts = [draft_of(place) for place in merged if not place.exists()]
-        drafts = [draft for draft in drafts if draft.is_dir()]  # of interrupted merges
+        drafts = [draft for draft in drafts if draft.is_dir()]  # from interrupted merges
         whole = [place for place in merged if draft_of(place) not in drafts]
         lists = {copy: each / KNOWN for each in (dataset, *whole) for copy in backups(each)}
         lists |= dict.fromkeys(whole, dataset / lineage.KNOWN)
@@ -132,7 +132,7 @@ def _nothing_of(dataset: Path, participant: str) -> UserError:
 
 
 def _merged_sets(dataset: Path) -> list[Path]:
-    """Return the sets that a data set was merged into, those of merged sets included."""
+    """Return the merged sets that include a data set, directly or through other merged sets."""
     found = [dataset]
     for place in found:
         found += [each for each in lineage.merged_into(place) if each not in found]
@@ -155,18 +155,18 @@ def _found(dataset: Path, participant: str, todo: Pending) -> Iterator[Path]:
 
 
 def _in_one(folder: Path, participant: str) -> Iterator[Path]:
-    """Yield the folders of one data set that hold a participant, then tables that name them."""
+    """Yield a participant's folders in one data set, then the tables that name them."""
     places = ("derivatives/slipscale", f"sub-{participant}", f"sourcedata/sub-{participant}")
     here = [folder / place for place in places]
     named = [path for path in _shared_tables(folder) if any(_lines_of(path, participant))]
-    # Results alone say nothing of who is in them.
+    # Results alone do not show who is included.
     if named or any(place.exists() for place in here[1:]):
         yield from (place for place in here if place.exists())
         yield from named
 
 
 def _shared_tables(folder: Path) -> Iterator[Path]:
-    """Yield the tables of several participants, unfinished drafts included."""
+    """Yield the tables of several participants, including unfinished drafts."""
     for place in ("participants", "phenotype/*"):
         for pattern in (f"{place}.tsv", draft_of(Path(f"{place}.tsv")).as_posix()):
             yield from sorted(folder.glob(pattern))
@@ -180,7 +180,7 @@ def _lines_of(path: Path, participant: str) -> Iterator[int]:
 
 
 def _strike(path: Path, participant: str) -> None:
-    """Remove a participant's rows from a table; one without other rows is removed whole."""
+    """Remove a participant's rows from a table; delete a table that has no other rows."""
     lines = path.read_bytes().splitlines(keepends=True)
     named = set(_lines_of(path, participant))
     left = [line for number, line in enumerate(lines) if number not in named]
@@ -207,7 +207,7 @@ def _journals_of(dataset: Path, participant: str) -> list[Path]:
 
 
 def _kept_elsewhere(own: list[Path]) -> Iterator[Path]:
-    """Yield the fallback folders that hold a participant's journal of the same study."""
+    """Yield the fallback folders that contain a participant's journal of the same study."""
     studies = {plan.study_text for path in own if (plan := read_usable(path, most=1)[0])}
     if not own:
         return

@@ -1,6 +1,6 @@
-"""The list of participants who withdrew from a data set, and of withdrawals that are not finished.
+"""The list of participants who withdrew from a data set, and of unfinished withdrawals.
 
-An entry keeps its pending mark from before the first file is removed until nothing is left to do.
+An entry is marked as pending before the first file is removed, until all tasks are done.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ PENDING = "pending"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pending:
-    """What an unfinished withdrawal has still to do outside its data set.
+    """The remaining tasks of an unfinished withdrawal outside its data set.
 
     Parameters
     ----------
     remove : tuple of Path
-        Folders to be removed whole: journals kept elsewhere, unfinished merges.
+        Folders to be removed entirely: journals in fallback folders, unfinished merges.
     copies : tuple of Path
-        Backups and merged sets that hold the participant.
+        Backups and merged sets that contain the participant.
     merged : tuple of Path
-        Those of the copies that are merged sets, which list withdrawals themselves.
+        The merged sets among the copies; they have their own lists of withdrawals.
     """
 
     remove: tuple[Path, ...] = ()
@@ -41,7 +41,7 @@ class Pending:
 
 
 def withdrawn(dataset: Path) -> list[str]:
-    """Return the labels of those who withdrew, in order."""
+    """Return the labels of withdrawn participants in order."""
     return [str(entry["participant"]) for entry in entries(dataset)]
 
 
@@ -57,7 +57,7 @@ def pending(dataset: Path) -> dict[str, Pending]:
 
 
 def unfinished(dataset: Path) -> Iterator[str]:
-    """Yield one sentence per unfinished withdrawal: how to finish it."""
+    """Yield one sentence per unfinished withdrawal that explains how to finish it."""
     for label in pending(dataset):
         yield (
             f"the withdrawal of participant {label} is not finished: slipscale data withdraw "
@@ -66,7 +66,7 @@ def unfinished(dataset: Path) -> Iterator[str]:
 
 
 def note(dataset: Path, participant: str, todo: Pending | None) -> None:
-    """Write on the list, durably, that somebody withdraws; without ``todo`` it is finished."""
+    """Record a withdrawal durably on the list; without ``todo``, mark it as finished."""
     known = {str(entry["participant"]): entry for entry in entries(dataset)}
     day = datetime.now(UTC).date().isoformat()
     entry = known.setdefault(participant, {"participant": participant, "withdrawn_utc": day})
@@ -102,7 +102,7 @@ def entries(dataset: Path) -> list[dict[str, Any]]:
 
 
 def replacement(participant: str) -> str:
-    """Return the label of who takes the place of a participant who withdrew.
+    """Return the label of a withdrawn participant's replacement.
 
     >>> replacement("03"), replacement("R03")
     ('R03', 'RR03')

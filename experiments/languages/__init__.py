@@ -1,1 +1,1 @@
-"""What participants read, a file a language."""
+"""The texts that participants read, one file per language."""

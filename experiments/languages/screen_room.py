@@ -1,7 +1,7 @@
-"""What a screen can show: where each text is seen, how much fits there, and with which letters.
+"""Where each text appears on a screen, how long it may be there, and which letters it may contain.
 
-The room is reckoned in lines of letters of middling width; `slipscale.experiments.participants.
-psychopy_window.screens` draws them.
+Room is measured in lines of letters of average width. `slipscale.experiments.participants.
+psychopy_window.screens` draws the texts.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ class Room:
     Parameters
     ----------
     where : str
-        For people who translate.
+        Description for translators.
     letters : int
-        How many fit into a line, at the smallest size that the letters shrink to.
+        Letters per line at the smallest size to which letters shrink.
     lines : int
-        How many lines there are.
+        Number of lines.
     """
 
     where: str
@@ -44,7 +44,7 @@ FOOT = Room("a line of small letters at the foot of a screen", 72, 2)
 WORD = Room("a few words that stay a moment", 40, 3)
 BANNER = Room("the strip at the top of a pilot's screens: one line", 90, 1)
 
-# The first that fits a key counts.
+# The first pattern that matches a key applies.
 ROOMS: tuple[tuple[str, Room], ...] = (
     ("window.yes_key", LETTER_KEY),
     ("window.no_key", LETTER_KEY),
@@ -90,8 +90,8 @@ ROOMS: tuple[tuple[str, Room], ...] = (
     ("*", PROMPT),
 )
 
-# What Noto Sans (the window's font, 2.013) can draw of the scripts whose letters stand side by
-# side, from left to right: Latin, Greek, Cyrillic, and signs. Code points, hexadecimal.
+# Hexadecimal code points that Noto Sans (the window's font, 2.013) can draw, for scripts written
+# from left to right in separate letters: Latin, Greek, Cyrillic, and symbols.
 DRAWN = (
     "20-7E A0-2FF 370-377 37A-37F 384-38A 38C 38E-3A1 3A3-3E1 3F0-482 48A-52F 1E00-1F15 1F18-1F1D "
     "1F20-1F45 1F48-1F4D 1F50-1F57 1F59 1F5B 1F5D 1F5F-1F7D 1F80-1FB4 1FB6-1FC4 1FC6-1FD3 "
@@ -106,7 +106,7 @@ LETTERS = frozenset(
     )
 )
 FROM_THE_RIGHT = ("R", "AL")
-# First word of a letter's name in Unicode -> the font that has it.
+# First word of a letter's Unicode name -> the font that contains it.
 FONTS = {
     "ARABIC": "Noto Sans Arabic",
     "HEBREW": "Noto Sans Hebrew",
@@ -126,7 +126,7 @@ MOST_SHOWN = 8
 
 
 def room_of(key: str) -> Room:
-    """Return where a text is seen.
+    """Return where a text appears.
 
     >>> room_of("matching.title").where
     'the title of a screen: one line'
@@ -135,7 +135,7 @@ def room_of(key: str) -> Room:
 
 
 def not_drawn(text: str) -> str:
-    """Return what keeps a text from being drawn, as a sentence; nothing where it can be.
+    """Return a sentence that explains why a text cannot be drawn; empty if it can.
 
     >>> not_drawn("Größe?"), not_drawn("שלום")[:23]
     ('', 'it is written from righ')
@@ -145,7 +145,7 @@ def not_drawn(text: str) -> str:
             "it is written from right to left, which the participant's screen cannot draw"
             f"{_fonts(text)}"
         )
-    # Letters with marks of their own are put together where there is one sign for both.
+    # Combine letters and marks for which there is a single character.
     signs = unicodedata.normalize("NFC", text)
     strange = dict.fromkeys(each for each in signs if each not in LETTERS and each != "\n")
     if not strange:
@@ -158,14 +158,14 @@ def not_drawn(text: str) -> str:
 
 
 def _fonts(text: str) -> str:
-    """Return which fonts have the letters that the window's font lacks."""
+    """Return which fonts contain the letters that the window's font lacks."""
     scripts = [unicodedata.name(each, "").split(" ")[0].split("-")[0] for each in text]
     names = dict.fromkeys(FONTS[script] for script in scripts if script in FONTS)
     return f" (a font that has these: {', '.join(names)})" if names else ""
 
 
 def too_long(key: str, text: str) -> str:
-    """Return a sentence where a text is longer than its place on the screen, else nothing."""
+    """Return an error message if a text is too long for its place on screen; otherwise empty."""
     room = room_of(key)
     lines = [
         line

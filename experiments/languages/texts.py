@@ -1,7 +1,7 @@
-"""What a participant reads: shipped in English and French, replaceable in the study file.
+"""The texts that a participant reads: shipped in English and French, replaceable in the study file.
 
-A study may bring a language of its own: then it has a text for every key. Its English texts are
-what a newer Slipscale shows for a key that came later, where it goes on with a run of before.
+A study may add a language, with a text for every key. If a later Slipscale resumes a run of such a
+study and has a new key, it shows the English text.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from slipscale.faults import UserError
 
 Texts = Mapping[str, str]
 ENGLISH = "en"
-# No words: what the study's [keys] say.
+# Not translated: set by the study's [keys].
 SET_BY_KEYS = ("window.go_on_key", "window.again_key", "window.touch")
 # A language's code, as in HTML and elsewhere (BCP 47): de, pt-BR, zh-Hant.
 CODE = re.compile(r"[a-z]{2,3}(-[A-Za-z0-9]{2,8})*")
-FEWEST_ANSWERS, NUMBER_KEYS = 2, 9  # of a choice: each answer is a number key
-MOST_OPTIONS = 99  # of a list that scrolls: a number of two digits
+FEWEST_ANSWERS, NUMBER_KEYS = 2, 9  # answers of a choice: one number key per answer
+MOST_OPTIONS = 99  # options of a scrolling list: two-digit numbers
 
 
 def languages() -> list[str]:
-    """Return the codes of the shipped languages: one TOML file each, beside this module.
+    """Return the codes of the shipped languages, one TOML file each, next to this module.
 
-    A language is added by a file with every key of ``en.toml``; a test compares the keys.
+    To add a language, add a file with every key of ``en.toml``; a test compares the keys.
 
     >>> "en" in languages()
     True
@@ -43,13 +43,13 @@ def languages() -> list[str]:
 
 @cache
 def _languages() -> tuple[str, ...]:
-    # Looked up at every run of a pilot; no language comes while a program runs.
+    # Cached: every run of a pilot looks it up, and languages do not change while a program runs.
     names = (entry.name for entry in files("slipscale.experiments").joinpath("languages").iterdir())
     return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
 
 
 def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
-    """Return a nested table as one level, keys joined by dots.
+    """Flatten a nested table to one level, with keys joined by dots.
 
     >>> flatten({"window": {"yes": "yes"}})
     {'window.yes': 'yes'}
@@ -68,21 +68,21 @@ def load_texts(
     replacements: Mapping[str, Any] | None = None,
     brought: Texts | None = None,
 ) -> Texts:
-    """Return all texts of a language, with a study's own in place of the shipped ones.
+    """Return all texts of a language, with a study's own texts in place of the shipped ones.
 
     Parameters
     ----------
     language : str
-        A shipped language's code.
+        Code of a shipped language.
     replacements : Mapping, optional
         Texts that replace the shipped ones, nested or with dotted keys.
     brought : Mapping, optional
-        Texts that the run's protocols bring, beside the shipped ones.
+        Texts that the run's protocols add to the shipped ones.
 
     Raises
     ------
     UserError
-        No such language, or a replacement that would fail in the middle of a session.
+        The language does not exist, or a replacement would fail during a session.
     """
     if language not in _languages() and not replacements:
         raise UserError(f"language '{language}': expected one of {', '.join(languages())}")
@@ -97,9 +97,9 @@ def load_texts(
 
 @cache
 def shipped_texts(language: str) -> dict[str, str]:
-    """Return the texts of a shipped language as they come: for reading, everybody has the same.
+    """Return the unmodified texts of a shipped language. The mapping is shared: do not change it.
 
-    Of any other language they are the English ones, which a study's own take the place of.
+    For other languages these are the English texts, which the study's own texts replace.
     """
     known = language if language in _languages() else ENGLISH
     source = files("slipscale.experiments").joinpath("languages", f"{known}.toml")
@@ -109,7 +109,7 @@ def shipped_texts(language: str) -> dict[str, str]:
 def text_faults(
     language: str, replacements: Mapping[str, Any], brought: Texts | None = None
 ) -> list[tuple[str, str]]:
-    """Return each text of a study's own that would fail in a session: its key, and a sentence."""
+    """Return key and error message for each of a study's texts that would fail in a session."""
     shipped, own = shipped_texts(language) | dict(brought or {}), flatten(replacements)
     known = {key: text for key, text in own.items() if key in shipped}
     return [
@@ -120,37 +120,37 @@ def text_faults(
 
 
 def unshown(own: Texts) -> Iterator[tuple[str, str]]:
-    """Yield key and sentence for each text that its screen cannot show."""
+    """Yield key and error message for each text that its screen cannot show."""
     for key, text in own.items():
-        # How long a protocol from elsewhere makes its texts is its own affair.
+        # The length of texts from external protocols is not checked.
         long = too_long(key, text) if key in shipped_texts(ENGLISH) else ""
         if sentence := not_drawn(text) or long:
             yield key, sentence
 
 
 def missing(own: Texts, brought: Texts) -> list[str]:
-    """Return the keys that a language of a study's own has no text for, in the English order.
+    """Return the keys for which a study's added language has no text, in the English order.
 
     Parameters
     ----------
     own : Mapping
-        Its texts, by dotted key; an empty one is none.
+        The language's texts by dotted key; an empty text counts as missing.
     brought : Mapping
-        What the study's protocols bring, in English or another language.
+        Texts that the study's protocols add, in English or another language.
     """
     return [key for key in to_translate(brought) if not own.get(key, "").strip()]
 
 
 def to_translate(brought: Texts) -> dict[str, str]:
-    """Return the English texts that a language of a study's own has others for."""
+    """Return the English texts that a study's added language must translate."""
     english = {**shipped_texts(ENGLISH), **brought}
     return {key: text for key, text in english.items() if key not in SET_BY_KEYS}
 
 
 def unlike(own: Texts, brought: Texts) -> Iterator[tuple[str, str]]:
-    """Yield key and sentence for each text that says less than the English one does.
+    """Yield key and error message for each text with fewer placeholders than the English one.
 
-    A replacement within a language may leave out a number; a translation loses it by mistake.
+    A replacement within a language may omit a number; a translation omits it only by mistake.
     """
     for key, english in to_translate(brought).items():
         if not (text := own.get(key, "")):
@@ -167,13 +167,13 @@ def texts_hash(texts: Texts) -> str:
 
 
 def _unknown(key: str, shipped: Texts) -> str:
-    """Return the sentence about a text that there is not."""
+    """Return the error message for an unknown key."""
     near = get_close_matches(key, shipped, n=3) or sorted(shipped)
     return f"there is no such text; there are: {', '.join(near)}"
 
 
 def blanks(text: str) -> set[str] | None:
-    """Return the names in a text's {braces}; None where the braces do not fit together.
+    """Return the names in a text's {braces}; None if the braces are unbalanced.
 
     >>> blanks("{done} of {total}") == {"done", "total"}, blanks("50 % {")
     (True, None)
@@ -195,7 +195,7 @@ def answers(text: str) -> list[str]:
 
 
 def _blank_faults(own: Texts, shipped: Texts) -> Iterator[tuple[str, str]]:
-    """Yield key and sentence for each text with {braces} that nothing will fill in."""
+    """Yield key and error message for each text with {braces} that nothing fills in."""
     for key, text in own.items():
         found, known = blanks(text), blanks(shipped[key]) or set()
         if found is None or not found <= known:
@@ -204,7 +204,7 @@ def _blank_faults(own: Texts, shipped: Texts) -> Iterator[tuple[str, str]]:
 
 
 def _key_faults(texts: Texts) -> Iterator[tuple[str, str]]:
-    """Yield key and sentence where an answer that is given by a key has no key of its own."""
+    """Yield key and error message for invalid keys, decimal signs and lists of answers."""
     yes, no = texts["window.yes_key"].casefold(), texts["window.no_key"].casefold()
     if len(yes) != 1 or len(no) != 1 or yes == no or not (yes + no).isalpha():
         yield "window", f"yes_key '{yes}' and no_key '{no}': expected two different letters"

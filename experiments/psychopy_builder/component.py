@@ -1,6 +1,6 @@
-"""What Builder shows and the code that it writes; PsychoPy finds it by its entry point.
+"""The Builder component and the code it generates; PsychoPy finds it by its entry point.
 
-The names of methods, parameters and attributes are PsychoPy's, and so is the form of the code.
+Names of methods, parameters and attributes, and the form of the code, are PsychoPy's.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ STOP = "%(name)s.stop()\n"
 
 
 class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # PsychoPy has no types
-    """Has the plate vibrate from the component's start to its stop."""
+    """Makes the plate vibrate from the component's start to its stop."""
 
     categories: ClassVar = ["Stimuli"]
     targets: ClassVar = ["PsychoPy"]
@@ -85,17 +85,17 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
         )
 
     def writeInitCode(self, buff: Any) -> None:  # noqa: N802
-        """Write what makes the component's object."""
+        """Write the code that creates the component's object."""
         code = "%(name)s = PlateOutput(device=%(deviceLabel)s)\n"
         buff.writeIndentedLines(code % getInitVals(self.params, "PsychoPy"))
 
     def writeRoutineStartCode(self, buff: Any) -> None:  # noqa: N802
-        """Write what each repeat begins with: its amplitude."""
+        """Write the code at the start of each repeat, which sets the amplitude."""
         code = "%(name)s.amplitude_um_pp = %(amplitude_um_pp)s\n"
         buff.writeIndentedLines(code % getInitVals(self.params, "PsychoPy"))
 
     def writeFrameCode(self, buff: Any) -> None:  # noqa: N802
-        """Write the start, the check in every frame between, and the stop."""
+        """Write the code for the start, the check in every frame, and the stop."""
         names = {**self.params, "loop": self.currentLoop}
         for write_test, code in (
             (self.writeStartTestCode, START),
@@ -108,7 +108,7 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
                 buff.setIndentLevel(-indented, relative=True)
 
     def writeRoutineEndCode(self, buff: Any) -> None:  # noqa: N802
-        """Write what ends the routine, however it ended: silence."""
+        """Write the code at the end of the routine, which stops the plate in every case."""
         buff.writeIndentedLines(STOP % self.params)
         super().writeRoutineEndCode(buff)
 
@@ -122,7 +122,7 @@ class SlipscalePlateBackend(DeviceBackend):  # type: ignore[misc] # PsychoPy has
     plugin = "slipscale"
 
     def getParams(self) -> tuple[dict[str, Any], list[str]]:  # noqa: N802
-        """Return what the dialog asks for: the SPEC, beside what it finds by itself."""
+        """Return the dialog's parameters: the SPEC, in addition to PsychoPy's own."""
         spec = Param(
             "",
             valType="str",
@@ -135,7 +135,7 @@ class SlipscalePlateBackend(DeviceBackend):  # type: ignore[misc] # PsychoPy has
         return {"spec": spec}, ["spec"]
 
     def writeDeviceCode(self, buff: Any) -> None:  # noqa: N802
-        """Write what opens the plate when the experiment starts."""
+        """Write the code that opens the plate when the experiment starts."""
         inits = getInitVals(self.params)
         spec = self.params["spec"].val or self.profile["spec"]
         buff.writeIndentedLines(

@@ -1,1 +1,1 @@
-"""Runs from beginning to end: in the laboratory, as a pilot, and the check before."""
+"""Runs from start to end: laboratory sessions, pilots, and the checks before a session."""

@@ -1,4 +1,4 @@
-"""How balanced the orders of a study come out for the number of participants that it plans."""
+"""Describe how well a study's orders are balanced for the planned number of participants."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.building_blocks.rated_surfaces import RatedOptions
 
-NAMED = 8  # more transitions than that are counted, not named
+NAMED = 8  # more transitions than this are counted, not named
 
 
 def order_balance(
     options: RatedOptions, surfaces: Sequence[str], runs: Sequence[Sequence[Sequence[str]]]
 ) -> str:
-    """Return one sentence on how often each surface follows each other one.
+    """Describe in one sentence how often each surface follows each other surface.
 
     Parameters
     ----------
     options : RatedOptions
-        The task's.
+        Options of the task.
     surfaces : sequence of str
-        All surfaces, as they are to be named.
+        Names of all surfaces.
     runs : sequence
-        For each run its blocks of main trials, each block the surfaces in their order.
+        For each run, its blocks of main trials; each block is a sequence of surface names.
     """
     pairs = list(permutations(surfaces, 2))
     if not pairs:
@@ -71,7 +71,7 @@ def order_balance(
 
 
 def task_balance(first: Iterable[str]) -> str:
-    """Return one sentence on how often each task comes first; ``first`` has a task a run."""
+    """Describe in one sentence how often each task comes first; ``first`` has one task per run."""
     counts = Counter(first)
     each = ", ".join(f"{task} first in {_many(count, 'run')}" for task, count in counts.items())
     even = len(counts) > 1 and len(set(counts.values())) == 1

@@ -1,7 +1,7 @@
-"""A simulated study's data set without its sessions: the bare path, written as tables.
+"""Write the tables of a simulated study without running sessions.
 
-For planning, where a study is simulated hundreds of times: the same people give the same answers
-as in a pilot, and the tables are made by the same code; no journal is kept.
+Used for planning, when a study is simulated hundreds of times. The simulated participants give the
+same answers as in a pilot, and the same code makes the tables, but no journal is written.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Answer
     from slipscale.experiments.study.run_plan import RunPlan
 
-#: What only a session simulates -> whether a run has it.
+#: Feature that only full sessions can simulate -> whether a run has it.
 NEED_SESSIONS: dict[str, Callable[[RunPlan], bool]] = {
     "textures are felt at moments of the stroke": lambda plan: bool(plan.study.textures),
     "the plate's file says what measures the finger": lambda plan: bool(plan.study.plate.file),
@@ -46,7 +46,7 @@ NEED_SESSIONS: dict[str, Callable[[RunPlan], bool]] = {
 
 
 def why_sessions(plan: RunPlan) -> str:
-    """Return why a study must be simulated by full sessions; empty where the bare path will do."""
+    """Return why a study must be simulated by full sessions; empty if that is not necessary."""
     return next((why for why, has in NEED_SESSIONS.items() if has(plan)), "")
 
 
@@ -58,12 +58,12 @@ def write_simulated(
     Parameters
     ----------
     folder : Path
-        A new one.
+        A new folder.
     plans : sequence of RunPlan
-        Of a pilot: `slipscale.experiments.running.pilot.pilot_plans`.
+        Plans of a pilot; see `slipscale.experiments.running.pilot.pilot_plans`.
     population : Population
     sessions : bool
-        Whether by full sessions on the mock plate.
+        Whether to simulate full sessions on the mock plate.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def write_simulated(
             run_simulated(folder, plan, MOCK)
         build_dataset(folder)
         return
-    # Whoever gave up is not invited again.
+    # Participants who dropped out do not return.
     attended = [plan for plan in plans if not (plan.visit and drops_out(plan, population))]
     files, problems = render([_run(folder, plan, population) for plan in attended])
     if problems:
@@ -85,7 +85,7 @@ def write_simulated(
 
 
 def _run(folder: Path, plan: RunPlan, population: Population) -> Run:
-    """Return a run as if its journal had been read."""
+    """Return a run in the form in which it would be read from a journal."""
     plate = plate_for(plan, MOCK, VirtualClock())
     records = [
         Record(
@@ -105,7 +105,7 @@ def _run(folder: Path, plan: RunPlan, population: Population) -> Run:
         note("begin", what=step_record(last))
         now_s += duration_s
         note("done", answer=answer_record(_as_in_a_session(answer)))
-    # The last words come once everything is answered: a run without them was given up.
+    # The closing text comes after the last answer: a run without it was abandoned.
     note("end" if isinstance(last, Instruct) and last.last else "stop")
     return Run(
         path=plan.journal_path(folder),
@@ -117,7 +117,7 @@ def _run(folder: Path, plan: RunPlan, population: Population) -> Run:
 
 
 def _as_in_a_session(answer: Answer) -> Answer:
-    """Return an answer as a session writes it down."""
+    """Return an answer in the form in which a session records it."""
     if not isinstance(answer, Reply):
         return answer
     time_s = None if answer.timed_out else answer.response_time_s

@@ -1,4 +1,4 @@
-"""Performing a run: a plan, a plate, a participant and a journal, from its end to the run's."""
+"""Perform a run from its plan, from the end of its journal to the end of the run."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 def plate_for(plan: RunPlan, spec: str, clock: Clock) -> PlateDriver:
-    """Return the plate that a SPEC names, not connected, held as narrowly as the study wants."""
+    """Return the plate that a SPEC names, not connected, restricted to the study's tolerance."""
     driver = open_plate(spec, clock=clock, seed=plan.seed)
     wanted, quantity = plan.study.plate, plan.study.quantity
     if isinstance(driver, MockPlate) and driver.plate_file is None:
@@ -68,24 +68,24 @@ def run_plan(
     warnings: tuple[str, ...] = (),
     steps: Steps | None = None,
 ) -> RunOutcome:
-    """Run a plan from the journal's end to the run's.
+    """Run a plan from the end of the journal to the end of the run.
 
     Parameters
     ----------
     plate : PlateDriver
         Connected.
     journal : Journal
-        New (it gets its header here) or reopened.
+        A new journal, which gets its header here, or a reopened one.
     sources : Mapping, optional
         Connected sources of position and force.
     tracking : ResonanceTracking, optional
-        Looks for the resonance between trials.
+        Re-tunes the resonance between trials.
     backup : Path, optional
-        The folder that the journal is to be copied to.
+        Folder to which the journal is copied at the end.
     warnings : tuple of str, optional
-        What went wrong before, for the operator.
+        Earlier warnings for the operator.
     steps : generator, optional
-        The plan's steps, where somebody takes note of them on their way.
+        The plan's steps, if they pass through a wrapper.
     """
     contact = describe_contact(sources or {}, plate)
     masking = "on" if noise else "absent"

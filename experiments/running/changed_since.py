@@ -1,7 +1,7 @@
-"""What is not as it was in the last run of a data set: study, plate, the computer's date.
+"""Report what has changed since a data set's last run: study, plate or the computer's date.
 
-Each can be meant. Nobody should find out after ten more participants, so `check` reports it, and
-`run` and `next` ask.
+Each change can be intended. To avoid discovering an unintended one ten participants later, `check`
+reports changes, and `run` and `next` ask for confirmation.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 
 
 def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]:
-    """Yield a sentence for each thing that changed since earlier runs of a study.
+    """Yield one sentence per change since earlier runs of a study.
 
     Parameters
     ----------
     dataset : Path
-        Its journals' first records are read.
+        The first records of its journals are read.
     study : Study
-        The study that is to be run.
+        The study to be run.
     text : str
-        Its file's text.
+        Text of the study file.
     plate : str
-        The plate's SPEC as the command names it.
+        SPEC of the plate, as given to the command.
     """
     begun = [found for path in journals(dataset) if (found := _begun(path, study.name))]
     other = sorted({plan.stem for plan, _ in begun if plan.study_text != text})
@@ -53,7 +53,7 @@ def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]
     now = datetime.now(UTC)
     try:
         then = datetime.fromisoformat(str(header.data["started_utc"])).astimezone(UTC)
-    except ValueError:  # a date that is none tells nothing
+    except ValueError:  # an invalid date is ignored
         return
     if now < then:
         yield (
@@ -63,6 +63,6 @@ def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]
 
 
 def _begun(path: Path, study: str) -> tuple[RunPlan, Record] | None:
-    """Return the plan and header of a study's run; None for any other journal."""
+    """Return the plan and header of a study's run; None for other journals."""
     plan, reading = read_usable(path, most=1)
     return (plan, reading.records[0]) if plan and plan.study.name == study else None

@@ -1,4 +1,4 @@
-"""What has become of the words that a participant reads, since a run was begun."""
+"""Detect changes to the texts that participants read since a run began."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def changed_texts(plan: RunPlan, records: list[Record]) -> Iterator[str]:
-    """Yield what has become of the words that the participant reads, since the run was begun."""
+    """Yield a sentence per change to the participant's texts since the run began."""
     texts = plan.texts()
     began = records[0].data.get("texts_hash")
     if began and began != texts_hash(texts):

@@ -1,4 +1,4 @@
-"""The sources of position and force of a run: which, opened, and told in its journal."""
+"""A run's sources of finger position and force: selection, opening and journal entries."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ TRIED_S = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactSpecs:
-    """Which sources a run uses.
+    """The sources that a run uses.
 
     Parameters
     ----------
     position, force : str or None
-        A SPEC; "none" for no source; None where nobody said so.
+        A SPEC, "none" for no source, or None if not specified.
     """
 
     position: str | None = None
     force: str | None = None
 
     def otherwise(self, other: ContactSpecs) -> ContactSpecs:
-        """Return these, and another's where nobody said."""
+        """Return these sources, with unspecified ones taken from another object."""
         return ContactSpecs(
             position=other.position if self.position is None else self.position,
             force=other.force if self.force is None else self.force,
@@ -47,7 +47,7 @@ class ContactSpecs:
 
     @property
     def used(self) -> dict[Kind, str]:
-        """The SPECs of the sources that there are."""
+        """SPECs of the sources in use."""
         both: dict[Kind, str | None] = {"position": self.position, "force": self.force}
         return {kind: spec for kind, spec in both.items() if spec and spec != NONE}
 
@@ -57,7 +57,7 @@ NOT_NAMED = ContactSpecs()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NamedSource:
-    """A source and the SPEC that it was opened by."""
+    """A source and its SPEC."""
 
     spec: str
     source: ContactSource
@@ -75,13 +75,7 @@ def of_plate(file: PlateFile | None) -> ContactSpecs:
 
 
 def simulated(specs: ContactSpecs) -> ContactSpecs:
-    """Return the simulated sources in place of the named ones that measure.
-
-    Raises
-    ------
-    UserError
-        One names a device that is no simulated finger's.
-    """
+    """Return these sources with measuring devices replaced by a simulated finger."""
     found: dict[Kind, str] = {}
     for kind, spec in specs.used.items():
         name = spec.partition(":")[0]
@@ -90,7 +84,7 @@ def simulated(specs: ContactSpecs) -> ContactSpecs:
 
 
 def of_records(records: list[Record]) -> ContactSpecs:
-    """Return the sources that a run was last on."""
+    """Return the sources that a run used last."""
     last = [r.data for r in records if r.kind in ("header", "resume")][-1]
     told = last.get("contact") or {}
     specs = {kind: str(told[kind]["spec"]) if kind in told else NONE for kind in QUANTITIES}
@@ -100,14 +94,14 @@ def of_records(records: list[Record]) -> ContactSpecs:
 def open_sources(
     specs: ContactSpecs, surroundings: Surroundings, stack: ExitStack
 ) -> dict[Kind, NamedSource]:
-    """Return the sources, connected until the stack closes.
+    """Connect the sources; they stay connected until the stack closes.
 
     Raises
     ------
     UserError
-        A SPEC is wrong, or names a source that does not work here.
+        A SPEC is invalid, or names a source that does not work here.
     SensorFault
-        A device does not answer.
+        A device does not respond.
     """
     opened: dict[Kind, NamedSource] = {}
     for kind, spec in specs.used.items():
@@ -117,8 +111,8 @@ def open_sources(
 
 
 def try_sources(specs: ContactSpecs, seed: int) -> list[str]:
-    """Connect the sources, look for a while at what they tell, and say so, a sentence each."""
-    # The window's pointer is there when the window is; a simulated finger with its participant.
+    """Connect the sources, read them for a moment, and return one sentence per source."""
+    # The pointer requires the window, and a simulated finger requires its participant.
     later = {k: s for k, s in specs.used.items() if s.partition(":")[0] in NEED_A_PARTICIPANT}
     now = ContactSpecs(
         position=NONE if "position" in later else specs.position,
@@ -136,7 +130,7 @@ def try_sources(specs: ContactSpecs, seed: int) -> list[str]:
 
 
 def _readings(source: ContactSource) -> str:
-    """Return how often a source was read, and its last reading."""
+    """Return how often a source was read, and the last reading."""
     samples = source.take()
     if not samples:
         return "no finger on the plate"
@@ -153,7 +147,7 @@ def require_virtual(specs: ContactSpecs) -> None:
 
 
 def describe_contact(sources: Mapping[Kind, NamedSource], plate: PlateDriver) -> dict[str, Any]:
-    """Return what the journal says of the sources; nothing where there are none."""
+    """Return the journal's description of the sources; empty if there are none."""
     if not sources:
         return {}
     told: dict[str, Any] = {

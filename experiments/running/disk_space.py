@@ -1,4 +1,4 @@
-"""Whether a disk gives the space that it says is free: quotas and limits are met by taking it."""
+"""Check by allocating it that a disk provides the space it reports, despite quotas and limits."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ BLOCK = 1_000_000
 
 
 def why_not_taken(folder: Path, size: int) -> str:
-    """Return why a file of ``size`` bytes cannot be kept in a folder; empty where it can.
+    """Return why a folder cannot store a file of ``size`` bytes; empty if it can.
 
-    The file has no name, and is gone afterwards. OSError where none can be begun.
+    The file is anonymous and temporary. Raises OSError if no file can be created.
     """
     with tempfile.TemporaryFile(dir=folder) as trial:
         try:
@@ -26,10 +26,10 @@ def why_not_taken(folder: Path, size: int) -> str:
 
 
 def _take(stream: IO[bytes], size: int) -> None:
-    """Have the file system set so many bytes aside."""
+    """Allocate ``size`` bytes in the file system."""
     if hasattr(os, "posix_fallocate"):
         os.posix_fallocate(stream.fileno(), 0, size)
-    else:  # macOS and Windows: by writing
+    else:  # macOS and Windows: write them
         for _ in range(0, size, BLOCK):
             stream.write(bytes(BLOCK))
     stream.flush()

@@ -1,4 +1,4 @@
-"""A session with a person: the PsychoPy window, the plate, the noise and the operator."""
+"""A session with a person: the PsychoPy window, the plate, the masking noise and the operator."""
 
 from __future__ import annotations
 
@@ -76,24 +76,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setting:
-    """Where a session takes place.
+    """The equipment and options of a session.
 
     Parameters
     ----------
     plate : str
-        The plate's SPEC.
+        SPEC of the plate.
     full_screen, screen
         The participant's window.
     unblind : bool
         Whether the operator sees the amplitude.
     markers : tuple of str
-        Where markers go: SPECs of `slipscale.experiments.session.marker_outputs`.
+        Marker outputs: SPECs of `slipscale.experiments.session.marker_outputs`.
     contact : ContactSpecs
-        What measures the finger, where the command says so.
+        The finger sensors specified by the command.
     sound_required : bool
-        Whether the study's masking noise must be heard, even where the study could do without.
+        Whether masking noise is required even if the study treats it as optional.
     backup : Path or None
-        A folder elsewhere: at the run's end its journal is copied there and compared.
+        Folder to which the journal is copied and verified at the end of the run.
     """
 
     plate: str
@@ -116,12 +116,12 @@ def make_plan(
     language: str | None = None,
     pilot: bool = False,
 ) -> RunPlan:
-    """Return the plan of a run as the command asks for it.
+    """Return the plan of a run from the command's options.
 
     Raises
     ------
     UserError
-        A label cannot be part of a file name, or the study plans other sessions.
+        A label cannot be part of a file name, or the study does not plan this session.
     """
     study, text = read_study(study_name)
     plan = RunPlan(
@@ -134,26 +134,26 @@ def make_plan(
         language=language or study.language,
         mode="pilot" if pilot else "participant",
     )
-    # What is refused here is refused before anything is written.
+    # Reject invalid plans before anything is written.
     plan.context()
     plan.person_questions()
     return plan
 
 
 def begin(dataset: Path, plan: RunPlan, setting: Setting, *, add_study: bool = False) -> RunOutcome:
-    """Run a participant's session from the welcome on.
+    """Run a participant's session from the start.
 
     Parameters
     ----------
     add_study : bool
-        Whether the study may come beside another one that the data set holds.
+        Whether the study may be added to a data set that contains another study.
 
     Raises
     ------
     UserError
-        The participant's run exists already, or one under a label that means the same; the data
-        set holds the other mode, or another study; nobody could feel the plate, and the run is
-        not marked as a pilot; the window cannot be opened.
+        The participant's run already exists, possibly under an equivalent label; the data set has
+        the other mode or another study; the plate is simulated but the run is not a pilot; or the
+        window cannot be opened.
     PlateFault
         The rig failed; the journal can be resumed.
     """
@@ -164,7 +164,7 @@ def begin(dataset: Path, plan: RunPlan, setting: Setting, *, add_study: bool = F
     path = plan.journal_path(dataset)
     state = run_state(path)
     if state != "free":
-        # Said before the plate moves and the window opens; `Journal.create` would refuse as well.
+        # Reported before the plate moves and the window opens; `Journal.create` also checks it.
         raise UserError(
             f"participant {plan.participant} has a run already ({state}): {path}; "
             f"{remedy(path, state)}"
@@ -178,13 +178,13 @@ def begin(dataset: Path, plan: RunPlan, setting: Setting, *, add_study: bool = F
 
 
 def go_on(path: Path, setting: Setting) -> RunOutcome:
-    """Go on with an interrupted run.
+    """Resume an interrupted run.
 
     Raises
     ------
     UserError
-        The journal is complete, damaged, out of its place or being written, or a participant
-        was to go on with no real plate.
+        The journal is complete, damaged, in the wrong place or in use, or a participant's run
+        would continue on a simulated plate.
     """
     plan, records = read_plan(path)
     check_unfinished(path, records)
@@ -202,7 +202,7 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
             f"--plate {setting.plate}: a participant's run cannot go on with a plate that nobody "
             f"feels; it was on {last_plate(records)}"
         )
-    # The session's time counts from its beginning, the interruption included.
+    # Session time counts from the start of the run, including the interruption.
     clock = SystemClock(max(_since_s(records[0].data["started_utc"]), latest_s(records)))
     setting = replace(
         setting,
@@ -213,7 +213,7 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
 
 
 def _since_s(date: str) -> float:
-    """Return how long ago a date was; a date that is none tells nothing."""
+    """Return the seconds since a date; 0 if the date is invalid."""
     try:
         return (datetime.now(UTC) - datetime.fromisoformat(date)).total_seconds()
     except (ValueError, TypeError):  # no date, or one without a time zone
@@ -221,10 +221,11 @@ def _since_s(date: str) -> float:
 
 
 def _conduct(dataset: Path, plan: RunPlan, setting: Setting, journal: Journal) -> RunOutcome:
-    """Open everything in the order in which failing costs least, run, close, build the data set.
+    """Open the equipment, run, close, and build the data set.
 
-    The journal is open already: its lock keeps a second session from the plate, and a folder that
-    cannot be written is told before anything moves.
+    Equipment is opened in the order in which a failure costs least. The journal is already open:
+    its lock prevents a second session on the plate, and a folder that is not writable is reported
+    before anything moves.
     """
     with signals_raise() as leave, ExitStack() as stack:
         stack.push(partial(_leave, dataset, journal, setting))
@@ -238,7 +239,7 @@ def _conduct(dataset: Path, plan: RunPlan, setting: Setting, journal: Journal) -
 def _perform(
     stack: ExitStack, dataset: Path, plan: RunPlan, setting: Setting, journal: Journal
 ) -> RunOutcome:
-    """Open the rest on the stack, and run."""
+    """Open the remaining equipment on the stack, and run."""
     clock = journal.clock
     missing = why_no_backup(dataset, setting.backup) if setting.backup else ""
     warnings = (f"NO BACKUP of this run unless that changes: {missing}",) if missing else ()
@@ -246,7 +247,7 @@ def _perform(
         print(harmless(warning), file=sys.stderr)
     spec = with_plate_file(setting.plate, plan.study.plate.file)
     heading = plan.heading(spec)
-    # Before the window, which takes seconds: nobody must ask a session that has crashed.
+    # Before the window, which takes seconds, so that no request goes to a crashed session.
     mailbox = _enter(stack, Mailbox(mailbox_of(journal.path), heading))
     journal.moved = lambda path: mailbox.move(mailbox_of(path))
     plate = stack.enter_context(plate_for(plan, spec, clock))
@@ -287,16 +288,16 @@ def _perform(
 
 
 def _enter(stack: ExitStack, context: Context) -> Context:
-    """Enter a context whose exit is registered first: a signal in between leaves nothing behind."""
+    """Enter a context and register its exit first, so that a signal in between leaks nothing."""
     stack.push(context)
     context.__enter__()
     return context
 
 
 def check_felt(plan: RunPlan, plate: PlateDriver, *, begun: bool) -> None:
-    """Raise `UserError` where a participant's run is to be on a plate that nobody feels.
+    """Raise `UserError` if a participant's run would use a plate that nobody can feel.
 
-    The plate says who it is: an emulated board answers on a port like any other.
+    The plate itself is asked: an emulated board has a port like any other board.
     """
     if plan.mode == "participant" and plate.unfelt:
         who = plate.identity
@@ -311,7 +312,7 @@ def check_felt(plan: RunPlan, plate: PlateDriver, *, begun: bool) -> None:
 def _tracking(
     plan: RunPlan, plate: PlateDriver, clock: Clock, stack: ExitStack
 ) -> ResonanceTracking | None:
-    """Return what tracks the resonance, where the study wants it; a simulated plate needs none."""
+    """Return the resonance tracker if the study requires one; a simulated plate needs none."""
     wanted = plan.study.plate
     if not wanted.track_resonance or plate.simulated:
         return None
@@ -332,7 +333,7 @@ def _leave(
     error: BaseException | None,
     _trace: TracebackType | None,
 ) -> None:
-    """Build the data set; after an error say how to resume, and do not hide that error."""
+    """Build the data set. After an error, report how to resume without hiding the error."""
     if not journal.records:
         return
     if journal.lost:
@@ -362,13 +363,13 @@ def _leave(
 
 
 def _sounds(plan: RunPlan) -> Sounds:
-    """Return what plays the headphone test, or why nothing does."""
+    """Return the player of the headphone test, or an object that explains why there is none."""
     missing = check_device() if plan.study.headphone_test else "the study plays none"
     return NoSounds(missing) if missing else SoundOutput()
 
 
 def _noise(plan: RunPlan, *, required: bool) -> MaskingNoise | None:
-    """Return the study's masking noise, or none where there is no device and it is not required."""
+    """Return the study's masking noise; None if there is no audio device and it is optional."""
     wanted = plan.study.masking_noise
     if wanted is None:
         return None

@@ -1,4 +1,4 @@
-"""The order of surfaces of every participant that a study plans, as a field of colours."""
+"""Figure of the orders of surfaces of all planned participants, as coloured fields."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Trial
     from slipscale.stimuli.surface import Surface
 
-#: More participants than this cannot be told apart in one figure.
+#: Most participants that can be distinguished in one figure.
 MOST = 40
-#: Amplitudes are written into their fields up to so many trials.
+#: Most trials for which amplitudes are written into the fields.
 MOST_NAMED = 30
 
 
@@ -29,14 +29,14 @@ def orders_figure(
     people: Sequence[tuple[str, Sequence[tuple[Trial, Surface]]]],
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Figure:
-    """Return a row for each participant and a field for each trial, coloured by its level.
+    """Draw one row per participant and one field per trial, coloured by level.
 
     Parameters
     ----------
     people : sequence of (str, sequence)
-        Labels, and the run's trials with their surfaces in order of presentation.
+        Labels, and each run's trials with their surfaces in order of presentation.
     quantity : Quantity
-        What the levels are in.
+        Quantity and unit of the levels.
     """
     shown = people[:MOST]
     trials = max(len(own) for _, own in shown)
@@ -74,7 +74,7 @@ def _level(surface: Surface) -> float:
 
 
 def _parts(own: Sequence[tuple[Trial, Surface]]) -> list[tuple[int, str]]:
-    """Return where the parts of a run begin, and their names."""
+    """Return the positions and names of a run's parts."""
     found: list[tuple[int, str]] = []
     for place, (trial, _) in enumerate(own):
         name = f"{trial.task},\n{trial.phase}" if trial.phase == "practice" else f"{trial.task}\n"

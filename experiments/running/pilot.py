@@ -1,7 +1,7 @@
-"""A pilot: the whole study with simulated participants on the mock plate, in virtual time.
+"""A pilot: a complete study with simulated participants on the mock plate, in virtual time.
 
-The same session code that a person gets; only the three at its edge differ: the clock, the plate
-and the participant.
+A pilot runs the same session code as a session with a person. Only the clock, the plate and the
+participant are replaced.
 """
 
 from __future__ import annotations
@@ -53,12 +53,12 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.journal.record import Record
 
-MOCK = "mock"  # the plate without faults
-# The mock's readings scatter by less than this part of what a study lets a plate deviate: further,
-# and now and then a pilot would end with a fault of a plate that has none.
+MOCK = "mock"  # the simulated plate without faults
+# The mock's readings scatter by less than this fraction of the study's tolerance. If they scattered
+# more, a reading would occasionally be out of tolerance and end a pilot with a plate fault.
 PART_OF_TOLERANCE = 1 / 6
-MOCK_NOISE_UM = 0.005  # what they scatter by if nothing is said
-FRAME_S = 0.01  # how often a finger that is measured is looked at
+MOCK_NOISE_UM = 0.005  # default scatter
+FRAME_S = 0.01  # sampling interval of a measured finger
 
 
 def pilot_plans(
@@ -69,16 +69,16 @@ def pilot_plans(
     language: str | None,
     population: Population | None = None,
 ) -> list[RunPlan]:
-    """Return the runs of a pilot: of each participant every session and run that is planned.
+    """Return the runs of a pilot: every planned session and run of each participant.
 
     Parameters
     ----------
     study_name : str
-        A study file, or a shipped study's name.
+        A study file, or the name of a shipped study.
     participants, seed, language
-        In place of the study's own.
+        Override the study's own.
     population : Population, optional
-        Who is simulated; default: the shipped one.
+        The simulated population; default: the shipped one.
     """
     study, text = read_study(study_name)
     count = study.participants if participants is None else participants
@@ -111,15 +111,15 @@ def next_folder(parent: Path) -> Path:
 
 
 def claim(folder: Path, plans: list[RunPlan]) -> None:
-    """Make sure that a folder is new, or holds this very pilot.
+    """Check that a folder is new or contains an unfinished copy of this pilot.
 
     Raises
     ------
     UserError
-        It holds anything else; nothing was touched.
+        The folder contains anything else. Nothing was changed.
     """
     try:
-        # A pilot that was interrupted before its first record leaves folders without a file.
+        # A pilot that was interrupted before its first record leaves folders without files.
         if not folder.exists() or all(entry.is_dir() for entry in _entries(folder)):
             return
     except OSError as error:
@@ -137,7 +137,7 @@ def claim(folder: Path, plans: list[RunPlan]) -> None:
 
 
 def _entries(folder: Path) -> Iterator[Path]:
-    """Yield all that is in a folder, however deep; OSError unless it is one."""
+    """Yield every entry under a folder, recursively; raise OSError if it is not a folder."""
     for entry in folder.iterdir():
         yield entry
         if entry.is_dir():
@@ -145,7 +145,7 @@ def _entries(folder: Path) -> Iterator[Path]:
 
 
 def _same(one: RunPlan, other: RunPlan) -> bool:
-    """Return whether two plans are of one pilot, wherever the study file lay."""
+    """Return whether two plans belong to the same pilot, regardless of the study file's path."""
     return (one.study_text, one.seed, one.language, one.mode, one.population) == (
         (other.study_text, other.seed, other.language, other.mode, other.population)
     )
@@ -159,7 +159,7 @@ def run_pilot(
     contact: ContactSpecs | None = None,
     tell: Callable[[str], None],
 ) -> None:
-    """Run what is not yet complete of a pilot, then build its data set.
+    """Run the incomplete runs of a pilot, then build its data set.
 
     Parameters
     ----------
@@ -167,11 +167,11 @@ def run_pilot(
         The data set; see `claim`.
     plans : list of RunPlan
     spec : str
-        The plate: a mock, with options where faults are to be tried.
+        The plate: a mock, with options to simulate faults.
     contact : ContactSpecs, optional
-        What measures the finger; where it does not say, what the study names is simulated.
+        The finger sensors. For unspecified ones, those of the study are simulated.
     tell : callable
-        Told each participant's label once they are through.
+        Called with each participant's label when they are done.
     """
     if not is_mock(spec):
         raise UserError(f"--plate {spec}: a pilot runs in virtual time; expected mock")
@@ -199,9 +199,9 @@ def run_simulated(
 ) -> None:
     """Run one simulated participant, or the rest of an interrupted run.
 
-    The plate has the limits of the study's plate file, and says whose they are. What measures the
-    finger is the study's, simulated, unless it is named. Who gave up in a run is not asked on, nor
-    invited to their next one.
+    The plate has the limits of the study's plate file, and reports their source. The study's
+    finger sensors are simulated unless others are specified. A participant who dropped out is
+    neither asked further questions nor simulated in later sessions.
 
     Parameters
     ----------
@@ -209,10 +209,11 @@ def run_simulated(
         The data set.
     plan : RunPlan
     spec : str
-        The plate.
+        SPEC of the plate.
     contact : ContactSpecs, optional
     synced : bool, optional
-        Whether each record waits for the disk; default: where the plate has faults on order.
+        Whether each record waits for the disk. Default: only if the plate has options, such as
+        simulated faults.
     """
     if synced is None:
         synced = spec != MOCK
@@ -281,10 +282,10 @@ def run_simulated(
 
 
 def _steady(spec: str, plan: RunPlan) -> str:
-    """Return a mock that holds what the study asks of a plate; one with options stays as it is."""
+    """Return a mock within the study's tolerance; a mock with options is returned unchanged."""
     wanted_um, study = plan.study.plate.tolerance_level, plan.study
     if wanted_um is not None and not study.quantity.of_plate:
-        wanted_um *= PlateLimits().level / study.plate.level  # as the mock scales its levels
+        wanted_um *= PlateLimits().level / study.plate.level  # as the mock scales levels
     if spec != MOCK or wanted_um is None or wanted_um * PART_OF_TOLERANCE >= MOCK_NOISE_UM:
         return spec
     return f"{MOCK}:noise={wanted_um * PART_OF_TOLERANCE:g}"

@@ -1,7 +1,7 @@
-"""Before the participant arrives: find out whether everything is in order.
+"""Checks before the participant arrives: study, folder, plate, sensors, sound and display.
 
-A table of checks, each of which finds out one thing and, where it fails, says what to do. None
-touches the data set but to see that it can be written.
+Each check in the table tests one thing and, if it fails, reports what to do. No check changes the
+data set; one tests that it is writable.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ READINGS, READINGS_S = 20, 0.2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlannedSession:
-    """What is going to be run, and where."""
+    """The session that is about to be run."""
 
     study: str
     plate: str
@@ -73,28 +73,28 @@ class PlannedSession:
     run: str = "01"
     screen: int = 0
     full_screen: bool = True
-    language: str | None = None  # the study's own
+    language: str | None = None  # None: the study's
     pilot: bool = False
     markers: tuple[str, ...] = ()
     contact: ContactSpecs = NOT_NAMED
-    sound_required: bool = False  # even where the study could do without
+    sound_required: bool = False  # even if the study treats noise as optional
     backup: Path | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """What a check found.
+    """The result of a check.
 
     Parameters
     ----------
     name : str
-        What was looked at.
+        What was checked.
     passed : bool or None
-        None: not all is well, but the session can take place.
+        None: there is a problem, but the session can take place.
     detail : str
         What was found.
     remedy : str
-        What to do about it; empty where nothing is to be done.
+        What to do about it; empty if nothing is needed.
     """
 
     name: str
@@ -104,9 +104,9 @@ class Finding:
 
 
 def check_study(planned: PlannedSession) -> Finding:
-    """Read the study file: it must be without fault."""
+    """Check that the study file is valid."""
     plan = _plan(planned)
-    plan.person_questions()  # a study may lack words in the language that the command names
+    plan.person_questions()  # a study may lack texts in the language that the command names
     tasks = ", ".join(options.protocol for options in plan.study.tasks)
     return Finding(
         name="study", passed=True, detail=f"{plan.study.name} ({plan.language}): {tasks}"
@@ -114,7 +114,7 @@ def check_study(planned: PlannedSession) -> Finding:
 
 
 def _plan(planned: PlannedSession) -> RunPlan:
-    """Return the plan of a run like the one that is going to be, whoever takes part."""
+    """Return a plan like that of the coming run, for any participant."""
     study, text = read_study(planned.study)
     return RunPlan(
         study_name=planned.study,
@@ -128,7 +128,7 @@ def _plan(planned: PlannedSession) -> RunPlan:
 
 
 def check_folder(planned: PlannedSession) -> Finding:
-    """Try the folder: data must be writable there, and belong there."""
+    """Check that the folder is writable and that the data belong in it."""
     folder = planned.out
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -173,7 +173,7 @@ def check_folder(planned: PlannedSession) -> Finding:
 
 
 def _notes(planned: PlannedSession, *, locked: bool) -> Iterator[str]:
-    """Yield what should be known of the folder and its journals; no reason not to begin."""
+    """Yield notes on the folder and its journals that do not prevent a session."""
     if not locked:
         yield (
             "its file system has no locks: only a lock file keeps a second session from the same "
@@ -186,7 +186,7 @@ def _notes(planned: PlannedSession, *, locked: bool) -> Iterator[str]:
     try:
         study, text = read_study(planned.study)
     except UserError:
-        return  # the check of the study says it
+        return  # reported by the check of the study
     try:
         check_same_study(planned.out, study.name)
     except UserError as error:
@@ -195,7 +195,7 @@ def _notes(planned: PlannedSession, *, locked: bool) -> Iterator[str]:
 
 
 def check_participant(planned: PlannedSession) -> Finding:
-    """Look the participant up: the number must be free."""
+    """Check that the participant's label is free."""
     if planned.participant is None:
         taken = participants(planned.out)
         numbers = {int(label) for label in taken if label.isdigit()}
@@ -223,9 +223,9 @@ def check_participant(planned: PlannedSession) -> Finding:
 
 
 def check_plate(planned: PlannedSession) -> Finding:
-    """Have the plate answer, make the study's largest amplitude, and fall silent.
+    """Check that the plate responds, presents the study's largest amplitude, and stops.
 
-    Of the other surfaces it must be able to make each; textures are not played.
+    The plate must support all other surfaces, too; textures are not played.
     """
     plan = _plan(planned)
     study = plan.study
@@ -252,7 +252,7 @@ def check_plate(planned: PlannedSession) -> Finding:
     name = f"{who.manufacturer} {who.model} {who.serial}" if who else planned.plate
     return Finding(
         name="plate",
-        # A note (an old calibration, say) is no reason not to begin, but must be read.
+        # A note (such as an old calibration) does not prevent a session, but should be read.
         passed=None if notes else True,
         detail=f"{name}; {told}; {made.settle_time_s * 1000:.0f} ms; {textures}"
         + ("; only computed: nobody feels it, a run on it is a pilot" if unfelt else ""),
@@ -261,10 +261,11 @@ def check_plate(planned: PlannedSession) -> Finding:
 
 
 def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
-    """Yield what is to be done where a standing plate's readings scatter too much for a session.
+    """Yield a remedy if readings at constant amplitude scatter too much for a session.
 
-    A reading out of tolerance is a fault (docs/decisions/one-tolerance.md). With a scatter of a
-    fifth of the tolerance, five standard deviations, that does not happen by chance.
+    A reading out of tolerance is a fault (docs/decisions/one-tolerance.md). If the scatter is a
+    fifth of the tolerance, a false fault requires a deviation of five standard deviations, which
+    does not happen by chance.
     """
     told = []
     for _ in range(READINGS):
@@ -274,7 +275,7 @@ def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
     if len(amplitudes := [each for each in read if each is not None]) < READINGS:
         return
     deviation_level, limit_level = stdev(amplitudes), plate.limits.deviation_level / 5
-    # Of so few readings the standard deviation itself is known to a quarter.
+    # With so few readings, the standard deviation itself is uncertain by a quarter.
     if deviation_level > 1.25 * limit_level:
         yield (
             f"its readings scatter by {deviation_level:.3f} {quantity.unit} (standard deviation), "
@@ -284,20 +285,20 @@ def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
 
 
 def check_contact(planned: PlannedSession) -> Finding:
-    """Connect what measures the finger, and look for a while at what it tells."""
+    """Connect the finger sensors and read them for a moment."""
     told = try_sources(_contact_specs(planned), _plan(planned).study.seed)
     return Finding(name="finger", passed=True, detail="; ".join(told))
 
 
 def check_display(planned: PlannedSession) -> Finding:
-    """Open the participant's window as the session will: the keyboard must reach it.
+    """Open the participant's window as in a session, and check that key presses reach it.
 
-    Where its key presses are not stamped by their own device, response times are the window's.
+    If the input device does not provide time stamps, response times come from the window.
     """
-    # Imported here: PsychoPy takes seconds, and the checks before may already say no.
+    # Imported here: PsychoPy takes seconds to load, and earlier checks may already fail.
     from slipscale.experiments.participants.psychopy_window import PsychoPyWindow  # noqa: PLC0415
 
-    # Where the study has faults there is still a screen.
+    # The screen can be checked even if the study is invalid.
     texts: Texts = shipped_texts(planned.language or ENGLISH)
     with suppress(UserError):
         texts = _plan(planned).texts()
@@ -332,7 +333,7 @@ def check_display(planned: PlannedSession) -> Finding:
 
 
 def check_sound(planned: PlannedSession) -> Finding:
-    """Look for a device for the masking noise, if the study wants it, and make the noise."""
+    """Check that the study's masking noise (if any) can be generated and an audio device exists."""
     from slipscale.experiments.session.masking_noise import MaskingNoise, check_device  # noqa: PLC0415 - loads PortAudio
 
     study, _ = read_study(planned.study)
@@ -346,7 +347,7 @@ def check_sound(planned: PlannedSession) -> Finding:
             + ("; no audio device: the headphone test is left out" if missing else ""),
             remedy=missing or "",
         )
-    # Raises where its peaks would clip: the very noise that a session plays.
+    # Generates the same noise as a session; raises an error if its peaks would clip.
     MaskingNoise(level_db=noise.level_db, fade_s=noise.fade_s, seed=study.seed)
     remedy = check_device()
     required = noise.required or planned.sound_required
@@ -363,7 +364,7 @@ def check_sound(planned: PlannedSession) -> Finding:
 
 
 def check_markers(planned: PlannedSession) -> Finding:
-    """Open the outputs of markers and send one on each, as a session will."""
+    """Open the marker outputs as in a session, and send a begin and an end marker on each."""
     lost: list[str] = []
     with open_markers(planned.markers) as markers:
         markers.lost = lambda name, reason: lost.append(f"{name}: {reason}")
@@ -391,12 +392,12 @@ CHECKS: dict[str, Callable[[PlannedSession], Finding]] = {
     "markers": check_markers,
     "display": check_display,
 }
-# What cannot be found out without a study.
+# Checks that require a valid study.
 NEED_STUDY = ("plate", "finger", "sound")
 
 
 def _measures_finger(planned: PlannedSession) -> bool:
-    """Return whether command, study or plate name a source; their faults are told elsewhere."""
+    """Return whether command, study or plate name a sensor; their faults are reported elsewhere."""
     try:
         return bool(_contact_specs(planned).used)
     except UserError:
@@ -404,7 +405,7 @@ def _measures_finger(planned: PlannedSession) -> bool:
 
 
 def _contact_specs(planned: PlannedSession) -> ContactSpecs:
-    """Return the sources that measure the finger: the command's, the study's, the plate's."""
+    """Return the finger sensors: the command's, otherwise the study's, otherwise the plate's."""
     plan = _plan(planned)
     spec = with_plate_file(planned.plate, plan.study.plate.file)
     plate = plate_for(plan, spec, SystemClock())
@@ -415,9 +416,9 @@ def _contact_specs(planned: PlannedSession) -> ContactSpecs:
 def check(
     planned: PlannedSession, tell: Callable[[Finding], None], *, only: str | None = None
 ) -> list[Finding]:
-    """Make all checks, or one alone, in order; tell of each as soon as it is made.
+    """Run all checks, or one of them, in order; call ``tell`` with each finding.
 
-    A fault of the user's or the rig's is a finding, not an error: the list is always whole.
+    User errors and rig faults are findings, not exceptions, so the list is always complete.
     """
     if only is not None and only not in CHECKS:
         raise UserError(f"--only {only}: no such check; expected {', '.join(CHECKS)}")

@@ -1,7 +1,7 @@
-"""A run's steps as they would come: to be looked at before anybody sits down.
+"""Step through a run in advance, without a participant, a plate or a screen.
 
-Which steps come may depend on what is answered. A rehearsal therefore takes several ways through a
-run, and a protocol says itself which amplitudes it could come to (`Protocol.possible_levels`).
+The steps of a run can depend on the answers. A rehearsal therefore tries several patterns of
+answers, and a protocol declares which amplitudes it may present (`Protocol.possible_levels`).
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
     from slipscale.stimuli.surface import Surface
 
-# An answer is the one at this place, from 0 to 1, among all that there are: the first is the first
-# option and "yes". A way through a run is a place for each question, by the number of the question.
+# An answer is given by its position, from 0 to 1, in the range of answers; 0 is the first option or
+# "yes". A pattern of answers maps the number of a question to a position.
 WAYS: Mapping[str, Callable[[int], float]] = {
     "first": lambda _: 0.0,
     "last": lambda _: 1.0,
@@ -55,20 +55,20 @@ WAYS: Mapping[str, Callable[[int], float]] = {
     "mixed": lambda number: Stream("rehearsal", number).uniform(),
 }
 FIRST = WAYS["first"]
-# More steps than any trial, or any pause between trials, can have: a protocol repeats itself.
+# Limits that no valid trial, or pause between trials, exceeds: a protocol that does is in a loop.
 MOST_STEPS_OF_A_TRIAL = 1_000
 MOST_STEPS_BETWEEN = 10_000
 
 
 def bounded(steps: Steps, plan: RunPlan) -> Steps:
-    """Return a run's steps, and refuse a protocol that goes on for ever without ending a trial.
+    """Yield a run's steps, but reject a protocol that continues forever without ending a trial.
 
-    For runs that nobody watches. A person can be asked as often as a protocol wants.
+    For runs without supervision. A person can be asked as often as a protocol requires.
 
     Raises
     ------
     UserError
-        A trial has more steps than anybody would take.
+        A trial has too many steps.
     """
     named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
     answer: Answer = None
@@ -90,26 +90,27 @@ def bounded(steps: Steps, plan: RunPlan) -> Steps:
 
 
 def check_ways(plan: RunPlan) -> None:
-    """Raise `UserError` if a protocol does what it did not declare, or never ends."""
+    """Raise `UserError` if a protocol does something it did not declare, or never ends."""
     for way in WAYS.values():
         for _ in dry_run(plan, way):
             pass
 
 
 def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step]:
-    """Yield a run's steps as they come if every question is answered, and no trial voided.
+    """Yield a run's steps, assuming that every question is answered and no trial is voided.
 
     Parameters
     ----------
     plan : RunPlan
     way : callable
-        Where in the range of answers each one is, by its number: 0 is "yes" and the first option.
+        Maps the number of a question to its answer's position in the range of answers; 0 is "yes"
+        and the first option.
 
     Raises
     ------
     UserError
-        A protocol asks for an answer that its table has no column for, its table has a column
-        that every task has, or it has more trials than it says.
+        A protocol asks for an answer for which its table has no column, its table has a column
+        that every task has, or it has more trials than it declares.
     """
     quantity = plan.study.quantity
     declared = {protocol.task: columns(protocol, quantity=quantity) for protocol, _ in plan.tasks()}
@@ -119,7 +120,7 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
         for protocol, options in plan.tasks()
     }
     named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
-    # These have tables of their own, or none.
+    # Questions with a separate table, or none.
     beside = {HEADPHONES, *(each.name for each in plan.study.questionnaires)}
     steps = bounded(plan.steps(), plan)
     answer: Answer = None
@@ -143,14 +144,14 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
                 "most that it says it has: a rule that never stops needs a cap"
             )
         yield step
-        # Consent is given: without it nothing else would come. The operator decides to go on.
+        # Consent is given, since the run would otherwise end. The operator decides to continue.
         own = isinstance(step, Ask) and step.trial is None and not step.task
         decided = isinstance(step, Ask) and step.by == "operator" and bool(step.task)
         answer = _answer(step, FIRST(asked) if own or decided else way(asked))
 
 
 def _answer(step: Step, place: float) -> Answer:
-    """Return the answer to a step at a place in the range of answers."""
+    """Return the answer to a step at a position in the range of answers."""
     if isinstance(step, EndTrial | EndBlock):
         return Voided()
     if isinstance(step, Silence):
@@ -194,14 +195,14 @@ def _value(question: Question, place: float) -> Value:
 
 
 def surfaces(plan: RunPlan) -> list[Surface]:
-    """Return every surface that a run could present, standards and starts among them, once each.
+    """Return each surface that a run may present once, including standards and start levels.
 
-    They are in the order of their labels, so that the order of presentation stays unknown.
+    They are sorted by label, so that the order of presentation is not revealed.
 
     Raises
     ------
     UserError
-        A protocol presents an amplitude beyond those that it says it could.
+        A protocol presents an amplitude outside its declared range.
     """
     found: set[Surface] = set()
     for protocol, options in plan.tasks():
@@ -214,7 +215,7 @@ def surfaces(plan: RunPlan) -> list[Surface]:
 
 
 def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Surface]:
-    """Return what is presented on a way through a run; refuse what a protocol did not declare."""
+    """Return the surfaces presented for a pattern of answers; reject undeclared levels."""
     bounds: dict[str, tuple[float, float]] = {}
     short = plan.study.quantity.short
     named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
@@ -237,7 +238,7 @@ def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Surface]:
 
 
 def check_supported(plan: RunPlan, plate: PlateDriver) -> None:
-    """Raise `UserError`, or the plate's fault, if the plate could not present what a run needs."""
+    """Raise `UserError`, or the plate's fault, if the plate cannot present a surface of a run."""
     for surface in surfaces(plan):
         plate.check_supported(surface, place_known=bool(plan.study.plate.position))
     q = plan.study.quantity
@@ -256,7 +257,7 @@ def check_supported(plan: RunPlan, plate: PlateDriver) -> None:
 
 
 def check_answered(plan: RunPlan) -> None:
-    """Raise `UserError` where nobody could answer a question in a pilot."""
+    """Raise `UserError` if simulated participants cannot answer a question."""
     answers = plan.simulated_answers()
     named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
     for way in WAYS.values():

@@ -1,4 +1,4 @@
-"""How far a run has come, and what to do where it is not the free one that was wanted."""
+"""The progress of a run, and what to do if a run is not free as expected."""
 
 from __future__ import annotations
 
@@ -23,30 +23,30 @@ RunState = Literal["free", "running now", "interrupted", "complete", "damaged"]
 
 
 def run_state(path: Path) -> RunState:
-    """Return how far the run of a journal has come; "free" where it has not begun."""
+    """Return the state of a journal's run; "free" if it has not begun."""
     if is_being_written(path):
         return "running now"
     if not has_begun(path):
         return "free"
     _, reading = read_usable(path)
     if not reading.records:
-        return "free"  # the machine died while writing its first record: it holds nothing
+        return "free"  # the machine stopped while writing its first record: the journal is empty
     if reading.damage:
         return "damaged"
     return "complete" if is_complete(reading.records) else "interrupted"
 
 
 def participants(dataset: Path) -> list[str]:
-    """Return the labels of a data set's participants and of those who withdrew, sorted."""
+    """Return the labels of a data set's participants, including withdrawn ones, sorted."""
     folders = (dataset / "sourcedata").glob("sub-*")
     present = {folder.name.removeprefix("sub-") for folder in folders}
     return sorted(present.union(withdrawn(dataset)))
 
 
 def check_alike(dataset: Path, participant: str) -> None:
-    """Raise `UserError` where a participant is there under a label that means the same: 1 and 01.
+    """Raise `UserError` if a participant exists under an equivalent label, such as 1 and 01.
 
-    They would pass for two people. Some file systems also take a for A.
+    The two would be taken for different people. Some file systems also treat A and a as equal.
     """
 
     def plain(label: str) -> str:
@@ -66,12 +66,12 @@ def check_alike(dataset: Path, participant: str) -> None:
             )
 
 
-# Where a mode belongs when nobody says: pilots and participants never share a folder.
+# Default folder per mode: pilots and participants never share one.
 FOLDERS: dict[Mode, str] = {"participant": "data", "pilot": "pilots/rehearsals"}
 
 
 def check_mode(dataset: Path, mode: Mode) -> None:
-    """Raise `UserError` where a data set holds the other mode."""
+    """Raise `UserError` if a data set has the other mode."""
     held = mode_of(dataset)
     if held and held != mode:
         raise UserError(
@@ -82,7 +82,7 @@ def check_mode(dataset: Path, mode: Mode) -> None:
 
 
 def studies(dataset: Path) -> list[str]:
-    """Return the names of the studies that a data set holds, in the order of their first runs."""
+    """Return the names of a data set's studies, in the order of their first runs."""
     found: dict[str, None] = {}
     for path in journals(dataset):
         with suppress(UserError):
@@ -93,7 +93,7 @@ def studies(dataset: Path) -> list[str]:
 
 
 def check_same_study(dataset: Path, study: str) -> None:
-    """Raise `UserError` where a data set holds only other studies."""
+    """Raise `UserError` if a data set contains only other studies."""
     held = studies(dataset)
     if held and study not in held:
         raise UserError(
@@ -103,7 +103,7 @@ def check_same_study(dataset: Path, study: str) -> None:
 
 
 def remedy(path: Path, state: RunState) -> str:
-    """Return what to do where a run is not free."""
+    """Return what to do if a run is not free."""
     another = "name another participant, or a new --session or --run"
     remedies: dict[RunState, str] = {
         "running now": f"end it where it runs, or {another}",
@@ -125,5 +125,5 @@ def check_unfinished(journal: Path, records: list[Record]) -> None:
 
 
 def how_to_resume(journal: Path) -> str:
-    """Return the sentence that says how to go on with a run."""
+    """Return a sentence that explains how to resume a run."""
     return f"To go on: slipscale resume {shlex.quote(str(journal))}"

@@ -1,4 +1,4 @@
-"""Whether every screen of a study can be read, in every language that the study has."""
+"""Check that every screen of a study is readable, in every language of the study."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ MOST_TOLD = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Seen:
-    """A screen of a run.
+    """One screen of a run.
 
     Parameters
     ----------
     task : str
-        Label of the task whose trial shows it; empty between trials.
+        Label of the task to which the screen's trial belongs; empty between trials.
     step : str
-        Type of the step that shows it.
+        Type of the step that shows the screen.
     faults : tuple of str
-        Why it cannot be read; none if it can.
+        Why the screen is not readable; empty if it is.
     """
 
     task: str
@@ -53,13 +53,13 @@ class Seen:
 
 
 def check_screens(plan: RunPlan) -> None:
-    """Raise `UserError` if a screen of a plan cannot be read in one of its languages.
+    """Raise `UserError` if a screen of a plan is not readable in one of its languages.
 
     Parameters
     ----------
     plan : RunPlan
-        Of any participant. Questions without words in a language are passed over, except in the
-        plan's own.
+        Plan of any participant. Questions without texts in a language are skipped, except in the
+        plan's own language.
     """
     told = [
         f"{spoken.language}: {fault}"
@@ -75,7 +75,7 @@ def check_screens(plan: RunPlan) -> None:
 
 
 def in_each_language(plan: RunPlan) -> Iterator[RunPlan]:
-    """Yield a plan in its own language, then in each other one that the study has words in."""
+    """Yield a plan in its own language, then in each other language of the study."""
     yield plan
     for language in dict.fromkeys((*languages(), *plan.study.texts)):
         if language != plan.language:
@@ -87,7 +87,7 @@ def in_each_language(plan: RunPlan) -> Iterator[RunPlan]:
 
 
 def every_screen(plan: RunPlan) -> Iterator[Seen]:
-    """Yield each different screen of a run once, as it comes first."""
+    """Yield each distinct screen of a run once, in order of first appearance."""
     seen: set[Scene] = set()
     for way in WAYS.values():
         for step in dry_run(plan, way):
@@ -103,7 +103,7 @@ def every_screen(plan: RunPlan) -> Iterator[Seen]:
 
 
 def _scenes(step: Step, plan: RunPlan) -> Iterator[Scene]:
-    """Yield what a step shows at first, and once its minimum is over."""
+    """Yield a step's screen at its start and after its minimum duration."""
     shown = step.screen if isinstance(step, EndBlock) else step
     if isinstance(shown, SHOWN):
         screen = screen_for(shown, plan.texts())

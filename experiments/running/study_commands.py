@@ -1,4 +1,4 @@
-"""What ``slipscale study`` does: write a study file to begin with, show one, validate one."""
+"""The actions of ``slipscale study``: create, show and validate study files."""
 
 from __future__ import annotations
 
@@ -35,21 +35,22 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.model import Study
     from slipscale.stimuli.surface import Surface
 
-# A run of more trials takes days.
+# A longer run would take days.
 MOST_TRIALS = 10_000
-# Balance is judged by the first runs that have so many trials together: a second's work.
+# Balance is computed from the first runs up to this many trials, which takes about a second.
 TRIALS_LOOKED_AT = 20_000
 SCHEMA_FILE = "study.schema.json"
 
 
 def new(path: Path, template: str, title: str, authors: tuple[str, ...] = ()) -> str:
-    """Write a shipped study to a new file, to be edited; return what to say.
+    """Write a copy of a shipped study to a new file for editing; return a message.
 
-    Title and authors are its own, not the shipped study's; its name is the file's.
+    Title and authors are the given ones, not the shipped study's. The study's name is taken from
+    the file name.
 
-    The schema is written beside it, and the file's first line names it: an editor that knows TOML
-    schemas (Even Better TOML, Taplo) completes and checks the file. A schema that is there already
-    is replaced: it holds nothing of the user's.
+    The schema is written next to the file and named in its first line: an editor that supports
+    TOML schemas (Even Better TOML, Taplo) then completes and checks the file. An existing schema
+    is replaced, because it contains nothing of the user's.
     """
     if path.exists():
         raise UserError(f"{path} exists already; name a new file")
@@ -64,7 +65,7 @@ def new(path: Path, template: str, title: str, authors: tuple[str, ...] = ()) ->
 
 
 def _label(stem: str) -> str:
-    """Return a file's name as a study's: letters, digits and _, beginning with a letter.
+    """Convert a file name to a study name: letters, digits and _, starting with a letter.
 
     >>> _label("mon étude"), _label("2nd")
     ('mon_tude', 'study_2nd')
@@ -74,12 +75,12 @@ def _label(stem: str) -> str:
 
 
 def texts(name: str, language: str, path: Path) -> str:
-    """Write a file for the texts of a language of the study's own; return what to say.
+    """Write a file for the texts of a language that the study adds; return a message.
 
     Raises
     ------
     UserError
-        The file is there already, or the language is shipped.
+        The file already exists, or the language is shipped.
     """
     check_own_code(language)
     if path.exists():
@@ -98,7 +99,7 @@ def schema() -> str:
 
 
 def validate(name: str) -> str:
-    """Return what to say of a study without fault; UserError tells every fault."""
+    """Return a message if a study is valid; otherwise raise a `UserError` with all faults."""
     study, text = read_study(name)
     plan = _plan(name, study, text)
     check_ways(plan)
@@ -112,7 +113,7 @@ def validate(name: str) -> str:
 
 
 def _followed(grating: Grating) -> str:
-    """Return how much of a texture's depth plate and friction follow at the assumed speed."""
+    """Describe how much of a texture's depth the plate and friction follow at the assumed speed."""
     rate_hz = grating.modulation_hz(grating.finger_speed_mm_s)
     plate, friction = DEFAULT_MODULATOR.passed(rate_hz), DEFAULT_MODULATOR.friction_passed(rate_hz)
     return (
@@ -122,16 +123,16 @@ def _followed(grating: Grating) -> str:
 
 
 def show(name: str, participant: str, session: str = "", run: str = "01") -> str:
-    """Return what a study does, and the order in which a participant will have the surfaces.
+    """Describe a study and the order in which a participant will feel the surfaces.
 
-    This unblinds whoever reads it: it is for planning, not for the operator of a session.
+    The description unblinds its reader. It is for planning, not for the operator of a session.
 
     Parameters
     ----------
     name : str
-        A study file, or a shipped study's name.
+        A study file, or the name of a shipped study.
     participant, session, run : str
-        Whose orders; without a session the first that the study plans.
+        The run to show; the default session is the first planned one.
     """
     study, text = read_study(name)
     plan = replace(
@@ -174,9 +175,9 @@ def show(name: str, participant: str, session: str = "", run: str = "01") -> str
 
 
 def orders(plan: RunPlan) -> dict[str, str]:
-    """Return each task's surfaces in order of presentation, practice in brackets.
+    """Return each task's surfaces in order of presentation, with practice in brackets.
 
-    The intervals of one trial are joined by a slash.
+    The intervals of a trial are joined by a slash.
     """
     found: dict[str, dict[int, str]] = {}
     practice: set[tuple[str, int]] = set()
@@ -195,7 +196,7 @@ def orders(plan: RunPlan) -> dict[str, str]:
 
 
 def balance(name: str, study: Study, text: str) -> list[str]:
-    """Return how balanced a study's orders are over all its participants, a sentence a line."""
+    """Describe the balance of a study's orders over all participants, one sentence per line."""
     whole = _plan(name, study, text)
     every = (
         replace(whole, participant=f"{number:02d}", session=session, run=f"{run:02d}")
@@ -209,7 +210,7 @@ def balance(name: str, study: Study, text: str) -> list[str]:
     if len(plans) < runs_in_all:
         said.append(f"the first {len(plans)} of {runs_in_all} runs:")
     for protocol, options in plans[0].tasks():
-        # Where surfaces are rated one by one there is an order to balance; a series has none.
+        # Only ratings of single surfaces have an order to balance; a series has none.
         if isinstance(options, MagnitudeEstimation | VisualAnalogueScale):
             surfaces = [_name(surface) for surface in plans[0].context().surfaces]
             runs = [_main_blocks(plan, protocol.task) for plan in plans]
@@ -220,7 +221,7 @@ def balance(name: str, study: Study, text: str) -> list[str]:
 
 
 def orders_of_all(name: str) -> Figure:
-    """Return the orders of all participants' first runs as a figure; it unblinds."""
+    """Draw the orders of all participants' first runs. The figure unblinds its reader."""
     from slipscale.experiments.running.orders_figure import MOST, orders_figure  # noqa: PLC0415
 
     study, text = read_study(name)
@@ -231,13 +232,13 @@ def orders_of_all(name: str) -> Figure:
 
 
 def presented(plan: RunPlan) -> list[tuple[Trial, Surface]]:
-    """Return a run's trials in their order, each with its surface."""
+    """Return a run's trials in order, each with its surface."""
     steps = (step for step in dry_run(plan) if isinstance(step, Present))
     return [(step.trial, step.surface) for step in steps if step.trial]
 
 
 def _main_blocks(plan: RunPlan, task: str) -> list[list[str]]:
-    """Return a task's blocks of main trials, as the names of their surfaces."""
+    """Return a task's blocks of main trials, as lists of surface names."""
     found: dict[object, list[str]] = {}
     for trial, surface in presented(plan):
         if trial.task == task and trial.phase == "main" and not trial.factors.get("catch"):
@@ -259,7 +260,7 @@ def _plan(name: str, study: Study, text: str) -> RunPlan:
     Raises
     ------
     UserError
-        It has more trials than anybody can do: numbers were mistyped.
+        The run has more trials than anybody can do, probably because of mistyped numbers.
     """
     plan = RunPlan(
         study_name=name,

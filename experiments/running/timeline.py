@@ -1,7 +1,8 @@
-"""What a participant goes through: minutes and their spread, plate-on time, exposures and cost.
+"""Estimate a participant's time, the plate's on-time, the number of exposures, and the cost.
 
-From simulated people who answer the study itself, without plate and screen. Real people are slower
-where they ask, wait or are greeted; ``[cost]`` has a place for that.
+The estimate comes from simulated participants who answer the study without a plate or a screen.
+Real sessions take longer because people ask questions, wait and are greeted; ``[cost]`` has a
+setting for that time.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: A surface takes so long to be there, on the mock plate.
+#: Time that a surface takes to settle on the mock plate.
 SETTLING_S = 0.05
 MINUTE_S, HOUR_S = 60.0, 3600.0
 PEOPLE = 200
@@ -46,7 +47,7 @@ RESTS = "rests"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
-    """Quantiles over simulated people."""
+    """Quantiles over simulated participants."""
 
     p5: float
     p50: float
@@ -61,24 +62,24 @@ class Spread:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timeline:
-    """What a participant goes through, in all their runs.
+    """Time, exposures and cost of a participant, summed over all their runs.
 
     Parameters
     ----------
     parts : tuple of (str, Spread)
-        Minutes of each part, in the order in which it comes.
+        Minutes of each part, in order.
     total_min, plate_on_min : Spread
-        Minutes in all, and with the plate vibrating.
+        Minutes in total, and minutes with the plate vibrating.
     exposures : Spread
-        Surfaces above 0 µm that are presented.
+        Number of presented surfaces above 0 µm.
     longest_on_s : Spread
-        The longest time without silence.
+        Longest time without a stop.
     duty : Spread
-        The largest fraction of any window of the plate's limits in which it vibrates.
+        Largest duty cycle in any window of the length given by the plate's limits.
     on_time_limit_s, duty_limit : float
-        The plate's limits of these.
+        The plate's limits of the last two.
     people, participants : int
-        How many were simulated, and how many the study plans.
+        Number of simulated participants, and number that the study plans.
     cost_each, cost_total : Spread or None
         In the study's currency; None without ``[cost]``.
     currency : str
@@ -100,7 +101,7 @@ class Timeline:
 
 
 class _Visit:
-    """What one simulated person goes through."""
+    """The events of one simulated participant."""
 
     def __init__(self) -> None:
         self.now_s = 0.0
@@ -110,7 +111,7 @@ class _Visit:
         self.on: list[tuple[float, float]] = []
 
     def take(self, part: str, done: BareStep) -> None:
-        """Take note of a step that is over."""
+        """Record a completed step."""
         begun_s = self.now_s
         self.now_s += done.duration_s
         step = done.step
@@ -124,7 +125,7 @@ class _Visit:
         self.parts[part] += self.now_s - begun_s
 
     def end(self) -> None:
-        """Note that a run is over, the plate silent."""
+        """Record the end of a run, with the plate silent."""
         self._switch(on=False)
 
     def _switch(self, *, on: bool) -> None:
@@ -136,17 +137,17 @@ class _Visit:
 
     @property
     def on_s(self) -> float:
-        """How long the plate vibrated."""
+        """Total time for which the plate vibrated."""
         return sum(end - begun for begun, end in self.on)
 
     @property
     def longest_on_s(self) -> float:
-        """The longest time without silence."""
+        """Longest time without a stop."""
         return max((end - begun for begun, end in self.on), default=0.0)
 
     def duty(self, window_s: float) -> float:
-        """Return the largest fraction of any window that the plate vibrated."""
-        # It is largest in a window that ends where a vibration ends.
+        """Return the largest fraction of any window of ``window_s`` in which the plate vibrated."""
+        # The maximum occurs in a window that ends when a vibration ends.
         return max((self._on_within(last - window_s, last) for _, last in self.on), default=0.0) / (
             window_s
         )
@@ -157,20 +158,20 @@ class _Visit:
 
 
 def timeline(name: str, *, people: int = PEOPLE, population: Population | None = None) -> Timeline:
-    """Return what a participant of a study goes through.
+    """Estimate the timeline of a study's participant.
 
     Parameters
     ----------
     name : str
-        A study file, or a shipped study's name.
+        A study file, or the name of a shipped study.
     people : int
-        How many are simulated.
+        Number of simulated participants.
     population : Population, optional
 
     Raises
     ------
     UserError
-        Nobody is simulated, or a protocol has no simulated answers.
+        ``people`` is 0, or a protocol has no simulated answers.
     """
     if people < 1:
         raise UserError(f"--people {people}: expected 1 or more")
@@ -205,14 +206,14 @@ def timeline(name: str, *, people: int = PEOPLE, population: Population | None =
 
 
 def _with_cost(found: Timeline, study: Study, minutes: Array) -> Timeline:
-    """Return a timeline with what the study costs, where it says so."""
+    """Add the study's cost to a timeline, if the study specifies costs."""
     cost = study.cost
     if cost is None:
         return found
     visits = len(study.sessions or ("",)) * study.runs
     hours = (minutes + cost.setup_minutes * visits) * MINUTE_S / HOUR_S
     each = cost.per_person + cost.per_rig_hour * hours
-    # All participants: sums of as many people, drawn again and again from those simulated.
+    # Total for all participants: sums of bootstrap samples from the simulated participants.
     drawn = np.random.default_rng(0).choice(each, size=(1000, study.participants))
     return replace(
         found,
@@ -223,7 +224,7 @@ def _with_cost(found: Timeline, study: Study, minutes: Array) -> Timeline:
 
 
 def _part(step: Step, plan: RunPlan) -> str:
-    """Return which part of a run a step belongs to."""
+    """Return the part of a run to which a step belongs."""
     if isinstance(step, Rest) or isinstance(getattr(step, "screen", None), Rest):
         return RESTS
     trial = step.trial
@@ -242,7 +243,7 @@ def as_json(found: Timeline) -> str:
 
 
 def lines(found: Timeline) -> list[str]:
-    """Return a timeline as a table and what follows, a line each."""
+    """Return a timeline as lines of text: a table and conclusions."""
     width = max(len(part) for part, _ in found.parts) + 2
     head = f"{'minutes':<{width}}{'p5':>8}{'p50':>8}{'p95':>8}"
     rows = [*found.parts, ("in all", found.total_min), ("plate vibrating", found.plate_on_min)]
