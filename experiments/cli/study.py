@@ -22,8 +22,7 @@ WHICH = "a TOML file or a shipped study's name"
 
 
 def add_study(parser: ArgumentParser) -> Commands:
-    """Fill the parser of ``slipscale study``; return its subcommands, so that others can be added.
-    """
+    """Fill the parser of ``slipscale study``; return its subcommands, so that more can be added."""
     commands = parser.add_subparsers(
         dest="what",
         metavar="new | show | validate | freeze | texts | schema",

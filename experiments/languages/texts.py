@@ -97,7 +97,7 @@ def load_texts(
 
 @cache
 def shipped_texts(language: str) -> dict[str, str]:
-    """Return the unmodified texts of a shipped language. The mapping is shared: do not change it.
+    """Return the texts of a shipped language; all callers share the result, so do not modify it.
 
     For other languages these are the English texts, which the study's own texts replace.
     """
@@ -148,9 +148,9 @@ def to_translate(brought: Texts) -> dict[str, str]:
 
 
 def unlike(own: Texts, brought: Texts) -> Iterator[tuple[str, str]]:
-    """Yield key and error message for each text with fewer placeholders than the English one.
+    """Yield key and error message for each text that lacks placeholders or answers of the English.
 
-    A replacement within a language may omit a number; a translation omits it only by mistake.
+    A replacement within a language may omit a placeholder; a translation omits it only by mistake.
     """
     for key, english in to_translate(brought).items():
         if not (text := own.get(key, "")):
