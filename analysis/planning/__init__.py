@@ -1,1 +1,1 @@
-"""Planning a study: how many participants."""
+"""Plan the number of participants in a study."""

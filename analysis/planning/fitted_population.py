@@ -1,9 +1,9 @@
-"""A simulated population like the people of a data set: what was fitted, and what stays assumed.
+"""Fit a simulated population to the participants of a data set, keeping defaults for the rest.
 
-Estimates are brought to 0-100 as the analysis normalises them, and each to its place in the
-population at its amplitude (a standard normal deviate, by the mid-ranks of all estimates there).
-The parts of the deviates' variance are the model's parts: each trial's, and the person's intercept
-and exponent, which differ by how deviates of far amplitudes correlate.
+Estimates are scaled to 0-100 by the normalisation of the analysis. Each is then converted to a
+standard normal deviate at its amplitude, from the mid-ranks of all estimates there. The components
+of the deviates' variance are those of the model: each trial's, and the person's intercept and
+exponent, which are separated by the correlation of deviates at distant amplitudes.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-#: Of the whole variance; a model without any of a part is none that people would follow.
+#: Proportion of the total variance; a model without one of the components is unrealistic.
 LEAST_SHARE = 0.02
-#: A round estimate by chance: every fifth hundredth of the scale.
+#: Probability of a round estimate by chance: every fifth hundredth of the scale.
 ROUND_BY_CHANCE = 1 / ROUND_TO_PERCENT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FittedPopulation:
-    """A population, and where its numbers come from.
+    """A population, and the source of its numbers.
 
     Parameters
     ----------
     population : Population
     fitted : Mapping
-        Field -> from what it was fitted, in words.
+        Field -> what it was fitted from, in words.
     assumed : tuple of str
-        Fields that the data do not tell: the shipped defaults.
+        Fields that the data do not determine; they keep the shipped defaults.
     """
 
     population: Population
@@ -54,7 +54,7 @@ class FittedPopulation:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What was fitted, a line each, and what was assumed."""
+        """Return what was fitted, one line each, and what was assumed."""
         values = self.population.model_dump()
         lines = [
             f"fitted   {name} = {_shown(_value(values, name))}: {source}"
@@ -69,7 +69,7 @@ def fit_population(analysis: Analysis) -> FittedPopulation:
     Raises
     ------
     UserError
-        Fewer than three people or two amplitudes, or estimates that no scale from 0 to 100 holds.
+        There are fewer than three participants or two amplitudes, or estimates outside 0 to 100.
     """
     cells = analysis.cells.dropna()
     name = analysis.dataset.name
@@ -98,7 +98,7 @@ def fit_population(analysis: Analysis) -> FittedPopulation:
         told |= dict.fromkeys(values, source)
     habits = {key.partition(".")[2]: found.pop(key) for key in list(found) if "." in key}
     population = Population.model_validate({"name": f"fitted to {name}", **found, "habits": habits})
-    # The levels are always fitted; `told` names them as a file in µm does.
+    # The levels are always fitted; `told` names them as in a file in µm.
     every = set(Population.model_fields) - {"name", "habits", "levels"}
     return FittedPopulation(
         population=population, fitted=told, assumed=tuple(sorted(every - set(told)))
@@ -109,7 +109,7 @@ Fit = tuple[dict[str, "Any"], str]
 
 
 def _variance(_: Analysis, trials: pd.DataFrame, found: Mapping[str, Any]) -> Fit:
-    """Return the parts of the variance: the trial's where there are repetitions, the person's."""
+    """Return the components of the variance: per trial (given repetitions) and per person."""
     deviates = _deviates(trials)
     who, what = trials[PARTICIPANT].astype(str), trials["amplitude_um_pp"]
     cells = deviates.groupby([who, what]).mean().unstack()  # noqa: PD010 - the index is made
@@ -122,7 +122,8 @@ def _variance(_: Analysis, trials: pd.DataFrame, found: Mapping[str, Any]) -> Fi
         trial = float(np.clip(trial, LEAST_SHARE, 1 - LEAST_SHARE))
         values["trial_to_trial"] = round(trial, 4)
     observed = np.corrcoef(cells.to_numpy(float), rowvar=False)
-    # A mean of several trials is steadier than one: what is the person's correlates by itself.
+    # A mean of several trials is more precise than one; the person's component is what
+    # correlates.
     steady = (1 - trial) / (1 - trial + trial / counts.mean())
     shares = np.linspace(LEAST_SHARE, 1 - LEAST_SHARE, 97) * (1 - trial)
     misfit = [
@@ -143,7 +144,7 @@ def _angles(found: Mapping[str, Any], shared: float, trial: float) -> np.ndarray
 
 
 def _deviates(trials: pd.DataFrame) -> pd.Series[float]:
-    """Return each estimate's place among all at its amplitude, as a standard normal deviate."""
+    """Return each estimate's rank at its amplitude as a standard normal deviate."""
     from scipy.special import ndtri  # noqa: PLC0415 - a second's import
 
     by = trials.groupby("amplitude_um_pp", observed=True)["normalised"]
@@ -186,7 +187,7 @@ def _rounding(_: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> F
 def _order(analysis: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> Fit:
     order = analysis.inference[ORDER]
     each = trials.groupby(trials[PARTICIPANT].astype(str)).size()
-    # Of few trials a slope is no habit, whatever its interval.
+    # With few trials, a slope does not establish a habit, whatever its interval.
     if not order or each.min() < TRIALS_FOR_DRIFT:
         return {}, ""
     values: dict[str, Any] = {}

@@ -1,1 +1,1 @@
-"""The paper's tables and figures beside ours."""
+"""Compare the paper's tables and figures with ours."""

@@ -1,4 +1,4 @@
-"""Table III of Biet et al. (2007): what `slipscale reproduce` says about its data sets."""
+"""Compute what `slipscale reproduce` reports on the data sets of Table III, Biet et al. (2007)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ AMPLITUDES_UM_PP = tuple(biet2007.BY_AMPLITUDE)
 
 @dataclass(frozen=True)
 class Count:
-    """How many data sets one column allows under one convention of the standard deviation."""
+    """Number of data sets that a column allows under one convention of the standard deviation."""
 
     amplitude_um_pp: float
     sd_convention: str
@@ -43,10 +43,9 @@ def counts() -> tuple[Count, ...]:
 def table3_dataset(seed: int) -> dict[float, tuple[int, ...]]:
     """Return a data set that Table III allows: twelve participants, four amplitudes.
 
-    Each column is exactly uniform over its multisets (sample SD) and then put in random
-    order, independently of the others: the table says nothing on who gave which rating, and
-    this pairing is as uninformed as that. Correlations between columns are therefore nil on
-    average; real participants' would not be.
+    Each column is exactly uniform over its multisets (sample SD) and then put in random order,
+    independently of the others, because the table does not state who gave which rating.
+    Correlations between columns are therefore zero on average; real participants' would not be.
 
     Parameters
     ----------
@@ -56,7 +55,7 @@ def table3_dataset(seed: int) -> dict[float, tuple[int, ...]]:
     Returns
     -------
     dict of float to tuple of int
-        Amplitude in µm peak to peak to the ratings of participants 1 to 12.
+        Amplitude in µm peak to peak -> ratings of participants 1 to 12.
     """
     generator = np.random.default_rng(seed)
     return {

@@ -1,9 +1,9 @@
-"""What holds in every data set that Table III allows, and the tables that attain each bound.
+"""State what holds in every data set that Table III allows, with tables that attain each bound.
 
-The search over all pairs of data sets takes minutes, so its result is recorded: for each bound a
-table of ratings. What is told is then computed from the recorded table by the definitions, after
-checking that the table prints Table III; that nothing lies beyond is what the search proves, and
-``python -m slipscale.analysis.reproduction.attained_bounds`` repeats it.
+The search over all pairs of data sets takes minutes, so its result is recorded: a table of ratings
+for each bound. The reported value is computed from the recorded table by the definitions, after
+checking that the table gives Table III. The search proves that no value lies beyond the bound;
+repeat it with ``python -m slipscale.analysis.reproduction.attained_bounds``.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def _participants_higher(tables: Array) -> Array:
     return found
 
 
-# A conclusion's kind: its test in words, and its statistic of tables (table, participant, column).
+# Kind of conclusion: its test in words, and its statistic of tables (table, participant, column).
 KINDS: dict[
     str, tuple[Callable[[Sequence[Solutions], Range], Conclusion], Callable[[Array], Array]]
 ] = {
@@ -64,7 +64,7 @@ def known(convention: Convention) -> tuple[Conclusion, ...]:
     Raises
     ------
     ValueError
-        A recorded table does not print Table III.
+        A recorded table does not give Table III.
     """
     chosen = {s.column.label: s for s in _columns(convention)}
     found = []
@@ -85,7 +85,7 @@ def _columns(convention: Convention) -> list[Solutions]:
 
 
 def _checked(name: str, concerned: Sequence[Solutions], table: Sequence[Sequence[int]]) -> Table:
-    """Return a table's ratings, which are steps of 1 above 0, if they print Table III."""
+    """Return a table's ratings (steps of 1 above 0) after checking that they give Table III."""
     for solutions, row in zip(concerned, table, strict=bool(table)):
         if not gives_what_is_printed(solutions.column, row):
             raise ValueError(f"{RECORDED.name}: {name}: {solutions.column.label} is not Table III")
@@ -93,7 +93,7 @@ def _checked(name: str, concerned: Sequence[Solutions], table: Sequence[Sequence
 
 
 def search(convention: Convention) -> list[Conclusion]:
-    """Return the same by the search over all data sets and pairings; minutes."""
+    """Return the conclusions from a search over all data sets and pairings; takes minutes."""
     found = conclusions([Sampler(solutions) for solutions in _columns(convention)])
     return [one for one in found if one.name.partition(".")[0] in KINDS]
 
@@ -117,7 +117,7 @@ def _record() -> None:
 
 
 def _text(entries: dict[str, dict[str, dict[str, object]]]) -> str:
-    """Return JSON with a line a bound, so that a difference shows which one moved."""
+    """Return JSON with one line per bound, so that a diff shows which one changed."""
     parts = [
         f"{json.dumps(convention)}: {{\n"
         + ",\n".join(f"{json.dumps(name)}: {json.dumps(ends)}" for name, ends in bounds.items())

@@ -1,10 +1,10 @@
-"""The paper's items beside ours: one table, whoever computes them.
+"""Compare the paper's items with ours in one table.
 
 A source is a module with ``ITEMS``, a mapping from an item's name to a function that returns its
 `Outcome`, and ``FIGURES``, a mapping from a figure's name to a function that returns a matplotlib
-figure; its recorded values lie beside it in a JSON file. Three questions are asked of an item:
-does ours round to what is printed (``agrees``), is ours what the repository records as ours
-(``drift``), and, where the paper is not met, why (``reason``).
+figure. Its recorded values are in a JSON file next to it. Three results are reported per item:
+whether ours rounds to the printed value (``agrees``), whether ours differs from the value recorded
+in the repository (``drift``), and why it differs from the paper, if it does (``reason``).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from types import ModuleType
 
-#: Where items come from: module, and the file of its recorded values. In the order of printing.
+#: Sources of items: module, and the file of its recorded values. In the order of printing.
 SOURCES: tuple[tuple[str, str], ...] = (
     ("slipscale.analysis.reproduction.table3", "table3.json"),
     ("slipscale.analysis.reproduction.datasets", "datasets.json"),
@@ -32,38 +32,38 @@ SOURCES: tuple[tuple[str, str], ...] = (
     ("slipscale.analysis.reproduction.plate", "plate.json"),
     ("slipscale.analysis.reproduction.constants", "constants.json"),
 )
-#: Ours may move by this much, relative, before it counts as drift: other processors and library
-#: versions round differently.
+#: Relative change of ours that counts as drift; processors and library versions round differently.
 DRIFT = 1e-6
-#: Floating point holds every whole number below.
+#: Floating point represents every whole number below.
 EXACT = 2**53
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """What an item came to.
+    """Result of an item.
 
     Parameters
     ----------
     published : str or None
-        The number as printed; None where the paper prints none.
+        The number as printed; None if the paper prints none.
     ours : float
-        The same, by this repository.
+        The number computed by this repository.
     unit : str
-        Of both.
+        Unit of both.
     reason : str
-        Where ours comes from, or why it differs.
+        How ours was obtained, or why it differs.
     rule : callable, optional
-        (published, ours) -> bool where the paper says something else than a number with decimals
-        ("more than 10"); by default ours must round to the printed number.
+        (published, ours) -> bool, if the paper does not give a number with decimals ("more than
+        10"); by default ours must round to the printed number.
     must_agree : bool
-        A disagreement is a failure of ours.
+        Whether a disagreement is an error of ours.
     by_construction : bool
-        Agreement shows nothing about the paper: ours was set to, or found from, what is published.
+        Agreement is no evidence for the paper: ours was set to, or derived from, the published
+        value.
     exact : int, optional
-        Ours as a whole number of any size, where ``ours`` may round it.
+        Ours as a whole number of any size, if ``ours`` may round it.
     text : str, optional
-        How to print ours, if it must not be rounded to nearest: a bound.
+        How to print ours if it must not be rounded to nearest, such as a bound.
     """
 
     published: str | None
@@ -78,14 +78,14 @@ class Outcome:
 
     @property
     def shown(self) -> str:
-        """Ours, as it is printed."""
+        """Ours, as printed."""
         if self.text is not None:
             return self.text
         return f"{self.ours:.5g}" if self.exact is None else f"{self.exact:,}"
 
     @property
     def agrees(self) -> bool | None:
-        """Whether ours meets the paper; None where the paper gives nothing."""
+        """Whether ours agrees with the paper; None if the paper gives no value."""
         return None if self.published is None else self.rule(self.published, self.ours)
 
 
@@ -99,18 +99,18 @@ class Comparison:
 
     @property
     def drifted(self) -> bool:
-        """Whether ours is not what the repository records as ours."""
+        """Whether ours differs from the value recorded in the repository."""
         if self.recorded is None:
             return True
         return not math.isclose(self.outcome.ours, self.recorded, rel_tol=DRIFT, abs_tol=1e-12)
 
     @property
     def failed(self) -> bool:
-        """Whether the item makes the command exit 1."""
+        """Whether the item makes the command exit with status 1."""
         return self.drifted or (self.outcome.must_agree and self.outcome.agrees is False)
 
     def record(self) -> dict[str, object]:
-        """Return the item as ``--json`` prints it."""
+        """Return the item as printed by ``--json``."""
         text = self.outcome.published
         return {
             "item": self.item,
@@ -133,12 +133,12 @@ def _number_or_text(text: str | None) -> float | str | None:
 
 
 def sources() -> list[ModuleType]:
-    """Return the modules that offer items."""
+    """Return the modules that provide items."""
     return [import_module(name) for name, _ in SOURCES]
 
 
 def recorded_values() -> dict[str, float]:
-    """Return what the repository records as ours, by item."""
+    """Return the recorded values of ours, by item."""
     values: dict[str, float] = {}
     for _, name in SOURCES:
         values |= json.loads(
@@ -150,7 +150,7 @@ def recorded_values() -> dict[str, float]:
 
 
 def record(items: Mapping[str, Callable[[], Outcome]], name: str) -> None:
-    """Write what a source's items give now as ours, integers as integers, beside this module."""
+    """Write a source's current values next to this module, integers as integers."""
     found = {item: compute().ours for item, compute in items.items()}
     values = {item: int(v) if abs(v) < EXACT and v == int(v) else v for item, v in found.items()}
     Path(__file__).with_name("recorded").joinpath(name).write_text(
@@ -164,7 +164,7 @@ def item_names() -> list[str]:
 
 
 def choose(wanted: Sequence[str]) -> list[str]:
-    """Return the items that the words name: an item, or the beginning of several before a dot.
+    """Return the items named by the words: an item, or the common prefix of several before a dot.
 
     >>> choose(["fig15"])
     ['fig15.0', 'fig15.0.5', 'fig15.1.2', 'fig15.2.3']
@@ -205,10 +205,10 @@ def compare(
 def write_figures(
     out: Path, wanted: Sequence[str] = (), progress: Callable[[str], None] | None = None
 ) -> list[Path]:
-    """Write the figures that belong to the items chosen, as SVG and PNG; return their paths."""
+    """Write the figures of the chosen items as SVG and PNG; return their paths."""
     from slipscale.figure_style import save  # noqa: PLC0415 - as late as the figures themselves
 
-    # A figure belongs to the items that bear its name: fig15 to fig15.0.5.
+    # A figure belongs to the items with its name: fig15 to fig15.0.5.
     chosen = {name.split(".")[0] for name in choose(wanted)}
     paths: list[Path] = []
     try:

@@ -1,8 +1,7 @@
-"""Numbers of the paper's text and Table II beside what the paper's own other numbers give.
+"""Compare numbers of the paper's text and Table II with values from the paper's other numbers.
 
-Run as ``python -m slipscale.analysis.reproduction.constants`` it records ours in
-``constants.json``; do so only for a change that is meant, and say in the commit why the numbers
-moved.
+``python -m slipscale.analysis.reproduction.constants`` records ours in ``constants.json``. Run it
+only after an intended change, and explain in the commit why the numbers changed.
 """
 
 from __future__ import annotations
@@ -86,7 +85,7 @@ def plate_half_wave() -> Outcome:
 
 
 def harmonic_cross() -> Outcome:
-    """Return the frequency of a half-wave section as long as the cross in Fig. 9 says."""
+    """Return the frequency of a half-wave section of the length marked by the cross in Fig. 9."""
     from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
     from slipscale.hardware.plate.paper_study import half_wave_frequency_hz  # noqa: PLC0415
 
@@ -104,7 +103,7 @@ def harmonic_cross() -> Outcome:
 
 
 def first_test_share() -> Outcome:
-    """Return the least share of people who feel it that twelve of twelve leave open."""
+    """Return the lower bound on the proportion of people who feel it, given twelve of twelve."""
     from scipy.stats import binomtest  # noqa: PLC0415 - see ITEMS
 
     interval = binomtest(PARTICIPANTS, PARTICIPANTS).proportion_ci(method="exact")
@@ -119,7 +118,7 @@ def first_test_share() -> Outcome:
     )
 
 
-# Nothing is computed, and no heavy library loaded, before an item is asked for.
+# Nothing is computed, and no large library is loaded, before an item is requested.
 ITEMS: Mapping[str, Callable[[], Outcome]] = {
     "table2.alpha": alpha,
     "table2.c11p": c11p,

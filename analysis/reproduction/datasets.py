@@ -1,10 +1,10 @@
-"""Every raw data set that Table III allows: how many there are, and what holds in all of them.
+"""Count every raw data set that Table III allows, and state what holds in all of them.
 
-The paper prints none of these numbers; they are what its Table III implies, whoever rated what,
-for whole ratings from 0 to 100. The paper does not say which standard deviation it printed, so a
-conclusion's lowest and highest value are over the data sets of both conventions and over all
-pairings of the ratings of one participant; the reason tells them apart and gives the table that
-attains it. See `attained_bounds` for where the tables come from.
+The paper prints none of these numbers. They follow from its Table III for whole ratings from 0 to
+100, for any assignment of ratings to participants. The paper does not state which standard
+deviation it printed. A conclusion's lowest and highest values therefore cover the data sets of
+both conventions and all pairings of ratings; the reason reports them separately and gives the
+table that attains them. See `attained_bounds` for the source of the tables.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def bound(name: str, end: str) -> Outcome:
 
 
 def _bounded() -> dict[str, tuple[str, str]]:
-    """Return the items of bounds: (the conclusion's name, which end)."""
+    """Return the items for bounds: (name of the conclusion, which end)."""
     pairs = [
         f"{test}.{one:g} um.{other:g} um"
         for one, other in combinations(AMPLITUDES_UM_PP, 2)
@@ -118,7 +118,7 @@ def _bounded() -> dict[str, tuple[str, str]]:
     ]
     names = {f"conclusions.{name.replace(' um', 'um')}": name for name in pairs}
     items = {f"{item}.{end}": (name, end) for item, name in names.items() for end in ENDS}
-    # The greatest F is a bound that no recorded table attains.
+    # No recorded table attains the bound on the greatest F.
     return items | {"conclusions.rm_f.lowest": ("rm_f", "lowest")}
 
 

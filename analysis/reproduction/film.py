@@ -1,7 +1,7 @@
-"""The paper's film beside ours: squeeze number, friction, Reynolds' equation, perception.
+"""Compare the paper's film with ours: squeeze number, friction, Reynolds equation, perception.
 
-Run as ``python -m slipscale.analysis.reproduction.film`` it records ours in ``film.json``; do so
-only for a change of a model that is meant, and say in the commit why the numbers moved.
+``python -m slipscale.analysis.reproduction.film`` records ours in ``film.json``. Run it only after
+an intended change of a model, and explain in the commit why the numbers changed.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from slipscale.stimuli.periodic_film import FilmState
 
 
-# Over half the contact: 0.05 µm apart, the share is settled to 0.1 %.
+# Over half the contact; with a spacing of 0.05 µm, the proportion is accurate to 0.1 %.
 POSITIONS = 100_000
 
 
 def more_than(published: str, ours: float) -> bool:
-    """Agree where the paper says "more than" the number."""
+    """Agree if ours exceeds a number that the paper gives as "more than"."""
     return ours > float(published)
 
 
@@ -111,7 +111,7 @@ def reynolds(amplitude_um_pp: float) -> Outcome:
 
 
 def _above_the_finger(closed_form: bool) -> float:
-    """Return the share of the contact in which the film's mean pressure exceeds the finger's."""
+    """Return the proportion of the contact with a mean film pressure above the finger's."""
     import numpy as np  # noqa: PLC0415 - see ITEMS
 
     from slipscale.stimuli.reynolds import WorkingPoint, solve  # noqa: PLC0415
@@ -127,12 +127,12 @@ def _above_the_finger(closed_form: bool) -> float:
 
 
 def some(_published: str, ours: float) -> bool:
-    """Whether there is any of what the paper says there is some."""
+    """Whether ours is above zero, if the paper states that the effect exists."""
     return ours > 0
 
 
 def fig4_closed() -> Outcome:
-    """Return the zones where the film lifts the finger, Section II-C, by the closed form."""
+    """Return the zones in which the film lifts the finger, Section II-C, in closed form."""
     return Outcome(
         published="some",
         ours=_above_the_finger(closed_form=True),
@@ -143,7 +143,7 @@ def fig4_closed() -> Outcome:
 
 
 def fig4_reynolds() -> Outcome:
-    """Return the same zones by the Reynolds equation in full."""
+    """Return the same zones from the full Reynolds equation."""
     return Outcome(
         published="some",
         ours=_above_the_finger(closed_form=False),
@@ -164,7 +164,7 @@ def _stimuli_figure(name: str) -> Figure:
 
 
 def draw_perception() -> Figure:
-    """Return Table III's estimates against the friction that the models predict."""
+    """Plot Table III's estimates against the friction that the models predict."""
     from slipscale.analysis.figures.friction import perception_figure  # noqa: PLC0415
     from slipscale.analysis.published.biet2007 import TABLE3  # noqa: PLC0415
 
@@ -175,7 +175,7 @@ def draw_perception() -> Figure:
     )
 
 
-# Nothing is computed, and no heavy library loaded, before an item is asked for.
+# Nothing is computed, and no large library is loaded, before an item is requested.
 ITEMS: Mapping[str, Callable[[], Outcome]] = {
     "squeeze_number.30.5kHz": squeeze_number_measured,
     "fig3.25kHz": fig3,

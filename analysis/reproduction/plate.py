@@ -1,7 +1,7 @@
-"""The paper's plate beside ours: beam, finite elements, the plate as measured.
+"""Compare the paper's plate with ours: beam, finite elements, the plate as measured.
 
-Run as ``python -m slipscale.analysis.reproduction.plate`` it records ours in ``plate.json``; do so
-only for a change of a model that is meant, and say in the commit why the numbers moved.
+``python -m slipscale.analysis.reproduction.plate`` records ours in ``plate.json``. Run it only
+after an intended change of a model, and explain in the commit why the numbers changed.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def fig8() -> Outcome:
 
 
 def neutral_line() -> Outcome:
-    """Return the neutral line's ordinate over h_p."""
+    """Return the neutral line's ordinate divided by h_p."""
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
@@ -69,7 +69,7 @@ def fig9_analytic() -> Outcome:
 
 
 def fig9_timoshenko() -> Outcome:
-    """Return the half wave of Timoshenko's beam at 25 kHz, which the paper lacks."""
+    """Return the half wave of Timoshenko's beam at 25 kHz, which is not in the paper."""
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
@@ -158,7 +158,7 @@ _TWIN = (
 
 @cache
 def _twin_peak() -> tuple[float, float]:
-    """Return where the twin resonates and its amplitude there at 15 V."""
+    """Return the twin's resonance frequency and its amplitude there at 15 V."""
     from scipy.optimize import minimize_scalar  # noqa: PLC0415 - see ITEMS
 
     from slipscale.hardware.plate.dynamics import Resonator, conditions  # noqa: PLC0415
@@ -210,7 +210,7 @@ def draw_fig9() -> Figure:
         {h: half_wave_frequency_hz(Layout.half_wave(h)) / 1e3 for h in HALF_WAVES_MM},
         least_mm=BeamSection.printed().half_wave_for_amplitude_mm(1.5, 15.0),
         measured=(83 / 8, 30.5),
-        # As the paper draws it: Fig. 12's peak, at an eighth of the plate's length.
+        # As drawn in the paper: Fig. 12's peak, at an eighth of the plate's length.
         harmonic_peak=(83 / 8, 34.77),
     )
     return figure
@@ -230,7 +230,7 @@ def draw_fig11() -> Figure:
 
 
 def draw_fig12() -> Figure:
-    """Return Fig. 12: edge and middle, and what floating electrodes would give."""
+    """Return Fig. 12: edge and middle, and the result with floating electrodes."""
     from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
     from slipscale.hardware.plate.paper_study import harmonic, prototype_modes  # noqa: PLC0415
 
@@ -246,7 +246,7 @@ def draw_fig12() -> Figure:
     return figure
 
 
-# Nothing is computed, and no heavy library loaded, before an item is asked for.
+# Nothing is computed, and no large library is loaded, before an item is requested.
 ITEMS: Mapping[str, Callable[[], Outcome]] = {
     "fig8.1.5um": fig8,
     "neutral_line": neutral_line,

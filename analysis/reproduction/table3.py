@@ -1,7 +1,7 @@
-"""Table III and Fig. 15, computed by the analysis from a data set that Table III allows.
+"""Compute Table III and Fig. 15 from a data set that Table III allows.
 
-The authors' raw data were never published. Agreement shows that the analysis computes the
-paper's statistics, not that anybody felt anything.
+The authors' raw data were never published. Agreement shows that the analysis computes the paper's
+statistics; it is not evidence of perception.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 @cache
 def allowed() -> Analysis:
-    """Return the analysis of the data set that Table III allows, estimates as they are."""
+    """Return the analysis of the data set that Table III allows, without normalisation."""
     return analyse(biet2007.ALLOWED_DATASET, normalise="none")
 
 
 def cell(row: biet2007.TableRow, statistic: str, *, figure: bool = False) -> Outcome:
-    """Return one cell of Table III, or the point of Fig. 15 that shows it."""
+    """Return one cell of Table III, or the corresponding point of Fig. 15."""
     table = allowed().table3
     here = table["amplitude_um_pp"] == float(row.amplitude_um_pp)
     return Outcome(

@@ -1,4 +1,4 @@
-"""The comparison with the paper on the terminal."""
+"""Print the comparison with the paper on the terminal."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ AGREES = {True: "[green]yes[/]", False: "[yellow]no[/]", None: "–"}
 
 
 def print_comparisons(comparisons: Sequence[Comparison], console: Console | None = None) -> None:
-    """Print the paper's items beside ours, then why those that differ do."""
-    # A file or a pipe has no width: nothing is cut there.
+    """Print the paper's items next to ours, then the reasons for differences."""
+    # A file or a pipe has no width, so nothing is truncated.
     target = console or Console(width=None if sys.stdout.isatty() else 120)
     table = Table(
         title="The paper beside ours", title_justify="left", title_style="bold", box=box.SIMPLE_HEAD
@@ -57,12 +57,12 @@ def print_comparisons(comparisons: Sequence[Comparison], console: Console | None
 
 
 def by_construction(outcome: Outcome) -> bool:
-    """Whether ours agrees because it was made to."""
+    """Whether ours agrees by construction."""
     return outcome.by_construction and bool(outcome.agrees)
 
 
 def _summary(comparisons: Sequence[Comparison]) -> str:
-    """Say how many items agree, and what the exit status means."""
+    """State how many items agree, and the meaning of the exit status."""
     outcomes = [comparison.outcome for comparison in comparisons]
     made = sum(by_construction(outcome) for outcome in outcomes)
     agree = sum(bool(outcome.agrees) for outcome in outcomes) - made

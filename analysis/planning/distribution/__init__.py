@@ -1,1 +1,1 @@
-"""A study simulated many times: how far its whole table of results may vary."""
+"""Simulate a study many times, to show how much its table of results can vary."""

@@ -1,4 +1,4 @@
-"""How numbers spread, and how often conclusions hold, over simulated studies."""
+"""Summarise simulated studies: the spread of numbers, and how often conclusions hold."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ PERCENTILES = (5, 50, 95)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
-    """A number over the studies that have it.
+    """Distribution of a number over the studies that have it.
 
     Parameters
     ----------
     name : str
         See `slipscale.analysis.planning.distribution.numbers.Findings`.
     studies : int
-        How many have it.
+        Number of studies that have it.
     p5, median, p95 : float
     """
 
@@ -41,13 +41,13 @@ class Spread:
 
     @property
     def varies(self) -> bool:
-        """Whether it differs between studies at all."""
+        """Whether the number differs between studies."""
         return self.p5 < self.p95
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conclusion:
-    """A conclusion, and the share of all studies in which it holds.
+    """A conclusion, and the proportion of all studies in which it holds.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class Conclusion:
         See `slipscale.analysis.planning.distribution.numbers.Findings`.
     words : str
     share : Share
-        A study that could not be analysed is one in which it does not hold.
+        In a study that could not be analysed, the conclusion does not hold.
     """
 
     name: str
@@ -72,17 +72,17 @@ class Distribution:
     study, title : str
         The study's name and title.
     participants : int
-        In each study.
+        Participants per study.
     population : str
-        Who is simulated.
+        The simulated population.
     seed : int
-        That all studies' seeds follow from.
+        Seed from which all studies' seeds are derived.
     normalisation : str
-        The study's rule; empty where it sets none.
+        The study's rule; empty if it sets none.
     sessions : str
-        Why full sessions were simulated; empty for the bare path.
+        Why full sessions were simulated; empty for the fast simulation.
     results : tuple of StudyResult
-        One a study.
+        One per study.
     numbers : tuple of Spread
     conclusions : tuple of Conclusion
     """
@@ -100,17 +100,17 @@ class Distribution:
 
     @property
     def refused(self) -> Mapping[str, int]:
-        """Why studies could not be analysed -> how many."""
+        """Reason why studies could not be analysed -> number of studies."""
         return Counter(each.refused for each in self.results if each.refused)
 
     @property
     def by_name(self) -> dict[str, Spread]:
-        """The numbers by their names."""
+        """The numbers, keyed by name."""
         return {spread.name: spread for spread in self.numbers}
 
     @property
     def amplitudes_um_pp(self) -> list[float]:
-        """The amplitudes of Table III, ascending; none where nobody estimated."""
+        """The amplitudes of Table III, ascending; empty without magnitude estimates."""
         head, tail = f"{TABLE3}.", ".mean"
         names = [spread.name for spread in self.numbers]
         return sorted(
@@ -121,7 +121,7 @@ class Distribution:
 
     @property
     def headlines(self) -> list[tuple[Spread, str]]:
-        """The numbers that are shown first, with their words."""
+        """The numbers to show first, with descriptions."""
         known = [(said(spread.name, HEADLINES), spread) for spread in self.numbers]
         known.sort(key=lambda each: each[0][0])
         return [
@@ -131,17 +131,17 @@ class Distribution:
         ]
 
     def cell(self, amplitude_um_pp: float, statistic: str) -> Spread | None:
-        """Return a cell of Table III; None where no study has it."""
+        """Return a cell of Table III; None if no study has it."""
         return self.by_name.get(cell_name(amplitude_um_pp, statistic))
 
     def values(self, name: str) -> list[float]:
-        """Return a number of each study that has it."""
+        """Return a number from each study that has it."""
         found = [each.found.numbers.get(name) for each in self.results]
         return [value for value in found if value is not None]
 
 
 def cell_name(amplitude_um_pp: float, statistic: str) -> str:
-    """Return what a cell of Table III is called.
+    """Return the name of a cell of Table III.
 
     >>> cell_name(0.5, "mean")
     'table3.0.5.mean'
@@ -150,7 +150,7 @@ def cell_name(amplitude_um_pp: float, statistic: str) -> str:
 
 
 def distribution(studies: ManyStudies, found: Sequence[StudyResult]) -> Distribution:
-    """Return how the results of simulated studies spread."""
+    """Return the distribution of the results of simulated studies."""
     plan = studies.plans[0]
     numbers = dict.fromkeys(name for each in found for name in each.found.numbers)
     conclusions = dict.fromkeys(name for each in found for name in each.found.conclusions)

@@ -1,4 +1,4 @@
-"""Figures of many simulated studies: Table III's cells, curves of Fig. 15, other results."""
+"""Plot many simulated studies: Table III's cells, curves of Fig. 15, other results."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ STATISTICS = {
     "maximum_deviation": "Maximum deviation",
     "standard_deviation": "Standard deviation",
 }
-#: So many single studies are drawn; more would be a band anyway.
+#: Maximum number of single studies drawn; more would merge into a band.
 CURVES = 25
-#: So many other results are drawn, in rows of three.
+#: Maximum number of other results drawn, three per row.
 PANELS = 12
 COLUMNS = 3
 
 
 @styled
 def cells_figure(found: Distribution) -> Figure:
-    """Return each cell of Table III: median, and the range from 5 to 95 % of the studies."""
+    """Plot each cell of Table III: median, and the range from 5 to 95 % of the studies."""
     figure, panels = canvas(1, len(STATISTICS), size=(7.8, 3.4))
     amplitudes = np.array(found.amplitudes_um_pp)
     for axes, (statistic, title) in zip(panels, STATISTICS.items(), strict=True):
@@ -53,7 +53,7 @@ def cells_figure(found: Distribution) -> Figure:
 
 
 def _paper(axes: Axes, found: Distribution, statistic: str) -> None:
-    """Mark the paper's cells, in its own study."""
+    """Mark the paper's cells if the study is the paper's own."""
     if found.study != biet2007.STUDY:
         return
     known = {amplitude: float(getattr(row, statistic)) for amplitude, row in
@@ -66,7 +66,7 @@ def _paper(axes: Axes, found: Distribution, statistic: str) -> None:
 
 @styled
 def curves_figure(found: Distribution) -> Figure:
-    """Return Fig. 15's curve of means: a sample of studies, the median, 5 to 95 %."""
+    """Plot Fig. 15's curve of means: a sample of studies, the median, 5 to 95 %."""
     figure, axes = canvas(size=(5.6, 4.0))
     amplitudes = np.array(found.amplitudes_um_pp)
     names = [cell_name(amplitude, "mean") for amplitude in amplitudes.tolist()]
@@ -96,7 +96,7 @@ def curves_figure(found: Distribution) -> Figure:
 
 @styled
 def results_figure(found: Distribution) -> Figure:
-    """Return the chief results that are no cell of Table III, a histogram each."""
+    """Plot the main results outside Table III, one histogram each."""
     shown = found.headlines[:PANELS]
     columns = min(COLUMNS, len(shown))
     rows = -(-len(shown) // columns)

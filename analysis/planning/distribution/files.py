@@ -1,4 +1,4 @@
-"""Many simulated studies as files: a page, figures, CSV and JSON."""
+"""Write many simulated studies to files: a page, figures, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ if TYPE_CHECKING:
 
 try:
     VERSION = version("slipscale")
-except PackageNotFoundError:  # a checkout that was never installed
+except PackageNotFoundError:  # a checkout that is not installed
     VERSION = "unknown"
 
 PAGE = "distribution.html"
 
 
 def claim(folder: Path) -> None:
-    """Make sure that a folder is new, or holds an earlier distribution.
+    """Check that a folder is new, or contains an earlier distribution.
 
     Raises
     ------
     UserError
-        It holds anything else; nothing was touched.
+        It contains anything else; nothing was changed.
     """
     try:
         if folder.exists() and any(folder.iterdir()) and not (folder / PAGE).exists():
@@ -85,7 +85,7 @@ def write_distribution(folder: Path, found: Distribution) -> Path:
 
 
 def _tables(found: Distribution) -> dict[str, pd.DataFrame]:
-    """Return the tables by their files' names: spreads, shares, and every study's own numbers."""
+    """Return the tables by file name: spreads, proportions, and every study's own numbers."""
     return {
         "numbers": pd.DataFrame(
             [(s.name, s.studies, s.median, s.p5, s.p95) for s in found.numbers],
@@ -108,7 +108,7 @@ def _tables(found: Distribution) -> dict[str, pd.DataFrame]:
 
 
 def _record(found: Distribution) -> dict[str, object]:
-    """Return what distribution.json holds."""
+    """Return the content of distribution.json."""
     return {
         "study": found.study,
         "participants": found.participants,

@@ -1,4 +1,4 @@
-"""Simulated studies, each from a seed of its own, and what each of them gives."""
+"""Simulate studies, each with its own seed, and collect their results."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.study.run_plan import RunPlan
 
-#: What a study's seed means; another number makes other seeds.
+#: Version of the meaning of a study's seed; another number gives other seeds.
 VERSION = 1
-SEED_DIGITS = 12  # hexadecimal: a seed that can be typed
+SEED_DIGITS = 12  # hexadecimal digits: a seed short enough to type
 HOUR_S = 3600.0
 
 
@@ -43,11 +43,11 @@ class StudyResult:
     number : int
         From 1.
     seed : int
-        ``slipscale pilot STUDY --seed`` runs this very study, session by session.
+        ``slipscale pilot STUDY --seed`` runs exactly this study, session by session.
     found : Findings
-        Nothing where the analysis refused the data.
+        Empty if the analysis rejected the data.
     refused : str
-        Why; empty where it did not.
+        Why it was rejected; empty if it was not.
     """
 
     number: int
@@ -66,9 +66,9 @@ class ManyStudies:
         A study file, or a shipped study's name.
     population : Population
     participants, language
-        In place of the study's own.
+        Replace the study's own.
     seed : int or None
-        In place of the study's; all studies' seeds follow from it.
+        Replaces the study's seed; all studies' seeds are derived from it.
     """
 
     study_name: str
@@ -79,7 +79,7 @@ class ManyStudies:
 
     @cached_property
     def plans(self) -> list[RunPlan]:
-        """The runs of a pilot with the seed itself."""
+        """The runs of a pilot with this seed."""
         return pilot_plans(
             self.study_name,
             participants=self.participants,
@@ -90,23 +90,23 @@ class ManyStudies:
 
     @property
     def people(self) -> int:
-        """How many participants a study has."""
+        """Number of participants in a study."""
         return len({plan.participant for plan in self.plans})
 
     @cached_property
     def why_sessions(self) -> str:
-        """Why full sessions are simulated; empty where the bare path gives the same."""
+        """Why full sessions are simulated; empty if the fast simulation gives the same result."""
         return why_sessions(self.plans[0])
 
     def check(self) -> None:
-        """Raise `UserError` where a pilot of the study would be refused."""
+        """Raise `UserError` if a pilot of the study would be rejected."""
         plan = self.plans[0]
         held = with_plate_file(MOCK, plan.study.plate.file)
         check_supported(plan, plate_for(plan, held, VirtualClock()))
         check_answered(plan)
 
     def seed_of(self, number: int) -> int:
-        """Return a study's seed: of SHA-256 of all that the study depends on, and its number."""
+        """Return a study's seed: SHA-256 of its number and everything the study depends on."""
         first = self.plans[0]
         told = {
             "version": VERSION,
@@ -137,17 +137,17 @@ class ManyStudies:
 def results(
     studies: ManyStudies, times: int, *, jobs: int = 1, patient: bool = False
 ) -> Iterator[StudyResult]:
-    """Yield the results of studies 1, 2, ... in their order, as they are there.
+    """Yield the results of studies 1, 2, ... in order, as they become available.
 
     Parameters
     ----------
     studies : ManyStudies
     times : int
-        How many.
+        Number of studies.
     jobs : int
-        How many processes; -1: as many as the machine has processors.
+        Number of processes; -1: one per processor.
     patient : bool
-        Whether more than an hour is wanted.
+        Whether to run even if it takes more than an hour.
 
     Raises
     ------
@@ -155,7 +155,7 @@ def results(
         It would take more than an hour.
     """
     began_s = time.perf_counter()
-    yield studies.compute(1)  # imports and tables, too
+    yield studies.compute(1)  # including imports and tables
     if times == 1:
         return
     again_s = time.perf_counter()
@@ -179,7 +179,7 @@ def results(
 
 
 def workers(jobs: int) -> int:
-    """Return how many processes a number of jobs means."""
+    """Return the number of processes for ``jobs``."""
     from os import cpu_count  # noqa: PLC0415
 
     return (cpu_count() or 1) if jobs == -1 else jobs

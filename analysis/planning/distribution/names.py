@@ -1,6 +1,6 @@
-"""What numbers and conclusions of an analysis are called, for people.
+"""Describe the numbers and conclusions of an analysis in words.
 
-A name that stands in no table is shown as it is: a new result needs no words to be seen.
+A name without a description is shown as it is, so a new result appears without being registered.
 """
 
 from __future__ import annotations
@@ -9,18 +9,20 @@ import re
 
 from slipscale.analysis.tasks.table import STATISTICS
 
-#: Conclusion's name -> what it says; in the order in which they are shown.
+#: Conclusion's name -> description, in order of display.
 CONCLUSIONS = {
     rf"{each.key}\.{name}": words for each in STATISTICS for name, words in each.conclusions.items()
 }
-#: Number's name -> what it is, of those that are drawn and shown first.
+#: Number's name -> description, for numbers that are drawn and shown first.
 HEADLINES = {
     rf"{each.key}\.{name}": words for each in STATISTICS for name, words in each.headlines.items()
 }
 
 
 def said(name: str, table: dict[str, str]) -> tuple[int, str]:
-    """Return a name's place in a table and its words; behind all others and itself if unknown.
+    """Return a name's position in a table and its description.
+
+    An unknown name comes last and is its own description.
 
     >>> said("pairwise.0 - 0.5.p_holm", CONCLUSIONS)[1]
     '0 and 0.5 µm differ (paired t of logarithms, Holm)'

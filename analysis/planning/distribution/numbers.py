@@ -1,7 +1,7 @@
-"""All numbers and conclusions of an analysis, each under a name that is the same in every study.
+"""Extract all numbers and conclusions of an analysis, with the same names in every study.
 
-They are read from what inference.json holds, so that a new result is taken in by itself. What
-belongs to one participant is left out: in another study it is another person.
+They are read from the content of inference.json, so new results are included automatically.
+Results of single participants are omitted, because another study has other participants.
 """
 
 from __future__ import annotations
@@ -19,44 +19,45 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.kind import Analysis
 
 TABLE3 = "table3"
-#: Keys that tell which of a list's elements one is; their values make its name.
+#: Keys that identify an element of a list; their values form its name.
 IDENTIFIERS = (
     *("task", "from_um_pp", "to_um_pp", "reference_um_pp", "removed_um_pp", "standard_um_pp"),
     *("surface", "from_surface", "to_surface", "comparison_um_pp", "number", "name", "session"),
 )
-#: Keys whose values are people's, counts of words, or settings.
+#: Keys whose values belong to participants, count words, or are settings.
 LEFT_OUT = (
     *("participant", "participants", "consistency", "words"),
     *("normalisation", "amplitudes_um_pp", "left_out_um_pp"),
 )
 PERSON = "sub-"
-#: A p that decides in place of another of the same result.
+#: A p that takes precedence over another p of the same result.
 CORRECTED = {
     "p": ("p_gg", "p_holm"),
     "p_wilcoxon": ("p_wilcoxon_holm",),
     "equivalence_p": ("equivalence_p_holm",),
 }
-#: Probabilities that conclude nothing by themselves: of assumptions, and of another correction.
+#: p-values that are not conclusions: tests of assumptions, and of another correction.
 NOT_CONCLUDED = ("mauchly_p", "shapiro_p", "p_hf")
-#: What is true or false of a computation, and nothing that is concluded.
+#: Boolean properties of a computation, which are not conclusions.
 OF_A_COMPUTATION = ("converged", "at_bound", "at_ceiling")
-#: The name of what fits best.
+#: The name of the best fit.
 BEST = "best"
 BOUNDS = ("low", "high")
-#: How keys of two bounds end.
+#: Endings of the keys of two bounds.
 OF_AN_INTERVAL = ("ci", "ci95", "interval")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Findings:
-    """What one study gives.
+    """Results of one study.
 
     Parameters
     ----------
     numbers : Mapping
-        Name (``table3.0.5.mean``, ``power_law.exponent``) -> value, where there is one.
+        Name (``table3.0.5.mean``, ``power_law.exponent``) -> value, if there is one.
     conclusions : Mapping
-        Name (``friedman.p``) -> whether it holds: a p below the level, a statement that is true.
+        Name (``friedman.p``) -> whether it holds: a p below the level, or a statement that is
+        true.
     """
 
     numbers: Mapping[str, float] = field(default_factory=dict)
@@ -94,7 +95,7 @@ def _concludes(key: str) -> bool:
 
 
 def _leaves(value: Json, name: str = "") -> Iterator[tuple[str, Json]]:
-    """Yield every value that is no record or list, with its name."""
+    """Yield every value that is not a record or list, with its name."""
     if isinstance(value, dict):
         yield from _of_record(_by_surface(value), name)
     elif isinstance(value, list):
@@ -113,9 +114,9 @@ def _of_record(record: JsonObject, name: str) -> Iterator[tuple[str, Json]]:
 
 
 def _by_surface(record: JsonObject) -> JsonObject:
-    """Return a scale's record with its lists, here and one level down, named by its surfaces."""
+    """Return a scale's record with its lists, here and one level down, keyed by surface."""
     surfaces = record.get("surfaces")
-    # A scale's are names; a rating's are records of their own.
+    # Surfaces of a scale are names; surfaces of a rating are records.
     if not isinstance(surfaces, list) or not all(isinstance(name, str) for name in surfaces):
         return record
 
@@ -135,7 +136,7 @@ def _by_surface(record: JsonObject) -> JsonObject:
 
 
 def _labels(values: list[Json]) -> list[str]:
-    """Return what a list's elements are called: by their identifiers, as bounds, else 1, 2, ..."""
+    """Return names for a list's elements: their identifiers, bounds, or 1, 2, ..."""
     numbered = [str(number) for number in range(1, len(values) + 1)]
     if len(values) == len(BOUNDS) and not any(isinstance(value, dict | list) for value in values):
         return list(BOUNDS)

@@ -1,4 +1,4 @@
-"""Many simulated studies on the terminal, and in sentences."""
+"""Print many simulated studies on the terminal, and describe them in sentences."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def percent(share: float) -> str:
-    """Return a share as it is printed.
+    """Format a proportion.
 
     >>> percent(0.254)
     '25 %'
@@ -26,14 +26,14 @@ def percent(share: float) -> str:
 
 
 def values(spread: Spread) -> tuple[str, str, str, str]:
-    """Return how many studies have a number, its median, and 5 and 95 % of them."""
+    """Return how many studies have a number, its median, and its 5 and 95 % quantiles."""
     numbers = (spread.median, spread.p5, spread.p95)
     median, p5, p95 = (f"{value:.4g}" for value in numbers)
     return str(spread.studies), median, p5, p95
 
 
 def sentences(found: Distribution) -> list[str]:
-    """Return what was simulated and how to see one of the studies, a sentence each."""
+    """Return what was simulated and how to view one of the studies, one sentence each."""
     number = len(found.results)
     how = f"by full sessions, since {found.sessions}" if found.sessions else "question by question"
     whose = f"of people like population “{found.population}”"
@@ -59,7 +59,7 @@ def sentences(found: Distribution) -> list[str]:
 
 
 def _paper(found: Distribution) -> str:
-    """Say how many of the paper's cells lie within the studies' ranges."""
+    """State how many of the paper's cells lie within the studies' ranges."""
     inside = total = 0
     for amplitude in found.amplitudes_um_pp:
         row = biet2007.BY_AMPLITUDE.get(amplitude)
@@ -73,7 +73,7 @@ def _paper(found: Distribution) -> str:
 
 
 def print_distribution(found: Distribution, console: Console | None = None) -> None:
-    """Print Table III's cells with their spread, the chief results, and the conclusions."""
+    """Print Table III's cells with their spread, the main results, and the conclusions."""
     target = console or Console()
     head = {"title_justify": "left", "title_style": "bold", "box": box.SIMPLE_HEAD}
     if found.amplitudes_um_pp:

@@ -1,1 +1,1 @@
-"""Power of the amplitude tests: the grid of conditions, its simulated studies, and the output."""
+"""Compute the power of the amplitude tests: grid of conditions, simulated studies and output."""

@@ -1,4 +1,4 @@
-"""What a grid of simulated studies answers: power, precision, false alarms, how many people."""
+"""Summarise a grid of simulated studies: power, precision, false alarms, sample size."""
 
 from __future__ import annotations
 
@@ -19,35 +19,35 @@ if TYPE_CHECKING:
     from slipscale.analysis.planning.power.shard import Looks
 
 LOOK = "look after "
-#: Places of the effect's distribution that assurance is computed from (Gauss and Hermite's rule).
+#: Nodes of the effect's distribution for assurance (Gauss-Hermite quadrature).
 EFFECTS = 9
-#: Mean sensations stay this far from the ends of the scale.
+#: Minimum distance of mean sensations from the ends of the scale.
 ROOM = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """What is known of one condition.
+    """Results for one condition.
 
     Parameters
     ----------
     condition : Condition
     power : Mapping
-        Test, or pair of neighbours -> share of studies that found something.
+        Test, or pair of neighbours -> proportion of studies with a significant result.
     decisive : tuple of str
-        Those that the target is asked of: the primary test of any difference and all neighbours.
+        Those that must reach the target: the primary test of any difference and all neighbours.
     false_alarms : Mapping
         The same without any effect.
     widths : Mapping
-        What is estimated -> half-widths of its interval.
+        Estimated quantity -> half-widths of its interval.
     steps : Mapping
-        What catch steps tell; empty where they were not asked for.
+        Results from catch steps; empty if not requested.
     unusable : Share
-        Studies that `analyse` would refuse.
+        Studies that `analyse` would reject.
     looks : tuple of (int, Share)
-        Participants at each look, and the share of studies that ended there.
+        Participants at each interim analysis, and the proportion of studies that stopped there.
     false_looks : Share or None
-        Share that ended at any look without an effect.
+        Proportion that stopped at any interim analysis without an effect.
     assurance : float or None
         Expected power over the effect's uncertainty.
     """
@@ -65,34 +65,35 @@ class Row:
 
     @property
     def weakest(self) -> Share:
-        """The least of the decisive shares."""
+        """The smallest of the decisive proportions."""
         return min((self.power[name] for name in self.decisive), key=lambda share: share.value)
 
     @property
     def expected_participants(self) -> float:
-        """The mean number of participants, where the study may end at a look."""
+        """The mean number of participants if the study may stop at an interim analysis."""
         ended = math.fsum(share.value for _, share in self.looks)
         early = math.fsum(size * share.value for size, share in self.looks)
         return early + (1 - ended) * self.condition.participants
 
     @property
     def any_look(self) -> float:
-        """The share of studies that ended at any look."""
+        """The proportion of studies that stopped at any interim analysis."""
         return math.fsum(share.value for _, share in self.looks)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Assurance:
-    """An uncertain effect: a normal distribution of it."""
+    """An uncertain effect, normally distributed."""
 
     mean: float
     sd: float
 
     def effects(self, largest: float) -> list[tuple[float, float]]:
-        """Return effects and their weights; none below 0 or beyond what the scale holds."""
+        """Return effects and their weights; none below 0 or above `largest`."""
         nodes, weights = np.polynomial.hermite_e.hermegauss(EFFECTS)
         values = np.clip(self.mean + self.sd * nodes, 0.0, largest)
-        # Rounded: the last bit of an effect would be another condition on another machine.
+        # Rounded, because a difference in the last bit would be another condition on another
+        # machine.
         return [
             (round(float(value), 6), float(weight))
             for value, weight in zip(values, weights / weights.sum(), strict=True)
@@ -100,7 +101,7 @@ class Assurance:
 
 
 def largest_effect(design: Design) -> float:
-    """Return how large an effect may be, so that mean sensations stay on the scale."""
+    """Return the largest effect for which mean sensations stay on the scale."""
     mean = np.array(design.population.mean_sensation)
     away = np.abs(mean - mean.mean()).max()
     room = min(mean.mean(), 100 - mean.mean()) - ROOM
@@ -115,7 +116,7 @@ def rows(
     looks: Looks,
     assurance: Assurance | None = None,
 ) -> list[Row]:
-    """Return what is known of each condition that was computed, in their order."""
+    """Return the results of each computed condition, in order."""
     return [
         _row(design, condition, outcomes, looks, assurance)
         for condition in wanted
@@ -159,12 +160,12 @@ def _row(
 
 
 def weakest(outcome: Outcome, tests: Sequence[str]) -> float:
-    """Return the least share of some tests."""
+    """Return the smallest proportion among some tests."""
     return min(outcome.power(name).value for name in tests or list(outcome.found))
 
 
 def varying(found: Sequence[Row]) -> list[str]:
-    """Return the axes along which the conditions differ, participants always among them."""
+    """Return the axes along which the conditions differ, always including participants."""
     return [
         axis
         for axis in AXES
@@ -173,12 +174,12 @@ def varying(found: Sequence[Row]) -> list[str]:
 
 
 def fewest(found: Sequence[Row], target: float) -> dict[Condition, int | None]:
-    """Return the smallest size from which on the target is reached, or None.
+    """Return the smallest size from which the target is always reached, or None.
 
     Returns
     -------
     dict
-        By the condition but for its participants, which are 0.
+        Keyed by the condition with its participants set to 0.
     """
     enough: dict[Condition, int | None] = {}
     missed: set[Condition] = set()
@@ -193,7 +194,7 @@ def fewest(found: Sequence[Row], target: float) -> dict[Condition, int | None]:
 
 
 def sentence(design: Design, row: Row) -> str:
-    """Return what a grant application says of a condition."""
+    """Return a sentence about a condition for a grant application."""
     condition, weak = row.condition, row.weakest
     people = "" if condition.effect == 1 else f", with {condition.effect:g} times their effect"
     ratings = "rating" if condition.repetitions == 1 else "ratings"

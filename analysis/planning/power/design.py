@@ -1,4 +1,4 @@
-"""What of a study a power analysis rests on: surfaces, task, tests, normalisation, exclusions."""
+"""Extract what power depends on: surfaces, task, tests, normalisation, exclusions."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.analysis_choices import AnalysisChoices
     from slipscale.experiments.study.model import Study
 
-#: Tests that are computed study by study; "growth", "order" and "reliability" decide nothing.
+#: Tests computed one study at a time; "growth", "order" and "reliability" decide nothing.
 SLOW = ("page_trend", "mixed_model")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Design:
-    """A study as far as power depends on it; a condition sets the rest.
+    """The parts of a study that affect power; a condition sets the rest.
 
     Parameters
     ----------
     name : str
-        Of the study.
+        Name of the study.
     task : Task
         Its magnitude estimation.
     steps : StepTask or None
@@ -41,7 +41,7 @@ class Design:
     declared : bool
         Whether participants declare their scale's top.
     choices : AnalysisChoices
-        The study's.
+        The study's choices.
     population : Population
     alpha : float
     """
@@ -56,7 +56,7 @@ class Design:
 
     @property
     def rule(self) -> str:
-        """The rule of normalisation that `analyse` would take."""
+        """The rule of normalisation that `analyse` would use."""
         return self.choices.normalisation or ("scale_top" if self.declared else "grand_maximum")
 
     @property
@@ -66,11 +66,11 @@ class Design:
 
     @property
     def tests(self) -> tuple[str, ...]:
-        """The tests whose power is counted: the study's, or all that have a fast path."""
+        """The tests whose power is estimated: the study's, or all that have a vectorised form."""
         known = (*TESTS, *SLOW)
         named = self.choices.tests
         wanted = list(TESTS) if named is None else [test for test in known if test in set(named)]
-        # Friedman's test needs three amplitudes; of two, their one pair stands for any difference.
+        # Friedman's test needs three amplitudes; with two, their one pair replaces it.
         if len(self.task.amplitudes_um_pp) < 3:  # noqa: PLR2004
             wanted = [test for test in wanted if test not in ("friedman", "page_trend")]
         return tuple(wanted)
@@ -81,7 +81,7 @@ class Design:
         return self.choices.tests is None or "pairwise" in self.choices.tests
 
     def task_of(self, condition: Condition) -> Task:
-        """Return the task with a condition's repetitions, order and catch steps before or after."""
+        """Return the task with a condition's repetitions, order, and adjacent catch steps."""
         task = replace(self.task, repetitions=condition.repetitions)
         if condition.order is not None:
             task = replace(task, order=condition.order)
@@ -94,14 +94,17 @@ class Design:
         return replace(task, trials_after=task.trials_after + more)
 
     def steps_of(self, condition: Condition) -> StepTask | None:
-        """Return the descending difference with a condition's catch steps; None: not asked for."""
+        """Return the descending difference with a condition's catch steps, or None.
+
+        None means that its precision is not requested.
+        """
         if self.steps is None or condition.catch_steps is None:
             return None
         return replace(self.steps, catch_steps=condition.catch_steps)
 
     @property
     def identity(self) -> dict[str, Any]:
-        """Return all that a result depends on beside the condition, as plain data."""
+        """Return everything except the condition that affects a result, as plain data."""
         return {
             "task": asdict(self.task),
             "steps": None if self.steps is None else asdict(self.steps),
@@ -113,12 +116,12 @@ class Design:
 
 
 def design_of(study: Study, text: str, population: Population, alpha: float) -> Design:
-    """Return what of a study power depends on.
+    """Return the parts of a study that affect power.
 
     Raises
     ------
     UserError
-        The study has no magnitude estimation, or fewer than two amplitudes to tell apart.
+        The study has no magnitude estimation, or fewer than two amplitudes to discriminate.
     """
     plan = RunPlan(
         study_name=study.name,
@@ -164,13 +167,13 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
 
 
 def _around(counts: Sequence[tuple[Options, int]], place: int) -> tuple[int, int]:
-    """Return how many trials of other tasks come before one, and after it."""
+    """Return how many trials of other tasks come before and after one task."""
     trials = [number for _, number in counts]
     return sum(trials[:place]), sum(trials[place + 1 :])
 
 
 def _steps(counts: Sequence[tuple[Options, int]], context: Context) -> StepTask | None:
-    """Return the first descending difference among tasks, if there is one with a step."""
+    """Return the first descending difference with a step among the tasks, or None."""
     for place, (options, _) in enumerate(counts):
         if isinstance(options, DescendingDifference):
             falling = descent(options, context)
@@ -188,7 +191,7 @@ def _steps(counts: Sequence[tuple[Options, int]], context: Context) -> StepTask 
 
 
 def _plannable(study: Study) -> AnalysisChoices:
-    """Return the study's choices; UserError where simulated estimates cannot be so normalised."""
+    """Return the study's choices. Raises UserError if estimates cannot be normalised that way."""
     choices = study.analysis
     if choices.normalisation not in (None, *DIVISORS):
         raise UserError(

@@ -1,4 +1,4 @@
-"""Power against participants with its Monte Carlo band, and the map of precision."""
+"""Plot power against participants with its Monte Carlo band, and the map of precision."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.planning.power.answers import Row
 
-#: More curves than this cannot be told apart.
+#: Maximum number of distinguishable curves.
 CURVES = 8
-#: Beside their colours, for prints in grey.
+#: In addition to colours, for greyscale prints.
 MARKERS = "os^D"
 
 
 @styled
 def power_figure(found: Sequence[Row], target: float) -> Figure:
-    """Return the weakest comparison's power against participants, a curve each other condition."""
+    """Plot the power of the weakest comparison against participants, one curve per condition."""
     figure, axes = canvas(size=(6.6, 4.0))
     others = [axis for axis in varying(found) if axis != "participants"]
     curves: dict[str, list[Row]] = {}
@@ -54,7 +54,7 @@ def power_figure(found: Sequence[Row], target: float) -> Figure:
     )  # fmt: skip
     axes.set(xlabel="Participants", ylabel="Power of the weakest comparison", ylim=(0, 1.02))
     if others:
-        # Above the axes: curves may go anywhere.
+        # Above the axes, because the curves may be anywhere inside.
         figure.legend(loc="outside upper left", ncols=2, handlelength=3.5)
     if len(curves) > CURVES:
         axes.set_title(f"the first {CURVES} of {len(curves)} conditions", fontsize=8.5)
@@ -63,7 +63,7 @@ def power_figure(found: Sequence[Row], target: float) -> Figure:
 
 @styled
 def catch_figure(found: Sequence[Row]) -> Figure:
-    """Return what catch steps tell against their number, a curve for each number of people."""
+    """Plot the precision from catch steps against their number, one curve per sample size."""
     figure, panels = canvas(1, 2, size=(6.6, 3.2), sharex=True)
     first = found[0].condition
     axes_left = [axis for axis in varying(found) if axis not in ("participants", "catch_steps")]
@@ -103,9 +103,9 @@ def catch_figure(found: Sequence[Row]) -> Figure:
 
 @styled
 def precision_figure(found: Sequence[Row]) -> Figure:
-    """Return the exponent's half-width for participants and repetitions."""
+    """Plot the exponent's half-width against participants and repetitions."""
     figure, axes = canvas(size=(6.6, 3.6))
-    # The likeliest of the plan: its largest effect, with as little else as there is.
+    # The main case of the plan: its largest effect with the smallest values otherwise.
     first = max(found, key=lambda row: row.condition.effect).condition
     same = [
         row

@@ -1,4 +1,4 @@
-"""The conditions of a power analysis: every combination of the values that are to be compared."""
+"""List the conditions of a power analysis: every combination of the values to compare."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.simulated_people.population import Population
 
 FEWEST_PARTICIPANTS = 3
-#: Values of one option; a longer range is a slip.
+#: Maximum number of values of one option; a longer range is a typing error.
 MOST_VALUES = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Condition:
-    """One study design, and how people are in it.
+    """One study design, and the behaviour of its participants.
 
     Parameters
     ----------
@@ -30,16 +30,16 @@ class Condition:
     repetitions : int
         Ratings of each surface.
     effect : float
-        1 is the population's own; with 0.5 the mean sensations are half as far apart.
+        1 is the population's own; with 0.5, the differences between mean sensations are halved.
     lapses, dropout : float
-        Shares; see `slipscale.experiments.participants.simulated_people.habits.Habits`.
+        Proportions; see `slipscale.experiments.participants.simulated_people.habits.Habits`.
     exponent : float
-        Of the mean sensation above 0 µm; 0 keeps the population's own curve.
+        Exponent of the mean sensation above 0 µm; 0 keeps the population's own curve.
     order : {"blocked", "simple", "williams"} or None
         The rule of the surfaces' order; None keeps the study's.
     catch_steps : int or None
-        In each series of the descending difference; None keeps the study's, and its precision is
-        not asked for.
+        Catch steps per series of the descending difference; None keeps the study's number and does
+        not estimate their precision.
     """
 
     participants: int
@@ -52,12 +52,12 @@ class Condition:
     catch_steps: int | None = None
 
     def told(self, axis: str) -> str:
-        """Return the value of an axis as it is shown; empty where the study's is kept."""
+        """Format the value of an axis; empty if the study's own value is kept."""
         value = getattr(self, axis)
         return "" if value is None else str(value) if isinstance(value, str) else f"{value:g}"
 
     def described(self, axes: Sequence[str]) -> str:
-        """Return some axes in words.
+        """Format some axes.
 
         >>> Condition(participants=8, catch_steps=2).described(["effect", "catch_steps"])
         'effect 1, catch steps 2'
@@ -82,7 +82,7 @@ class Condition:
             update={"lapses": self.lapses, "dropout": self.dropout}
         )
         changed = {"mean_sensation": mean, "habits": habits}
-        # A distribution on 0 to 100 may not allow the spread at another mean.
+        # A distribution on 0 to 100 may not allow this spread at another mean.
         most = (0.9 * math.sqrt(each * (100 - each)) for each in mean)
         changed["sd_sensation"] = tuple(map(min, population.sd_sensation, most))
         return population.model_copy(update=changed)
@@ -90,7 +90,7 @@ class Condition:
 
 AXES: tuple[str, ...] = tuple(field.name for field in fields(Condition))
 _SHARE = (lambda value: 0 <= value <= 1, "shares from 0 to 1")
-#: Axis -> its type, what can be meant, and what was expected.
+#: Axis -> its type, a check of its values, and what was expected.
 EXPECTED: dict[str, tuple[type, tuple[Callable[[float], bool], str]]] = {
     "participants": (
         int,
@@ -106,7 +106,7 @@ EXPECTED: dict[str, tuple[type, tuple[Callable[[float], bool], str]]] = {
 
 
 def option(axis: str) -> str:
-    """Return the option of the command line that an axis' values are given by.
+    """Return the command-line option for an axis' values.
 
     >>> option("catch_steps")
     '--catch-steps'
@@ -115,12 +115,12 @@ def option(axis: str) -> str:
 
 
 def orders_of(words: Sequence[str]) -> tuple[Rule, ...]:
-    """Return the rules of order that were named.
+    """Return the named rules of order.
 
     Raises
     ------
     UserError
-        None, or one that there is not.
+        No rule, or an unknown one, is named.
     """
     known = get_args(Rule)
     named = [word.strip() for word in ",".join(words).split(",") if word.strip()]
@@ -139,7 +139,7 @@ def values_of(axis: str, words: Sequence[str]) -> tuple[Any, ...]:
     Raises
     ------
     UserError
-        No value, something that is no number, or a value that cannot be meant.
+        There is no value, a value is not a number, or a value is out of range.
     """
     kind, (meant, expected) = EXPECTED[axis]
     found: list[float] = []
@@ -184,7 +184,7 @@ def conditions(axes: dict[str, tuple[Any, ...]]) -> list[Condition]:
     Raises
     ------
     UserError
-        Lapses and dropout leave nobody who answers.
+        Lapses and dropout leave no participants who answer.
     """
     found = [
         Condition(**dict(zip(axes, values, strict=True))) for values in product(*axes.values())
@@ -199,10 +199,10 @@ def conditions(axes: dict[str, tuple[Any, ...]]) -> list[Condition]:
 
 
 def without_effect(wanted: Sequence[Condition]) -> list[Condition]:
-    """Return the same conditions without an effect, once each: they tell the false alarms."""
+    """Return the distinct conditions without an effect, which give the false alarms."""
     return list(dict.fromkeys(map(without_its_effect, wanted)))
 
 
 def without_its_effect(condition: Condition) -> Condition:
-    """Return the condition that tells the false alarms of another."""
+    """Return the condition that gives the false alarms of another."""
     return replace(condition, effect=0.0, exponent=0.0)

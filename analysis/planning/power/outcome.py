@@ -1,4 +1,4 @@
-"""What simulated studies found: counts and sums, which add up in any order of shards' making."""
+"""Count the findings of simulated studies in sums that can be added in any order."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-#: Of the normal's 95 % interval.
+#: Normal quantile of a 95 % interval.
 Z95 = 1.959963984540054
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Share:
-    """A share of simulated studies, with its Monte Carlo error.
+    """A proportion of simulated studies, with its Monte Carlo error.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Share:
 
     @classmethod
     def of(cls, count: int, studies: int) -> Self:
-        """Return the share of so many in so many studies."""
+        """Return the proportion `count` / `studies`."""
         if not studies:
             return cls(value=math.nan, low=math.nan, high=math.nan, studies=0)
         share, z2 = count / studies, Z95**2
@@ -58,7 +58,7 @@ class Share:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sums:
-    """Values, summed: how many, their sum, the sum of their squares."""
+    """Number of values, their sum, and the sum of their squares."""
 
     n: int = 0
     total: float = 0.0
@@ -66,7 +66,7 @@ class Sums:
 
     @classmethod
     def of(cls, values: NDArray[np.float64]) -> Self:
-        """Return the sums of the values that are finite."""
+        """Return the sums of the finite values."""
         there = values[np.isfinite(values)]
         return cls(n=len(there), total=float(there.sum()), squares=float((there**2).sum()))
 
@@ -79,12 +79,12 @@ class Sums:
 
     @property
     def mean(self) -> float:
-        """Their mean; NaN of none."""
+        """The mean; NaN without values."""
         return self.total / self.n if self.n else math.nan
 
     @property
     def error(self) -> float:
-        """The standard error of the mean; NaN of fewer than two."""
+        """The standard error of the mean; NaN for fewer than two values."""
         if self.n < 2:  # noqa: PLR2004
             return math.nan
         variance = max(self.squares - self.total**2 / self.n, 0.0) / (self.n - 1)
@@ -93,20 +93,21 @@ class Sums:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """What some simulated studies found.
+    """Findings of some simulated studies.
 
     Parameters
     ----------
     studies : int
-        How many; one that cannot be analysed is one that found nothing.
+        Number of studies; one that cannot be analysed counts as one without a finding.
     unusable : int
-        How many of them `analyse` would refuse.
+        Number of studies that `analyse` would reject.
     found : Mapping
-        Test, or pair of neighbours ("0.5 - 1.2"), or look ("look 1") -> how many found something.
+        Test, pair of neighbours ("0.5 - 1.2") or interim analysis ("look 1") -> number of studies
+        with a significant result.
     widths : Mapping
-        What is estimated ("exponent", "mean at 0.5") -> half-widths of its interval.
+        Estimated quantity ("exponent", "mean at 0.5") -> half-widths of its interval.
     steps : Mapping
-        What catch steps tell, see `slipscale.analysis.planning.power.yes_no_steps.precision`;
+        Results from catch steps, see `slipscale.analysis.planning.power.yes_no_steps.precision`;
         empty if they were not requested.
     """
 
@@ -117,7 +118,7 @@ class Outcome:
     steps: Mapping[str, Sums] = field(default_factory=dict)
 
     def power(self, test: str) -> Share:
-        """Return the share of studies in which a test found something."""
+        """Return the proportion of studies in which a test was significant."""
         return Share.of(self.found[test], self.studies)
 
     def as_json(self) -> dict[str, Any]:
@@ -126,7 +127,10 @@ class Outcome:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Self:
-        """Return what `as_json` made; KeyError, TypeError or ValueError where it did not."""
+        """Parse the output of `as_json`.
+
+        Raises KeyError, TypeError or ValueError if it is invalid.
+        """
         return cls(
             studies=int(data["studies"]),
             unusable=int(data["unusable"]),
@@ -145,7 +149,7 @@ def _added(one: Mapping[str, Sums], other: Mapping[str, Sums]) -> dict[str, Sums
 
 
 def total(outcomes: Iterable[Outcome]) -> Outcome:
-    """Return the sum of outcomes; in the order given, so that its digits are always the same."""
+    """Return the sum of outcomes, in the given order, so that rounding is reproducible."""
     whole = Outcome()
     for one in outcomes:
         whole = Outcome(

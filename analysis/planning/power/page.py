@@ -1,4 +1,4 @@
-"""A power analysis as files: a page, figures, CSV and JSON."""
+"""Write a power analysis to files: a page, figures, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 try:
     VERSION = version("slipscale")
-except PackageNotFoundError:  # a checkout that was never installed
+except PackageNotFoundError:  # a checkout that is not installed
     VERSION = "unknown"
 
 
@@ -61,7 +61,7 @@ def write_power(folder: Path, design: Design, found: Sequence[Row], target: floa
 
 
 def _csv(found: Sequence[Row]) -> list[list[str]]:
-    """Return a line for each condition and test, in the long form."""
+    """Return one line per condition and test, in long form."""
     head = [*AXES, "test", "power", "low", "high", "false_alarms", "exponent_half_width", "studies"]
     head += ["catch_yes_half_width", "d_prime_lower_bound"] if found[0].steps else []
     lines = [head]

@@ -1,7 +1,7 @@
-"""A grid's shards computed: here, over cores, over a cluster, or a part of them for an array job.
+"""Compute the shards of a grid: locally, on a cluster, or a part of them for an array job.
 
-The same digits in every case: each shard has a seed of its own, and shards are added up in their
-order, not in that of their making.
+The results are identical in every case: each shard has its own seed, and shards are summed in a
+fixed order, not in the order of completion.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
     from slipscale.analysis.planning.power.shard_cache import ShardCache
 
 HOUR_S = 3600.0
-#: So many studies, and so many, are timed for an estimate of the whole.
+#: Numbers of studies that are timed to estimate the total time.
 TRIED = (5, 45)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """Which of the shards are this run's: number of ``of``, from 1; all by default."""
+    """The shards of this run: part ``number`` of ``of``, from 1; default: all."""
 
     number: int = 1
     of: int = 1
 
     def takes(self, place: int) -> bool:
-        """Return whether the shard at a place is this part's."""
+        """Return whether the shard at an index belongs to this part."""
         return place % self.of == self.number - 1
 
 
@@ -46,7 +46,7 @@ def shards(
     seed: int,
     looks: Looks | None = None,
 ) -> list[Shard]:
-    """Return the shards of some conditions, in their order."""
+    """Return the shards of some conditions, in order."""
     sizes = [STUDIES_A_SHARD] * (studies // STUDIES_A_SHARD)
     if rest := studies % STUDIES_A_SHARD:
         sizes.append(rest)
@@ -70,7 +70,7 @@ def missing(wanted: Sequence[Shard], cache: ShardCache | None) -> list[Shard]:
 
 
 def estimated_s(wanted: Sequence[Shard], jobs: int) -> float:
-    """Return about how long shards take, from a few studies of the one with most ratings."""
+    """Return an estimated run time, from a few studies of the shard with the most ratings."""
     if not wanted:
         return 0.0
     largest = max(wanted, key=_ratings)
@@ -84,7 +84,7 @@ def estimated_s(wanted: Sequence[Shard], jobs: int) -> float:
 
 
 def _timed(shard: Shard, studies: int) -> float:
-    """Return how long so many studies of a shard take."""
+    """Return the time that this many studies of a shard take."""
     began = time.perf_counter()
     replace(shard, studies=studies, number=-1).compute()
     return time.perf_counter() - began
@@ -109,22 +109,22 @@ def run_grid(
     Parameters
     ----------
     wanted : sequence of Shard
-        Of one design.
+        Shards of one design.
     jobs : int
-        How many processes.
+        Number of processes.
     cache : ShardCache, optional
-        Finished shards are taken from it, and put there as soon as each is finished.
+        Finished shards are read from it, and each new shard is stored as soon as it is finished.
     part : Part, optional
-        Which of the missing shards are computed here.
+        Which of the missing shards to compute in this run.
     scheduler : str, optional
-        A Dask scheduler's address, in place of processes here.
+        A Dask scheduler's address, to use instead of local processes.
     progress : callable, optional
-        Told how many shards are done, and how many there are.
+        Called with the number of finished shards and their total.
 
     Returns
     -------
     dict
-        Of each condition all of whose shards are there.
+        Outcome of each condition whose shards are all available.
     """
     here = part or Part()
     found: dict[Shard, Outcome] = {}
@@ -144,7 +144,7 @@ def run_grid(
 
 
 def _sums(wanted: Iterable[Shard], found: Mapping[Shard, Outcome]) -> dict[Condition, Outcome]:
-    """Return the outcome of each condition whose shards are all there."""
+    """Return the outcome of each condition whose shards are all available."""
     of: dict[Condition, list[Shard]] = {}
     for shard in wanted:
         of.setdefault(shard.condition, []).append(shard)
@@ -158,10 +158,10 @@ def _sums(wanted: Iterable[Shard], found: Mapping[Shard, Outcome]) -> dict[Condi
 def _computed(
     left: Sequence[Shard], jobs: int, scheduler: str | None, cache: ShardCache | None
 ) -> Iterator[tuple[Shard, Outcome]]:
-    """Yield each shard with its outcome, as they are finished."""
+    """Yield each shard with its outcome, in order of completion."""
     if scheduler is not None:
         for shard, outcome in _on_cluster(left, scheduler):
-            if cache:  # of this machine: a worker may not see its disk
+            if cache:  # local: a worker may not have access to this disk
                 cache.put(shard, outcome)
             yield shard, outcome
     elif jobs == 1 or len(left) < 2:  # noqa: PLR2004
@@ -175,7 +175,7 @@ def _computed(
 
 
 def _kept(shard: Shard, cache: ShardCache | None = None) -> tuple[Shard, Outcome]:
-    """Compute a shard and keep it at once: whoever is killed loses the shard in hand alone."""
+    """Compute a shard and store it immediately: a killed process loses only its current shard."""
     outcome = shard.compute()
     if cache:
         cache.put(shard, outcome)
@@ -183,7 +183,7 @@ def _kept(shard: Shard, cache: ShardCache | None = None) -> tuple[Shard, Outcome
 
 
 def _on_cluster(left: Sequence[Shard], scheduler: str) -> Iterator[tuple[Shard, Outcome]]:
-    """Yield shards that a Dask cluster computes; a worker that is lost has its shards redone."""
+    """Yield shards computed by a Dask cluster; shards of a lost worker are repeated."""
     try:
         from distributed import Client, as_completed  # noqa: PLC0415 - an extra
     except ModuleNotFoundError:

@@ -1,9 +1,9 @@
-"""Looks at the data before the end: the level of each, so that all together keep the study's.
+"""Set the level of each interim analysis so that all of them together keep the study's level.
 
-Alpha spending after Lan and DeMets (1983, Biometrika 70, 659-663) with the two functions of their
-equations for O'Brien and Fleming's and for Pocock's boundaries; the levels follow by the recursive
-integration of Armitage, McPherson and Rowe (1969, J. R. Stat. Soc. A 132, 235-244), here by Gauss's
-rule between the boundaries.
+Alpha spending after Lan and DeMets (1983, Biometrika 70, 659-663), with the two functions of their
+equations for O'Brien and Fleming's and for Pocock's boundaries. The levels follow from the
+recursive integration of Armitage, McPherson and Rowe (1969, J. R. Stat. Soc. A 132, 235-244), here
+by Gauss quadrature between the boundaries.
 """
 
 from __future__ import annotations
@@ -41,7 +41,9 @@ SPENDING: dict[Spending, Callable[[float, float], float]] = {
 
 
 def look_sizes(participants: int, looks: int, fewest: int = 3) -> tuple[int, ...]:
-    """Return after how many participants is looked: evenly, the last after all of them.
+    """Return the number of participants at each interim analysis, evenly spaced.
+
+    The last analysis includes all participants.
 
     >>> look_sizes(32, 3)
     (11, 21, 32)
@@ -57,23 +59,23 @@ def look_sizes(participants: int, looks: int, fewest: int = 3) -> tuple[int, ...
 
 @lru_cache(maxsize=256)
 def levels(sizes: tuple[int, ...], alpha: float, spending: Spending) -> tuple[float, ...]:
-    """Return the two-sided level of each look.
+    """Return the two-sided level of each interim analysis.
 
     Parameters
     ----------
     sizes : tuple of int
-        Participants at each look, ascending; the last is the whole study.
+        Participants at each interim analysis, ascending; the last is the whole study.
     alpha : float
-        Of the whole study.
+        Level of the whole study.
     spending : {"obrien-fleming", "pocock"}
     """
     from scipy.optimize import brentq  # noqa: PLC0415
     from scipy.special import ndtr  # noqa: PLC0415
 
-    # Half to each side, as the published tables of two-sided boundaries have it.
+    # Half on each side, as in the published tables of two-sided boundaries.
     spent = [2 * SPENDING[spending](size / sizes[-1], alpha / 2) for size in sizes]
     found: list[float] = []
-    # Density of the score where the study goes on, at the nodes between the boundaries.
+    # Density of the score if the study continues, at the nodes between the boundaries.
     nodes, density, before = np.zeros(1), np.ones(1), 0.0
     for size, until in zip(sizes, spent, strict=True):
         information = size / sizes[-1]

@@ -1,7 +1,7 @@
-"""A shard: some hundred simulated studies of one condition, from a seed of their own.
+"""Simulate a shard: about a hundred studies of one condition, with the shard's own seed.
 
-The seed is the SHA-256 of design, condition, shard and the user's seed: whoever computes a shard,
-wherever and whenever, finds the same.
+The seed is the SHA-256 of design, condition, shard and the user's seed, so a shard gives the same
+result on every machine and in every run.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: What a shard's numbers mean; another number makes other seeds and another cache.
+#: Version of a shard's numbers; another version gives other seeds and another cache.
 VERSION = 2
 STUDIES_A_SHARD = 250
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Looks:
-    """Looks at the data before the end; one look is none before."""
+    """Interim analyses, including the final one."""
 
     number: int = 1
     spending: Spending = "obrien-fleming"
@@ -62,7 +62,7 @@ class Looks:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shard:
-    """What is to be computed.
+    """One unit of computation.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ class Shard:
 
     @property
     def identity(self) -> dict[str, Any]:
-        """All that the result depends on, as plain data."""
+        """Everything that affects the result, as plain data."""
         return {
             "version": VERSION,
             "design": self.design.identity,
@@ -101,7 +101,7 @@ class Shard:
         return hashlib.sha256(json.dumps(self.identity, sort_keys=True).encode()).hexdigest()
 
     def compute(self) -> Outcome:
-        """Simulate the studies and count what they find."""
+        """Simulate the studies and count their findings."""
         design, condition = self.design, self.condition
         task = design.task_of(condition)
         people = condition.people(design.population)
@@ -119,7 +119,7 @@ class Shard:
         outcome = at_once(design, found, self.looks)
         outcome = replace(outcome, found={**outcome.found, **one_by_one(design, ratings)})
         steps = design.steps_of(condition)
-        # Without an effect a step is a catch step.
+        # Without an effect, every step is a catch step.
         if steps is None or not condition.effect:
             return outcome
         answers = simulate_steps(
@@ -133,7 +133,7 @@ class Shard:
 
 
 def at_once(design: Design, found: Tables, looks: Looks = Looks()) -> Outcome:
-    """Return what studies find by the tests on whole arrays."""
+    """Return the findings of vectorised tests."""
     alpha = design.alpha
     told = {
         name: (TESTS[name](found) < alpha) & found.usable for name in design.tests if name in TESTS
@@ -157,7 +157,7 @@ def at_once(design: Design, found: Tables, looks: Looks = Looks()) -> Outcome:
 
 
 def _pairs_told(design: Design, found: Tables, alpha: float) -> dict[str, NDArray[np.bool_]]:
-    """Return whether each study tells neighbours apart."""
+    """Return whether each study discriminates between neighbours."""
     p = pairwise(found, design.choices.primary)
     known = pairs(found.amplitudes_um_pp)
     return {
@@ -167,7 +167,10 @@ def _pairs_told(design: Design, found: Tables, alpha: float) -> dict[str, NDArra
 
 
 def _looks_told(design: Design, found: Tables, looks: Looks) -> dict[str, NDArray[np.bool_]]:
-    """Return at which look each study ends, by the primary analysis' test of any difference."""
+    """Return the interim analysis at which each study stops.
+
+    Uses the primary analysis' test of any difference.
+    """
     sizes = look_sizes(found.cells.shape[1], looks.number)
     going_on = found.usable.copy()
     told: dict[str, NDArray[np.bool_]] = {}
@@ -185,7 +188,7 @@ def _any_difference(design: Design, found: Tables) -> Array:
 
 
 def pair_name(low_um_pp: float, high_um_pp: float) -> str:
-    """Return what a pair of amplitudes is called.
+    """Return the name of a pair of amplitudes.
 
     >>> pair_name(0.0, 0.5)
     '0 - 0.5'
@@ -196,7 +199,7 @@ def pair_name(low_um_pp: float, high_um_pp: float) -> str:
 def excluded(design: Design, ratings: Ratings) -> Ratings:
     """Return the ratings without the participants whom the study's rule excludes.
 
-    By `analyse`'s own measures and flags, study by study.
+    Uses the measures and flags of `analyse`, one study at a time.
     """
     choices = design.choices
     percent = ratings.percent.copy()
@@ -212,7 +215,7 @@ def excluded(design: Design, ratings: Ratings) -> Ratings:
 
 
 def one_by_one(design: Design, ratings: Ratings) -> dict[str, int]:
-    """Return how many studies find something by tests that have no form for whole arrays."""
+    """Return how many studies are significant by tests without a vectorised form."""
     slow = [name for name in design.tests if name in SLOW]
     found = dict.fromkeys(slow, 0)
     for study in range(len(ratings.percent) if slow else 0):
@@ -242,7 +245,7 @@ def _mixed_model_p(data: Prepared) -> float:
     return float(2 * stats.t.sf(abs(found.exponent) / found.se, found.n - 1))
 
 
-#: Test of a study file that is computed study by study -> its p.
+#: Test of a study file that is computed one study at a time -> its p.
 SLOW: dict[str, Callable[[Prepared], float]] = {
     "page_trend": _page_p,
     "mixed_model": _mixed_model_p,

@@ -1,8 +1,8 @@
-"""A folder of finished shards: what is there is not computed again, whoever computed it.
+"""Cache finished shards in a folder, so that no shard is computed twice.
 
-One file a shard, written whole under another name and then renamed, so that a killed run leaves
-none half written. A file is believed only if its text fits its own SHA-256 and its identity is the
-shard's: one that was cut short, edited or brought from elsewhere is computed again.
+Each shard has one file. It is written under another name and then renamed, so a killed run leaves
+no incomplete files. A file is used only if its text matches its own SHA-256 and its identity is
+the shard's; files that were truncated, edited or copied from elsewhere are computed again.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ class ShardCache:
     Parameters
     ----------
     folder : Path
-        Made if it is not there.
+        Created if it does not exist.
 
     Raises
     ------
     UserError
-        The folder cannot be made or written, or is the cache of another version.
+        The folder cannot be created or written, or is the cache of another version.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -57,11 +57,11 @@ class ShardCache:
             )
 
     def path(self, shard: Shard) -> Path:
-        """Return where a shard's file lies."""
+        """Return the path of a shard's file."""
         return self.folder / f"{shard.digest}.json"
 
     def get(self, shard: Shard) -> Outcome | None:
-        """Return a finished shard's outcome; None where it is not there, or not to be believed."""
+        """Return a finished shard's outcome; None if it is missing or invalid."""
         try:
             text = self.path(shard).read_text(encoding="utf-8")
             digest, _, body = text.partition("\n")
@@ -80,7 +80,7 @@ class ShardCache:
         Raises
         ------
         UserError
-            The disk refuses it.
+            The file cannot be written.
         """
         body = json.dumps({"shard": shard.identity, "outcome": outcome.as_json()}, indent=1)
         try:
@@ -93,7 +93,7 @@ class ShardCache:
 
 
 def _write(path: Path, text: str) -> None:
-    """Write a file whole or not at all."""
+    """Write a file atomically."""
     being = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
         being.write_text(text, encoding="utf-8")

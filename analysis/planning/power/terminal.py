@@ -1,4 +1,4 @@
-"""Power on the terminal."""
+"""Print power on the terminal."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from slipscale.analysis.planning.power.answers import Row
     from slipscale.analysis.planning.power.design import Design
 
-#: Headings that are short enough for a column of short numbers.
+#: Short headings for narrow columns.
 SHORT = {"participants": "N", "repetitions": "ratings", "catch_steps": "catch\nsteps"}
 WIDTH = 110
-#: With more columns of conditions than this only the weakest pair is shown.
+#: With more condition columns than this, only the weakest pair is shown.
 NARROW = 2
 
 
 def print_power(
     design: Design, found: Sequence[Row], target: float, console: Console | None = None
 ) -> None:
-    """Print power of each condition, and how many participants suffice."""
-    # Cut off, numbers would mislead: a narrower terminal breaks the lines.
+    """Print the power of each condition, and how many participants are enough."""
+    # Truncated numbers would mislead, so a narrow terminal wraps the lines.
     target_console = console or Console()
     target_console.width = max(target_console.width, WIDTH)
     table = Table(
@@ -54,7 +54,7 @@ def print_power(
 
 
 def _columns(first: Row, target: float, *, brief: bool) -> dict[str, Callable[[Row], str]]:
-    """Return heading -> what stands under it, of what was computed."""
+    """Return heading -> function of the column's content, for what was computed."""
     columns: dict[str, Callable[[Row], str]] = {}
     for name in first.decisive[: 1 if brief else None]:
         title = f"{name}\nµm" if " - " in name else "any"
@@ -93,7 +93,7 @@ def _width(row: Row) -> str:
 
 
 def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
-    """Return what follows from the table, a sentence each."""
+    """Return the conclusions from the table, one sentence each."""
     lines = []
     others = [axis for axis in varying(found) if axis != "participants"]
     for condition, size in fewest(found, target).items():

@@ -1,8 +1,8 @@
-"""The descending difference of simulated studies: what its catch steps tell.
+"""Simulate the descending difference and the information from its catch steps.
 
-The same model as `Respondent.notices`, on whole arrays. The share of "yes" at catch steps has the
-report's own interval; d' by the report's probit model takes some tenths of a second, so that it is
-computed of the first studies of each shard alone.
+The model is that of `Respondent.notices`, on whole arrays. The proportion of "yes" at catch steps
+has the interval of the report. The report's probit model needs some tenths of a second for d', so
+d' is computed only for the first studies of each shard.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: So many studies of a shard have their d' computed.
+#: Number of studies per shard for which d' is computed.
 D_PRIME_STUDIES = 10
 CATCH_WIDTH, D_PRIME_LOW = "yes at catch steps", "lower bound of d'"
 
@@ -38,11 +38,11 @@ class StepTask:
     Parameters
     ----------
     descent_um_pp : tuple of float
-        Amplitudes of a series, falling.
+        Amplitudes of a series, descending.
     series, catch_steps : int
-        How many series, and steps at which nothing changes in each.
+        Number of series, and of steps without a change in each.
     trials_before, trials_after : int
-        Trials of other tasks in the run before this one, and after it.
+        Trials of other tasks in the run before and after this one.
     """
 
     descent_um_pp: tuple[float, ...]
@@ -53,7 +53,7 @@ class StepTask:
 
     @property
     def trials(self) -> int:
-        """How many steps, catch steps included."""
+        """Number of steps, catch steps included."""
         return self.series * (len(self.descent_um_pp) - 1 + self.catch_steps)
 
 
@@ -64,9 +64,9 @@ class StepAnswers:
     Parameters
     ----------
     removed_um_pp : array
-        How much amplitude each step removed; 0 at catch steps.
+        Amplitude removed by each step; 0 at catch steps.
     felt : array
-        1 for "yes", 0 for "no", NaN where the person had dropped out.
+        1 for "yes", 0 for "no", NaN after the person dropped out.
     """
 
     removed_um_pp: Array
@@ -87,7 +87,7 @@ def simulate_steps(
     catch = np.concatenate(
         [_catch_marks(task, shape, rng) for _ in range(task.series)], axis=2, dtype=np.bool_
     )
-    # Each series goes through the same real steps, in their order.
+    # Each series contains the same real steps, in order.
     place = (np.cumsum(~catch, axis=2) - 1) % (len(task.descent_um_pp) - 1)
     changes = np.where(catch, 0.0, np.abs(np.diff(mean))[place])
     removed = np.where(catch, 0.0, np.abs(np.diff(task.descent_um_pp))[place])
@@ -111,19 +111,19 @@ def simulate_steps(
 def _catch_marks(
     task: StepTask, shape: tuple[int, int], rng: np.random.Generator
 ) -> NDArray[np.bool_]:
-    """Return which steps of a series are catch steps: every choice of places is as likely."""
+    """Return which steps of a series are catch steps; all positions are equally likely."""
     marks = np.array([False] * (len(task.descent_um_pp) - 1) + [True] * task.catch_steps)
     return rng.permuted(np.broadcast_to(marks, (*shape, len(marks))), axis=2)
 
 
 def precision(answers: StepAnswers, confidence: float) -> dict[str, Sums]:
-    """Return how precisely the studies tell false alarms, and what d' they can claim.
+    """Return the precision of the false-alarm rate, and the d' that studies can claim.
 
     Returns
     -------
     dict
-        Half-widths of the interval of the share of "yes" at catch steps, and lower bounds of the
-        d' of all sizes of step together.
+        Half-widths of the interval of the proportion of "yes" at catch steps, and lower bounds of
+        d' for all step sizes together.
     """
     widths = [
         _half_width(*_catch_counts(removed, felt), confidence)
@@ -139,7 +139,7 @@ def precision(answers: StepAnswers, confidence: float) -> dict[str, Sums]:
 
 
 def _catch_counts(removed: Array, felt: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return each participant's "yes" and answers at catch steps, in an order of their own."""
+    """Return each participant's "yes" and total answers at catch steps, in sorted order."""
     answered = (removed == 0) & ~np.isnan(felt)
     number = answered.sum(axis=1)
     yes = np.where(answered, felt, 0.0).sum(axis=1)

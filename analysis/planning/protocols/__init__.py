@@ -1,1 +1,1 @@
-"""Precision of the other protocols: simulated studies, their answers and the output."""
+"""Estimate the precision of the other protocols: simulated studies, answers and output."""

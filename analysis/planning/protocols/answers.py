@@ -1,7 +1,7 @@
-"""Answers of simulated people to choices and ratios, as `analyse` would read them.
+"""Simulate answers to choices and ratios, as `analyse` would read them.
 
-The people go through the protocol itself, without plate, screen and files; their rows are made by
-the data set's own code, and read by the analysis' own.
+The simulated participants complete the real protocol without plate, screen and files. The code of
+the data set builds their rows, and the code of the analysis reads them.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan
 
 
-#: Steps that a choice's row is made of.
+#: Kinds of step in a choice's row.
 TOLD = (Present, Ask, EndTrial)
 
 
 class Answered(NamedTuple):
-    """One person's answers to main trials: choices and how they are to be read, or ratios."""
+    """One person's answers to main trials: choices with their method, or ratios."""
 
     method: str
     answers: Answers | None = None
@@ -44,7 +44,7 @@ class Answered(NamedTuple):
 
 
 class StudyAnswers(NamedTuple):
-    """Everybody's answers in one simulated study, None without any; and their minutes."""
+    """All answers in one simulated study, None for a person without any, and the minutes taken."""
 
     people: list[Answered | None]
     minutes: list[float]
@@ -58,7 +58,7 @@ def answers_of(
     minutes: dict[str, float] = {}
     for plan in study.plans(participants, seed, population):
         if plan.visit and drops_out(plan, population):
-            continue  # whoever gave up is not invited again
+            continue  # a participant who gave up is not invited to further sessions
         steps = list(bare_run(plan, population))
         who = plan.participant
         minutes[who] = minutes.get(who, 0.0) + minutes_of(steps)
@@ -68,7 +68,7 @@ def answers_of(
 
 
 def _rows(study: ProtocolStudy, plan: RunPlan, steps: list[BareStep]) -> pd.DataFrame:
-    """Return the main trials of a run, as its table has them."""
+    """Return the main trials of a run, as in its table."""
     protocol = next(each for each, _ in plan.tasks() if each.task == study.task)
     trials = gather(_records(steps)).trials.get(study.task, [])
     main = [trial for trial in trials if trial.trial.phase == MAIN]
@@ -81,7 +81,7 @@ def _rows(study: ProtocolStudy, plan: RunPlan, steps: list[BareStep]) -> pd.Data
 
 
 def _records(steps: list[BareStep]) -> list[Record]:
-    """Return the steps as a journal holds them."""
+    """Return the steps as journal records."""
     found: list[Record] = []
     for done in steps:
         if isinstance(done.step, TOLD):
@@ -93,7 +93,7 @@ def _records(steps: list[BareStep]) -> list[Record]:
 
 
 def read_answers(study: ProtocolStudy, rows: pd.DataFrame) -> Answered | None:
-    """Return what a person's rows say; None where nothing was answered."""
+    """Parse a person's rows; None if nothing was answered."""
     if rows.empty or study.marks is None:
         return None
     if study.marks == RATIO:
@@ -109,7 +109,7 @@ def read_answers(study: ProtocolStudy, rows: pd.DataFrame) -> Answered | None:
 
 
 def _exponent(rows: pd.DataFrame) -> float:
-    """Return the slope of mean log ratios on log amplitude: as of magnitude estimates."""
+    """Return the slope of mean log ratios on log amplitude, as for magnitude estimates."""
     amplitude, ratio = RATIO
     there = rows[(rows["catch"] != "true") & (rows[amplitude] > 0) & rows[ratio].notna()]
     logs = there[ratio].astype(float).map(math.log)

@@ -1,4 +1,4 @@
-"""A comparison of protocols in words, as a table, a figure, CSV and JSON."""
+"""Present a comparison of protocols in words, as a table, a figure, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ HEAD = (
 
 
 def ranked(found: Sequence[ProtocolPrecision]) -> list[ProtocolPrecision]:
-    """Return the rows by what they answer and participants, the most precise first."""
+    """Return the rows by estimated quantity and participants, the most precise first."""
     return sorted(
         found,
         key=lambda row: (row.study.quantity, row.participants, _or_last(row.half_width_percent)),
@@ -50,13 +50,13 @@ def _groups(
 
 
 def value_of(row: ProtocolPrecision) -> str:
-    """Return what is measured, with its unit."""
+    """Format the measured value, with its unit."""
     unit = "" if row.study.quantity == EXPONENT else " µm"
     return f"{row.value:.3g}{unit}"
 
 
 def sentences(found: Sequence[ProtocolPrecision], minutes: float, population: str) -> list[str]:
-    """Return what was compared, and what follows."""
+    """Return what was compared, and the conclusions."""
     said = [
         (
             f"Compared: the same simulated people (population '{population}'), {minutes:.1f} "
@@ -87,7 +87,7 @@ def sentences(found: Sequence[ProtocolPrecision], minutes: float, population: st
 
 
 def table(found: Sequence[ProtocolPrecision]) -> list[tuple[str, ...]]:
-    """Return heading and rows for a terminal."""
+    """Return headings and rows for a terminal."""
     head = ("quantity", "study", "N", "trials", "amount", "minutes", "value", "±  %", "5 to 95 %")
     rows = [
         (
@@ -152,7 +152,7 @@ def write_comparison(folder: Path, found: Sequence[ProtocolPrecision], minutes: 
 
 @styled
 def protocols_figure(found: Sequence[ProtocolPrecision], minutes: float) -> Figure:
-    """Return each study's half-width, a panel for each quantity, a colour for each size."""
+    """Plot each study's half-width, with one panel per quantity and one colour per size."""
     quantities = list(dict.fromkeys(row.study.quantity for row in ranked(found)))
     sizes = sorted({row.participants for row in found})
     studies = {

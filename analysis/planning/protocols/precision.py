@@ -1,9 +1,9 @@
-"""Which protocol: how precisely studies know their exponent or threshold, for the same minutes.
+"""Compare protocols: how precisely studies estimate an exponent or threshold in the same time.
 
-Compared is the half-width of the group's interval in % of what it is an interval of: the mean of
-participants' exponents, or the geometric mean of participants' thresholds (of a comparison below
-and above a standard half the distance between 25 and 75 %), by the estimators of `analyse`.
-Magnitude estimation goes through `slipscale.analysis.planning.simulated.estimates`; other
+The measure is the half-width of the group's interval in % of the estimate: the mean of
+participants' exponents, or the geometric mean of participants' thresholds (for a comparison below
+and above a standard: half the distance between 25 and 75 %), by the estimators of `analyse`.
+Magnitude estimation is simulated by `slipscale.analysis.planning.simulated.estimates`; other
 protocols are answered step by step.
 """
 
@@ -44,14 +44,14 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProtocolPrecision:
-    """How precisely one study knows what it asks for.
+    """Precision of one study.
 
     Parameters
     ----------
     study : ProtocolStudy
     participants : int
     trials : int
-        Of a participant in a run, practice and other tasks included.
+        Trials of a participant in a run, practice and other tasks included.
     minutes : float
         Median over participants.
     value : float
@@ -59,11 +59,11 @@ class ProtocolPrecision:
     half_width_percent, error : float
         Mean half-width of the 95 % interval in % of the value, and its Monte Carlo standard error.
     low, high : float
-        Half-widths of 5 and 95 % of the studies.
+        5 and 95 % quantiles of the half-widths.
     without : float
-        Share of studies with fewer than three people who have a value: no interval at all.
+        Proportion of studies without an interval, because fewer than three people have a value.
     studies : int
-        How many were simulated.
+        Number of simulated studies.
     """
 
     study: ProtocolStudy
@@ -88,12 +88,12 @@ def protocol_precision(
     population: Population,
     jobs: int = 1,
 ) -> list[ProtocolPrecision]:
-    """Return how precise a study is with each number of participants.
+    """Return the precision of a study for each number of participants.
 
     Parameters
     ----------
     studies : int
-        How many are simulated; a smaller study has the first participants of the largest.
+        Number of simulated studies; a smaller study uses the first participants of the largest.
     """
     largest = max(sizes)
     if study.marks is None:
@@ -127,7 +127,7 @@ def _summary(
     else:
         logs = np.log(values)
         value = math.exp(_mean(logs))
-        # The interval runs from value / factor to value * factor.
+        # The interval extends from value / factor to value * factor.
         percent = 100 * np.sinh(half_widths(logs, CONFIDENCE))
     there = percent[np.isfinite(percent)]
     low, high = np.percentile(there, QUANTILES) if len(there) else (np.nan, np.nan)
@@ -147,7 +147,7 @@ def _summary(
 
 
 def _mean(values: Array) -> float:
-    """Return the mean of what there is; NaN of nothing."""
+    """Return the mean of the available values; NaN without any."""
     there = values[np.isfinite(values)]
     return float(there.mean()) if len(there) else math.nan
 
@@ -155,7 +155,7 @@ def _mean(values: Array) -> float:
 def _exponents(
     study: ProtocolStudy, participants: int, studies: int, seed: int, population: Population
 ) -> Array:
-    """Return participants' exponents, (studies, participants), by the batched path."""
+    """Return participants' exponents, (studies, participants), by the vectorised simulation."""
     parsed = parse_study(study.text, study.name)
     design = design_of(parsed, study.text, population, 0.05)
     habits = population.habits
@@ -179,7 +179,7 @@ def _exponents(
 
 
 def thresholds_of(people: Sequence[Answered | None]) -> Array:
-    """Return everybody's threshold, µm peak to peak; NaN where there is none."""
+    """Return all thresholds, µm peak to peak; NaN for participants without one."""
     found = np.full(len(people), np.nan)
     for method in sorted({each.method for each in people if each}):
         own = {

@@ -1,8 +1,8 @@
-"""Studies whose protocols are compared: what each one answers, and how long it takes.
+"""Define studies whose protocols are compared: what each estimates, and how long it takes.
 
-A study is compared by its first task that gives an exponent or a threshold. How many trials it has
-is set by one option of that task, so that a participant needs the minutes that are given; its
-other tasks stay as they are.
+A study is compared by its first task that gives an exponent or a threshold. One option of that
+task sets the number of trials so that a participant needs the given time. The study's other tasks
+are unchanged.
 """
 
 from __future__ import annotations
@@ -34,35 +34,35 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Options, Protocol
     from slipscale.experiments.study.run_plan import RunPlan
 
-#: Options that say how many trials a task has; the first that it has is set.
+#: Options for the number of trials of a task; the first one that the task has is set.
 AMOUNTS = ("repetitions", "most_trials")
 EXPONENT, DETECTION, DIFFERENCE = "exponent", "detection threshold", "difference threshold"
 #: Columns of a judgement as a ratio to a standard.
 RATIO = ("comparison_um_pp", "ratio")
-#: People whose median tells a study's minutes.
+#: Number of people whose median gives a study's minutes.
 TIMED = 24
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProtocolStudy:
-    """A study, as far as protocols are compared.
+    """A study, as far as it matters for the comparison of protocols.
 
     Parameters
     ----------
     name : str
         The file, or the shipped study's name.
     text : str
-        Its file's text, with the amount set.
+        Text of its file, with the amount set.
     place : int
-        Which of its tasks answers, from 0.
+        Index of the task that is compared, from 0.
     task, title : str
         That task's label, and its protocol's title.
     quantity : str
-        What it answers.
+        The estimated quantity.
     marks : tuple of str or None
         Level and answer in its table; None for magnitude estimation.
     amount : str
-        The option that says how many trials.
+        The option that sets the number of trials.
     number : int
         Its value.
     """
@@ -78,7 +78,7 @@ class ProtocolStudy:
     number: int
 
     def with_number(self, number: int) -> ProtocolStudy:
-        """Return the study with another amount of trials."""
+        """Return the study with another number of trials."""
         document = tomlkit.parse(self.text)
         tasks = document["tasks"]
         if not isinstance(tasks, list):
@@ -94,7 +94,7 @@ class ProtocolStudy:
         return [replace(plan, study_text=self.text) for plan in plans]
 
     def minutes(self, population: Population) -> float:
-        """Return the median minutes of a participant, in all their runs."""
+        """Return the median time of a participant in minutes, over all runs."""
         people: dict[str, float] = {}
         for plan in self.plans(TIMED, seed_of(self.name, 0), population):
             taken = minutes_of(bare_run(plan, population))
@@ -108,8 +108,8 @@ def protocol_study(name: str) -> ProtocolStudy:
     Raises
     ------
     UserError
-        None of its tasks answers a question that protocols are compared by, or the one that does
-        has no number of trials to be set.
+        None of its tasks estimates a compared quantity, or the task that does has no adjustable
+        number of trials.
     """
     study, text = read_study(name)
     for place, options in enumerate(study.tasks):
@@ -137,7 +137,7 @@ def protocol_study(name: str) -> ProtocolStudy:
 
 
 def _answers(protocol: Protocol, options: Options) -> tuple[str | None, tuple[str, str] | None]:
-    """Return what a task answers and the columns that tell it; None if it answers nothing here."""
+    """Return a task's quantity and its columns; None if it cannot be compared."""
     own = (*protocol.design, *protocol.stimulus, *protocol.response)
     columns = {in_um(name) for name in own}
     if isinstance(options, MagnitudeEstimation):
@@ -152,12 +152,12 @@ def _answers(protocol: Protocol, options: Options) -> tuple[str | None, tuple[st
 
 
 def filling(study: ProtocolStudy, minutes: float, population: Population) -> ProtocolStudy:
-    """Return the study with as many trials as fit into the minutes, in the median.
+    """Return the study with as many trials as fit into the time, in the median.
 
     Raises
     ------
     UserError
-        Not even the least amount fits.
+        Even the smallest number of trials does not fit.
     """
     once = study.minutes(population)
     twice = study.with_number(2 * study.number).minutes(population)
@@ -173,7 +173,7 @@ def filling(study: ProtocolStudy, minutes: float, population: Population) -> Pro
 
 
 def minutes_of(steps: Iterable[BareStep]) -> float:
-    """Return how long a run takes."""
+    """Return the duration of a run in minutes."""
     seconds = math.fsum(
         done.duration_s + (SETTLING_S if isinstance(done.step, Present) else 0.0) for done in steps
     )
@@ -181,6 +181,6 @@ def minutes_of(steps: Iterable[BareStep]) -> float:
 
 
 def seed_of(*purpose: str | int) -> int:
-    """Return a seed for one purpose: SHA-256, so that all machines have the same."""
+    """Return a seed for one purpose, from SHA-256, so that it is the same on all machines."""
     key = "\x1f".join(map(str, purpose))
     return int.from_bytes(hashlib.sha256(key.encode()).digest()[:4], "big")

@@ -1,1 +1,1 @@
-"""Simulated studies of estimates, as arrays: people, orders, and their fast tests."""
+"""Simulate studies of estimates as arrays: people, orders, and vectorised tests."""

@@ -1,4 +1,7 @@
-"""One simulated study as the data set that `analyse` would read, for what has no fast path."""
+"""Convert a simulated study to the data set that `analyse` reads, for other tests.
+
+Needed for tests without a vectorised form.
+"""
 
 from __future__ import annotations
 
@@ -26,17 +29,17 @@ def simulated_dataset(
     *,
     declared: bool,
 ) -> Dataset:
-    """Return one of some simulated studies.
+    """Return one of several simulated studies.
 
     Parameters
     ----------
     ratings : Ratings
     study : int
-        Which of them, from 0.
+        Index of the study, from 0.
     amplitudes_um_pp : sequence of float
         Ascending.
     choices : AnalysisChoices
-        The study's.
+        The study's choices.
     declared : bool
         Whether participants declared their scale's top.
     """
@@ -82,5 +85,5 @@ def _label(label: str, rows: int) -> pd.Categorical[str]:
 
 
 def place_of(label: str) -> int:
-    """Return a simulated participant's place, from 0, by their label."""
+    """Return a simulated participant's index, from 0, from their label."""
     return int(label.removeprefix("sub-")) - 1

@@ -1,9 +1,9 @@
-"""Simulated studies by the thousand: the pilot's people, whole arrays of them at a time.
+"""Simulate thousands of studies with the pilot's model, as whole arrays.
 
-The same model as `slipscale.experiments.participants.simulated_people.respondent`, habit by habit,
-without plate, screen and session; a test compares both. Both are needed: a person in a session
-answers one trial at a time and can be resumed; a power analysis needs millions of answers. Random
-numbers are NumPy's.
+The model is that of `slipscale.experiments.participants.simulated_people.respondent`, habit by
+habit, without plate, screen and session; a test compares the two. Both are needed: a person in a
+session answers one trial at a time and can be resumed, and a power analysis needs millions of
+answers. Random numbers are NumPy's.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Sensation is tabulated at this many places of the population, and interpolated.
+#: Number of quantiles of the population at which sensation is tabulated for interpolation.
 PLACES = 241
 FARTHEST = 6.0
 
@@ -48,15 +48,15 @@ class Task:
     amplitudes_um_pp : tuple of float
         Ascending.
     repetitions, practice : int
-        How often each surface is rated, and how often before that, for practice.
+        How often each surface is rated in main trials, and before that in practice.
     order : {"blocked", "simple", "williams"}
-        The rule of the surfaces' order; but for "simple" a rest follows each repetition.
+        The rule of the surfaces' order; except for "simple", a rest follows each repetition.
     no_immediate_repeat : bool
         Whether no surface follows itself.
     trials_before : int
         Trials of other tasks in the run before this one.
     trials_after : int
-        And after it: somebody who drops out may do so there.
+        Trials of other tasks after it; participants may also drop out there.
     """
 
     amplitudes_um_pp: tuple[float, ...]
@@ -69,7 +69,7 @@ class Task:
 
     @property
     def trials(self) -> int:
-        """How many trials, practice included."""
+        """Number of trials, practice included."""
         return len(self.amplitudes_um_pp) * (self.repetitions + self.practice)
 
 
@@ -80,9 +80,10 @@ class Ratings:
     Parameters
     ----------
     amplitude : int array, shape (studies, participants, trials)
-        Which amplitude, ascending, in order of presentation; everybody has each equally often.
+        Index of the amplitude (ascending), in order of presentation; every participant has each
+        equally often.
     percent : array, shape as ``amplitude``
-        Estimates, 0 to 100 of the participant's scale; NaN where they had dropped out.
+        Estimates, 0 to 100 of the participant's scale; NaN after they dropped out.
     scale_top : array, shape (studies, participants)
     """
 
@@ -108,7 +109,7 @@ class Ratings:
 
 
 def means(values: Array) -> Array:
-    """Return the mean over the first axis; NaN left out, and of nothing."""
+    """Return the mean over the first axis, ignoring NaN; NaN without any value."""
     if len(values) == 1:
         return np.asarray(values[0])
     there = ~np.isnan(values)
@@ -119,7 +120,7 @@ def means(values: Array) -> Array:
 def simulate_ratings(
     task: Task, *, participants: int, studies: int, population: Population, rng: np.random.Generator
 ) -> Ratings:
-    """Return simulated studies, trial by trial.
+    """Simulate studies, trial by trial.
 
     Parameters
     ----------
@@ -127,7 +128,7 @@ def simulate_ratings(
     participants, studies : int
     population : Population
     rng : Generator
-        The only source of chance.
+        The only source of random numbers.
     """
     shape = (studies, participants)
     people = _People(task, shape, population, rng)
@@ -154,7 +155,7 @@ def simulate_ratings(
 
 
 class _People:
-    """Everybody of some studies, who rate one trial after another."""
+    """All participants of some studies, who rate one trial after another."""
 
     def __init__(
         self, task: Task, shape: tuple[int, int], population: Population, rng: np.random.Generator
@@ -188,7 +189,7 @@ class _People:
         self.before = np.zeros(shape)
 
     def rate(self, which: NDArray[np.int64]) -> Array:
-        """Return everybody's estimate of one surface each, in % of their scale."""
+        """Return every participant's estimate of one surface, in % of their scale."""
         self._feel(which)
         noise = self.noise * self.rng.normal(size=self.shape)
         if self.habits.learning:
@@ -205,7 +206,7 @@ class _People:
             percent = reported(percent, self.habits, self.past, self.frame)
         if self.habits.lapses:
             percent = self._instead(percent, self.habits.lapses, self._anything())
-        # People answer in whole hundredths of their scale, so that ties and zeros occur.
+        # People answer in whole hundredths of their scale, so ties and zeros occur.
         percent = np.asarray(np.round(np.minimum(percent, 100)), np.float64)
         if self.habits.rounding:
             rounded = np.asarray(np.round(percent / ROUND_TO_PERCENT) * ROUND_TO_PERCENT)
@@ -213,7 +214,7 @@ class _People:
         return percent
 
     def _feel(self, which: NDArray[np.int64]) -> None:
-        """Add one trial to everybody's history."""
+        """Add one trial to every participant's history."""
         trials = self.past.trials
         amplitude = self.amplitudes[which]
         self.past = self.past.with_trial(self.logs[which], self.before if trials else amplitude)
@@ -237,7 +238,7 @@ class _People:
 
 
 def _tables(population: Population, amplitudes: Sequence[float]) -> Array:
-    """Return the sensation at each place of the population, a row an amplitude."""
+    """Return the sensation at each quantile of the population, one row per amplitude."""
     from scipy.special import betaincinv, ndtr  # noqa: PLC0415 - half a second
 
     places = ndtr(np.linspace(-FARTHEST, FARTHEST, PLACES))

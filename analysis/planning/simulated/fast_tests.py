@@ -1,8 +1,8 @@
-"""The report's tests of thousands of simulated studies at once, under the study's own choices.
+"""Apply the report's tests to thousands of simulated studies at once, with the study's choices.
 
-The same tests as `slipscale.analysis.statistics`, on arrays; a test compares both. Of Wilcoxon's
-test ties are ranked, and small samples take the exact distribution without ties, where the report
-permutes.
+The tests are those of `slipscale.analysis.statistics`, on arrays; a test compares the two. They
+differ for Wilcoxon's test: ties are ranked, and small samples use the exact distribution without
+ties, where the report permutes.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tables:
-    """Participants' means of simulated studies, normalised.
+    """Participants' normalised means in simulated studies.
 
     Parameters
     ----------
     amplitudes_um_pp : tuple of float
     cells, logs : array, shape (studies, participants, amplitudes)
-        Mean estimates, and mean natural logarithms; NaN where there is none.
+        Mean estimates, and mean natural logarithms; NaN if missing.
     usable : bool array, shape (studies,)
-        False where the rule of normalisation cannot be applied: `analyse` refuses such data.
+        False if the rule of normalisation cannot be applied; `analyse` rejects such data.
     """
 
     amplitudes_um_pp: tuple[float, ...]
@@ -48,7 +48,7 @@ class Tables:
     usable: NDArray[np.bool_]
 
     def first(self, participants: int) -> Tables:
-        """Return the studies as they were after so many participants."""
+        """Return the studies after the first `participants` participants."""
         return Tables(
             amplitudes_um_pp=self.amplitudes_um_pp,
             cells=self.cells[:, :participants],
@@ -57,7 +57,7 @@ class Tables:
         )
 
 
-#: Rule -> what each participant's estimates are divided by and multiplied with, from estimates
+#: Rule -> factors by which each participant's estimates are divided and multiplied, from estimates
 #: (repetitions, studies, participants, amplitudes), their means and the scales' tops.
 DIVISORS: dict[str, tuple[float, Callable[[Array, Array, Array], Array]]] = {
     "none": (1.0, lambda _estimates, _cells, tops: np.ones_like(tops)),
@@ -82,7 +82,7 @@ DIVISORS: dict[str, tuple[float, Callable[[Array, Array, Array], Array]]] = {
 
 
 def _moduli(estimates: Array) -> Array:
-    """Return each participant's geometric mean over that of all, zeros left out."""
+    """Return each participant's geometric mean relative to that of all, without zeros."""
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = means(np.where(estimates > 0, np.log(estimates), np.nan))
     own = np.nanmean(logs, axis=2)
@@ -99,7 +99,7 @@ def tables(
     rule : str
         A key of `DIVISORS`.
     zero_rule : str
-        What becomes of estimates of zero where a logarithm is taken.
+        How estimates of zero are treated before taking logarithms.
     """
     import warnings  # noqa: PLC0415
 
@@ -107,7 +107,7 @@ def tables(
     percent = ratings.by_amplitude(ratings.percent, k)
     estimates = percent / 100 * ratings.scale_top[..., None]
     with warnings.catch_warnings(), np.errstate(divide="ignore", invalid="ignore"):
-        # Somebody who dropped out before the first trial, or answers zero throughout.
+        # A participant dropped out before the first trial, or answers zero throughout.
         warnings.filterwarnings("ignore", "All-NaN|Mean of empty", RuntimeWarning)
         top, divisor = DIVISORS[rule]
         below = divisor(estimates, means(estimates), ratings.scale_top)
@@ -133,7 +133,7 @@ def tables(
 
 
 def _of_complete(values: Array, test: Callable[[Array], Array]) -> Array:
-    """Return a test's p of each study's complete participants; 1 of fewer than three."""
+    """Return a test's p for each study's complete participants; 1 for fewer than three."""
     p = np.ones(len(values))
     whole: NDArray[np.bool_] = np.array(np.isfinite(values).all(axis=2), dtype=np.bool_)
     number = whole.sum(axis=1)
@@ -155,7 +155,7 @@ def _anova(logs: Array) -> Array:
 
 
 class _Means(NamedTuple):
-    """Means over participants, NaN left out, their standard errors, and of how many."""
+    """Means over participants, ignoring NaN, with standard errors and numbers of values."""
 
     mean: Array
     error: Array
@@ -173,7 +173,7 @@ def _mean_over_participants(values: Array) -> _Means:
 
 
 def _mean_p(values: Array) -> Array:
-    """Return the t test's p of each row's mean against 0, NaN left out; 1 of fewer than three."""
+    """Return the t test's p of each row's mean against 0, ignoring NaN; 1 for fewer than three."""
     from scipy.special import stdtr  # noqa: PLC0415 - half a second
 
     mean, error, n = _mean_over_participants(values)
@@ -189,7 +189,7 @@ def _trend(found: Tables) -> Array:
 
 
 def exponents(found: Tables) -> Array:
-    """Return participants' exponents, shape (studies, participants); NaN where there is none."""
+    """Return participants' exponents, shape (studies, participants); NaN if undefined."""
     amplitudes = np.array(found.amplitudes_um_pp)
     above = amplitudes > 0
     if above.sum() < 2:  # noqa: PLR2004
@@ -213,17 +213,17 @@ def pairs(amplitudes_um_pp: Sequence[float]) -> list[tuple[float, float]]:
 
 
 def pairwise(found: Tables, primary: Primary) -> Array:
-    """Return Holm's p of every pair, shape (studies, pairs); 1 where there is none."""
+    """Return Holm's p of every pair, shape (studies, pairs); 1 if undefined."""
     values = found.cells if primary == "ranks" else found.logs
     low, high = np.transpose(list(combinations(range(len(found.amplitudes_um_pp)), 2)))
-    # A row for each study and pair.
+    # One row per study and pair.
     differences = np.swapaxes(values[..., high] - values[..., low], 1, 2)
     raw = PAIRED[primary](differences.reshape(-1, values.shape[1])).reshape(len(values), -1)
     return np.where(np.isnan(raw), 1.0, _holm(raw))
 
 
 def _signed_ranks(differences: Array) -> Array:
-    """Return Wilcoxon's p of each row; NaN of fewer than three people or no change at all."""
+    """Return Wilcoxon's p of each row; NaN for fewer than three people or no change at all."""
     p = batched.signed_rank_p(differences)
     enough = np.isfinite(differences).sum(axis=1) >= FEWEST
     changed = (np.nan_to_num(differences) != 0).any(axis=1)
@@ -242,7 +242,7 @@ PAIRED: dict[Primary, Callable[[Array], Array]] = {
 
 
 def _holm(p: Array) -> Array:
-    """Return Holm's p in each row's family; what is NaN is no member of it."""
+    """Return Holm's p within each row's family, ignoring NaN."""
     order = np.argsort(p, axis=1)  # NaN last
     left = np.isfinite(p).sum(axis=1)[:, None] - np.arange(p.shape[1])
     steps = np.take_along_axis(p, order, axis=1) * np.maximum(left, 1)
@@ -261,7 +261,7 @@ def half_widths(values: Array, confidence: float) -> Array:
     Returns
     -------
     array, shape (studies, ...)
-        NaN of fewer than three participants.
+        NaN for fewer than three participants.
     """
     from scipy.special import stdtrit  # noqa: PLC0415 - half a second
 

@@ -1,9 +1,9 @@
-"""Orders of surfaces for thousands of simulated participants, by the rules of the protocol.
+"""Draw orders of surfaces for thousands of simulated participants, by the protocol's rules.
 
 The distribution is the protocol's (`slipscale.experiments.protocols.ordering.orders`). Blocks are
-shuffled as whole arrays. Rules without such a form have a pool of the protocol's own orders: each
-simulated person, or group that shares a design, takes one of it and gives its surfaces other
-numbers by chance, which changes nothing about how likely an order is.
+shuffled as whole arrays. Rules without a vectorised form use a pool of the protocol's own orders.
+Each simulated person, or group that shares a design, takes one of them and renumbers its surfaces
+at random, which does not change the probability of any order.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     Orders = NDArray[np.int64]
 
-#: Groups of orders in a pool.
+#: Number of groups of orders in a pool.
 POOL = 500
 
 
@@ -38,19 +38,20 @@ def draw_orders(
     shape: tuple[int, int],
     rng: np.random.Generator,
 ) -> Orders:
-    """Return everybody's order, practice first: shape (studies, participants, trials).
+    """Return every participant's order, practice first: shape (studies, participants, trials).
 
     Parameters
     ----------
     rule : {"simple", "blocked", "williams"}
     surfaces, repetitions, practice : int
-        Surfaces are 0 ... surfaces - 1; each comes so often, and so often before, for practice.
+        Number of surfaces (0 ... surfaces - 1), and of presentations of each in main trials and in
+        practice before them.
     no_immediate_repeat : bool
         Whether no surface follows itself.
     shape : (int, int)
         Studies and participants.
     rng : Generator
-        The only source of chance.
+        The only source of random numbers.
     """
     apart = no_immediate_repeat and surfaces > 1
     if rule == "blocked" or (rule == "simple" and (repetitions == 1 or not apart)):
@@ -63,7 +64,7 @@ def draw_orders(
     else:
         main = [_from_pool(rule, surfaces, repetitions, apart=apart, shape=shape, rng=rng)]
     before: list[Orders] = []
-    # From the end: the practice gives way to the order that is analysed.
+    # From the end: practice is adjusted to the order that is analysed.
     for _ in range(practice):
         first = (before or main)[0][..., 0]
         kinds = np.arange(surfaces)
@@ -79,7 +80,7 @@ def _shuffled(
     after: Orders | None = None,
     before: Orders | None = None,
 ) -> Orders:
-    """Return the kinds in a random order each; drawn again where one would follow itself."""
+    """Return the kinds in random order; redrawn if one would follow itself."""
     found = rng.permuted(np.broadcast_to(kinds, (*shape, len(kinds))), axis=2)
     if after is None and before is None:
         return found
@@ -111,7 +112,7 @@ def _from_pool(
 
 @cache
 def _pool(rule: Rule, surfaces: int, repetitions: int, apart: bool) -> Orders:
-    """Return orders as the protocol draws them, shape (groups, participants, trials)."""
+    """Return orders drawn by the protocol, shape (groups, participants, trials)."""
     size = 1
     if rule == "williams":
         size = williams_group(surfaces, repetitions, no_immediate_repeat=apart)
