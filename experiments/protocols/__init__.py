@@ -1,1 +1,1 @@
-"""Protocols: plain generators of steps, one a file, found by entry point."""
+"""Protocols: plain generators of steps, one file per protocol, registered as entry points."""

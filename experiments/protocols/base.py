@@ -1,8 +1,8 @@
-"""What a protocol is made of: options, steps, columns and simulated answers.
+"""The parts of a protocol: options, steps, columns and simulated answers.
 
-A protocol is declared once, as a `Protocol`; `registry` finds it by its entry point. All its random
-numbers come from its `Context`: the same seed and labels give the same run. `building_blocks` has
-what several protocols share.
+A protocol is declared once, as a `Protocol`; `registry` finds it by its entry point. It takes all
+random numbers from its `Context`, so the same seed and labels give the same run. `building_blocks`
+contains parts that several protocols share.
 """
 
 from __future__ import annotations
@@ -31,19 +31,20 @@ if TYPE_CHECKING:
     from slipscale.stimuli.texture import Grating
 
 Kind = Literal["number", "label", "text"]
-# The rule that orders are drawn by; every journal names it (docs/decisions/random-orders.md).
+# Version of the rule that generates orders; stored in every journal
+# (docs/decisions/random-orders.md).
 ORDER_VERSION = 2
-EVERYBODY = "every participant"  # no participant's label: those have no spaces
+EVERYBODY = "every participant"  # cannot be a participant's label, which has no spaces
 
-# Strict: "3", 3.0 and true are not 3. TOML says what it means, and so does the fault.
+# Strict: "3", 3.0 and true are not accepted as 3, because TOML has types.
 Seed = Annotated[int, Field(strict=True, ge=0)]
-# A thousand of anything is more than a participant can bear; more is a slip of the finger.
+# More than a thousand of anything is too much for a participant, so it must be a typing error.
 Count = Annotated[int, Field(strict=True, ge=0, le=1000)]
 AtLeastOne = Annotated[int, Field(strict=True, ge=1, le=1000)]
 Switch = Annotated[bool, Field(strict=True)]
 Seconds = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
-# abs: TOML knows -0.0, and nobody means it.
+# abs: replaces TOML's -0.0.
 Amplitude = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False), AfterValidator(abs)]
 Words = Annotated[str, Field(strict=True, min_length=1)]
 Label = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
@@ -52,7 +53,7 @@ EntityLabel = Annotated[str, Field(strict=True, pattern="^[A-Za-z0-9]+$")]
 
 
 class Options(BaseModel):
-    """What a study may set for a protocol; unknown keys are faults."""
+    """The options of a protocol that a study can set; unknown keys are faults."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -66,7 +67,7 @@ class Options(BaseModel):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Context:
-    """What a protocol knows of its run.
+    """What a protocol knows about its run.
 
     Parameters
     ----------
@@ -77,17 +78,17 @@ class Context:
     row : int
         The participant's place in the counterbalancing: 0, 1, ...
     visit : int
-        Which of the participant's runs it is, as the study plans them: 0, 1, ...
+        Index of the run among the participant's planned runs: 0, 1, ...
     advance : bool
         Whether each visit takes the next place in the counterbalancing.
     session, run : str
-        The run's labels: each has orders of its own.
+        The run's labels. Each run has its own orders.
     levels : tuple of float
-        The study's surfaces, in its quantity.
+        The levels of the study's plain surfaces, in its quantity.
     quantity : Quantity
-        What every level is in: messages name keys and units by it.
+        The quantity of all levels; messages use its keys and units.
     texts : Mapping
-        What the participant reads, by key.
+        The texts that the participant reads, by key.
     textures : tuple of Grating
         The study's textures.
     task : str
@@ -109,24 +110,24 @@ class Context:
 
     @property
     def surfaces(self) -> tuple[Surface, ...]:
-        """All there is to present: the plain surfaces, then the textures."""
+        """All surfaces of the study: the plain surfaces, then the textures."""
         return (*(self.surface(amplitude) for amplitude in self.levels), *self.textures)
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return random numbers of this run's own for one purpose."""
+        """Return this run's random numbers for one purpose."""
         return Stream(self.seed, self.participant, self.session, self.run, *purpose)
 
     def shared_stream(self, *purpose: str | int) -> Stream:
-        """Return random numbers that all participants have in common for one purpose."""
+        """Return random numbers for one purpose that are the same for all participants."""
         return Stream(self.seed, EVERYBODY, *purpose)
 
     @property
     def place(self) -> Place:
-        """Where the run stands in the counterbalancing."""
+        """The run's place in the counterbalancing."""
         return Place(row=self.row, visit=self.visit, advance=self.advance)
 
     def surface(self, level: float) -> VirtualSurface:
-        """Return the surface of an amplitude, with a label that does not tell it."""
+        """Return the surface of an amplitude, with a label that does not reveal it."""
         known = self.levels
         label = f"S{known.index(level) + 1}" if level in known else "S0"
         return VirtualSurface(level=level, label=label)
@@ -134,7 +135,7 @@ class Context:
 
 @dataclass(slots=True, kw_only=True)
 class IntervalRecord:
-    """An interval of a trial as the journal tells it."""
+    """An interval of a trial, as recorded in the journal."""
 
     surface: Surface
     readback_level: float | None = None
@@ -144,10 +145,11 @@ class IntervalRecord:
 
 @dataclass(slots=True, kw_only=True)
 class TrialRecord:
-    """A trial as the journal tells it, gathered for one row of the data set.
+    """A trial as recorded in the journal, for one row of the data set.
 
-    ``surface`` and what follows it are those of a trial without intervals; ``intervals`` are those
-    of one that has some, by their number.
+    In a trial without intervals, ``surface``, ``readback_level``, ``onset_s`` and
+    ``exploration_time_s`` describe its surface. In a trial with intervals, ``intervals`` contains
+    these by number.
     """
 
     trial: Trial
@@ -164,7 +166,7 @@ class TrialRecord:
     measured: Mapping[str, float | None] = field(default_factory=dict)
 
     def answer(self, name: str) -> Value:
-        """Return the value of an answer, None where it was not given."""
+        """Return the value of an answer; None if it was not given."""
         value: Value = self.answers.get(name, {}).get("value")
         return value
 
@@ -178,13 +180,13 @@ class Column:
     value : callable
         Returns the column's value for a trial; None is written as missing.
     kind : {"number", "label", "text"}
-        What its cells hold: a number, one of few words (or a name), or free text.
+        Type of the cells: a number, one of a few words (or a name), or free text.
     description : str
-        For people who read the data set.
+        For readers of the data set.
     units : str
-        The unit as BIDS writes it; empty for a number without one.
+        The unit in BIDS notation; empty for a number without one.
     levels : Mapping
-        All labels that can occur and their meanings; empty where they are not known beforehand.
+        All possible labels and their meanings; empty if they are not known in advance.
     """
 
     value: Callable[[TrialRecord], Value]
@@ -196,73 +198,76 @@ class Column:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Protocol:
-    """A way to question a participant about surfaces.
+    """A method of asking a participant about surfaces.
 
-    `slipscale.experiments.dataset.schema.columns` makes the data set's table of it: the columns
-    that every task has, and the protocol's own in the three places that are named here.
+    `slipscale.experiments.dataset.schema.columns` creates the data set's table from it. The table
+    has the columns common to all tasks, and the protocol's own in the three places defined here.
 
     Parameters
     ----------
     task : str
         The BIDS task label: letters and digits only.
     title, description : str
-        For people who read the data set.
+        For readers of the data set.
     options : type of Options
-        What a study may set.
+        The options that a study can set.
     trials : callable
-        How many trials a run is expected to have, practice included, from the options and the
+        Returns the expected number of trials in a run, practice included, from the options and the
         context.
     most_trials : callable, optional
-        The most there can be if none is repeated, likewise; left out: as many as are expected.
+        Returns the largest number of trials if none is repeated, from the same arguments. The
+        default is ``trials``.
     steps : callable
         The generator of steps, from the options and the context.
     answer : str
-        The column of the trial's main answer: its response time is the row's.
+        The column of the trial's main answer, which defines the row's response time.
     instructions : str
         The key of the text that instructs the participant (quoted in the data set).
     simulated : Mapping
-        For the name of each question, who answers it in a pilot (`slipscale.experiments.protocols.
-        simulation`). A pilot of a protocol that lacks one is refused.
+        For the name of each question, the function that answers it in a pilot
+        (`slipscale.experiments.protocols.simulated_answers`). If one is missing, pilots are
+        refused.
     texts : Mapping
-        The protocol's own texts: for each language a mapping from key to text. Keys begin with
-        the protocol's name and a dot. Shipped protocols have theirs in
+        The protocol's texts: for each language a mapping from key to text. Keys begin with the
+        protocol's name and a dot. The texts of shipped protocols are in
         `slipscale.experiments.languages`.
     design : Mapping
-        Own columns after the trial's number: where the trial stands (block, series, ...).
+        Columns after the trial's number: the trial's place (block, series, ...).
     stimulus : Mapping
-        Own columns before the amplitude: what else was presented (texture, surface before, ...).
+        Columns before the amplitude: other properties of the stimulus (texture, surface before,
+        ...).
     response : Mapping
-        Own columns after the amplitude read back: every answer that is asked for, by the name of
-        its question, and what is needed to read it.
+        Columns after the readback: every answer, by the name of its question, and values needed
+        to interpret it.
     intervals : callable, optional
-        How many intervals a trial has, from the options: each has columns of its own, in place
-        of the one surface's. Left out: a trial presents one surface.
+        Returns the number of intervals per trial, from the options. Each interval has its own
+        columns, which replace those of a single surface. By default a trial presents one surface.
     amplitudes : tuple of str
-        The options that hold an amplitude of the protocol's own: the plate must be able to make
-        it. Every option whose name ends in ``_level`` or ``_levels`` is one.
+        The options that contain an amplitude, which the plate must be able to produce. These are
+        all options with names that end in ``_level`` or ``_levels``.
     possible_levels : callable, optional
-        Every amplitude (or the least and the largest) that could be presented, whatever is
-        answered, µm peak to peak, from the options and the context. Left out: those that a
-        rehearsal comes across.
+        Returns every amplitude (or the smallest and the largest) that could be presented for any
+        answers, µm peak to peak, from the options and the context. By default, the amplitudes that
+        occur in a rehearsal.
     finest_level : callable, optional
-        The smallest difference of amplitudes that matters to the task, and the amplitude at which
-        it occurs, µm peak to peak, from the options and the context: the plate must hold an
-        amplitude better than that.
+        Returns the smallest difference of amplitudes that matters to the task, and the amplitude
+        at which it occurs, µm peak to peak, from the options and the context. The plate must hold
+        an amplitude better than that.
     check : callable, optional
-        Raises `UserError` where options and context do not fit together.
+        Raises `UserError` if options and context are incompatible.
     textures : bool
-        Whether it presents the study's textures; then ``texture`` is one of its columns, unless
-        its trials have intervals.
+        Whether the protocol presents the study's textures. If so, ``texture`` is one of its
+        columns, unless its trials have intervals.
     interval_columns : int
-        For how many intervals the table has columns; `for_task` sets it.
+        Number of intervals for which the table has columns; set by `for_task`.
     package : str
-        The package that brings it, empty for Slipscale's own;
-        `registry.load_protocol` sets it.
+        The package that provides the protocol, empty for Slipscale; set by
+        `registry.load_protocol`.
 
     Raises
     ------
     UserError
-        What is declared contradicts itself.
+        If the declaration contradicts itself.
     """
 
     task: str
@@ -308,30 +313,31 @@ class Protocol:
 
     @property
     def named(self) -> str:
-        """What sentences call it: its task, and the package that brings it."""
+        """Its name in messages: its task, and the package that provides it."""
         return f"protocol '{self.task}'" + (
             f" of the package {self.package}" if self.package else ""
         )
 
     def for_task(self, options: Options) -> Protocol:
-        """Return the protocol as a task of a study has it: under its label, with its intervals."""
+        """Return the protocol with the label and the number of intervals of a study's task."""
         shown = self.intervals(options) if self.intervals else 0
         return replace(self, task=options.label or self.task, interval_columns=shown)
 
     def most(self, options: Options, context: Context) -> int:
-        """Return the most trials that a run can have if none is repeated."""
+        """Return the largest number of trials in a run if none is repeated."""
         return (self.most_trials or self.trials)(options, context)
 
 
 def protocol_texts(protocol: Protocol, language: str) -> Mapping[str, str]:
-    """Return the texts that a protocol brings in a language: none for a shipped one.
+    """Return the texts that a protocol provides in a language: none for a shipped protocol.
 
-    For a language of the study's own, which has texts in place of them, any language's will do.
+    For a language that the study adds, texts in English or in any other language are returned; the
+    study replaces them.
 
     Raises
     ------
     UserError
-        It brings texts, but none in that language, a shipped one.
+        If the language is shipped, and the protocol has texts, but none in it.
     """
     if protocol.texts and language not in (*protocol.texts, *languages()):
         return protocol.texts.get(ENGLISH) or next(iter(protocol.texts.values()))

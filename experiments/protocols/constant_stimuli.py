@@ -1,7 +1,8 @@
-"""Constant stimuli: a standard is compared with each of some fixed amplitudes, equally often.
+"""Constant stimuli: a standard is compared with each of several fixed amplitudes, equally often.
 
-By forced choice (which of two intervals was more slippery; each comparison stands first as often
-as second), or by yes and no (was the second, always the comparison, more slippery than the first?).
+In the forced-choice form, the participant chooses the more slippery of two intervals; each
+comparison comes first and second equally often. In the yes-no form, the comparison always comes
+second, and the participant answers whether it was more slippery than the first.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ FIRST, SECOND = 1, 2
 
 
 class ConstantStimuli(ComparingOptions):
-    """What a study may set for constant stimuli."""
+    """Options for constant stimuli."""
 
     standard_level: Amplitude = Field(default=1.2, description="Amplitude of the standard.")
     comparison_levels: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = Field(
@@ -57,12 +58,12 @@ class ConstantStimuli(ComparingOptions):
         return self.comparison_levels or context.levels
 
     def furthest_level(self, context: Context) -> float:
-        """Return the comparison that is easiest to tell from the standard, µm peak to peak."""
+        """Return the comparison that differs most from the standard, µm peak to peak."""
         return max(self.comparisons(context), key=lambda each: abs(each - self.standard_level))
 
 
 def check(options: ConstantStimuli, context: Context) -> None:
-    """Raise `UserError` where the comparisons are not all different."""
+    """Raise `UserError` if comparisons are repeated, or none differs from the standard."""
     comparisons, key = options.comparisons(context), context.quantity.named("comparison_levels")
     if len(set(comparisons)) < len(comparisons):
         raise UserError(f"{key}: expected them to be all different")
@@ -71,7 +72,7 @@ def check(options: ConstantStimuli, context: Context) -> None:
 
 
 def possible_levels(options: ConstantStimuli, context: Context) -> tuple[float, ...]:
-    """Return the standard and all that is compared with it."""
+    """Return the amplitudes of the standard and of all comparisons."""
     return options.standard_level, *options.comparisons(context)
 
 
@@ -84,7 +85,7 @@ def finest_level(options: ConstantStimuli, context: Context) -> tuple[float, flo
 
 
 def trials(options: ConstantStimuli, context: Context) -> int:
-    """Return how many trials a run has, practice and catch trials included."""
+    """Return the number of trials in a run, practice and catch trials included."""
     main = options.repetitions * len(options.comparisons(context))
     return options.practice + options.catch_trials + main
 
@@ -105,7 +106,7 @@ def steps(options: ConstantStimuli, context: Context) -> Steps:
     def easy(phase: Phase, comparison: float) -> Shown:
         return _shown(options, context, phase, comparison, 1 + places.below(2), catch=True)
 
-    # In yes-no the standard with itself: whoever finds it more slippery says so out of habit.
+    # In yes-no, the standard is compared with itself: "yes" then shows a bias.
     caught = options.standard_level if options.question == "yes_no" else furthest
     run = Comparing(
         options,
@@ -123,10 +124,10 @@ def steps(options: ConstantStimuli, context: Context) -> Steps:
 
 
 def _main(options: ConstantStimuli, context: Context) -> list[Shown]:
-    """Return the main trials: each repetition has all comparisons, shuffled on its own."""
+    """Return the main trials: each repetition has all comparisons in its own random order."""
     comparisons = options.comparisons(context)
     stream = context.stream(context.task, "main")
-    begins = [stream.below(2) for _ in comparisons]  # a comparison's place in odd repetitions
+    begins = [stream.below(2) for _ in comparisons]  # alternates with each repetition
     return [
         _shown(options, context, "main", comparisons[each], 1 + (begins[each] + repetition) % 2)
         for repetition in range(options.repetitions)
@@ -143,7 +144,7 @@ def _shown(
     *,
     catch: bool = False,
 ) -> Shown:
-    """Return a trial; with yes and no the comparison always comes second."""
+    """Return a trial. In the yes-no form the comparison always comes second."""
     place = SECOND if options.question == "yes_no" else place
     pair = [context.surface(options.standard_level), context.surface(comparison_level)]
     return Shown(
@@ -159,7 +160,7 @@ def _shown(
 
 
 def _response(record: TrialRecord) -> str | None:
-    """Return the answer as given: the number of the interval, yes, or no."""
+    """Return the answer as given: the interval's number, yes, or no."""
     answer = record.answer("response")
     if isinstance(answer, bool):
         return "yes" if answer else "no"
@@ -175,7 +176,7 @@ def _comparison_more(record: TrialRecord) -> str | None:
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> Value:
-    """Answer either question by what seemed more slippery."""
+    """Answer either question according to which surface seemed more slippery."""
     if isinstance(step.question, YesNoQuestion):
         return person.pick(person.impressions) == 1
     return compared(step, person)

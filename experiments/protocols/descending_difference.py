@@ -1,9 +1,9 @@
 """The descending-difference protocol (Biet 2007, Section IV-B, first experiment).
 
-The amplitude steps down; after each step the participant says whether they feel a difference
-and, if so, what has been removed. In a catch step nothing changes: without such steps "yes"
-cannot be told from a habit of saying yes. A study's textures are no part of it: they do not
-stand on the ladder of amplitudes that is stepped down.
+The amplitude steps down. After each step the participant reports whether they feel a difference
+and, if so, what has been removed. In a catch step nothing changes: without catch steps, "yes"
+cannot be distinguished from a response bias. A study's textures are not presented, because they
+have no place in the descending order of amplitudes.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ TASK = "descendingdifference"
 
 
 class DescendingDifference(PacedOptions):
-    """What a study may set for the descending-difference protocol, its pace apart."""
+    """Options for the descending-difference protocol, in addition to its pace."""
 
     series: AtLeastOne = Field(
         default=1,
@@ -84,7 +84,7 @@ def descent(options: DescendingDifference, context: Context) -> list[float]:
 
 
 def trials(options: DescendingDifference, context: Context) -> int:
-    """Return how many steps a run has, catch steps included."""
+    """Return the number of steps in a run, catch steps included."""
     return options.series * (len(descent(options, context)) - 1 + options.catch_steps)
 
 
@@ -102,7 +102,7 @@ def steps(options: DescendingDifference, context: Context) -> Steps:
 
 
 class _Step(NamedTuple):
-    """What makes a trial: where it stands in which series, and the amplitudes, µm p-p."""
+    """The definition of a trial: its series, its step, and the amplitudes, µm peak to peak."""
 
     series: int
     step: int
@@ -111,7 +111,7 @@ class _Step(NamedTuple):
 
 
 class _Run(Repeating[_Step]):
-    """The steps of a run, counted."""
+    """The numbered steps of a run."""
 
     def __init__(self, options: DescendingDifference, context: Context) -> None:
         super().__init__(trials(options, context))
@@ -119,11 +119,11 @@ class _Run(Repeating[_Step]):
         self.context = context
 
     def explore(self, text: str, trial: Trial | None = None) -> Explore:
-        """Return the exploration of the surface that is on the plate."""
+        """Return the exploration of the current surface."""
         return self.options.explore(self.context.texts[f"descending_difference.{text}"], trial)
 
     def rest(self) -> Rest:
-        """Return the break screen for now."""
+        """Return the break screen with the current progress."""
         text = self.context.texts["session.rest"]
         return self.options.rest(text, done=self.number, total=self.total)
 
@@ -132,7 +132,7 @@ class _Run(Repeating[_Step]):
         return part_over(self.context.texts)
 
     def series(self, series: int) -> Steps:
-        """Yield one descent."""
+        """Yield one series of descending steps."""
         falling = with_catch_steps(
             descent(self.options, self.context),
             self.options.catch_steps,
@@ -145,13 +145,13 @@ class _Run(Repeating[_Step]):
         )
 
     def finish(self) -> Steps:
-        """Yield the silence that is not between the steps."""
+        """Yield the silence at the end; the plate is not silenced between steps."""
         yield Silence()
 
     def trial(
         self, condition: _Step, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one step; return the numbers of the trials voided meanwhile."""
+        """Yield one step; return the numbers of the trials voided in the meantime."""
         trial = Trial(
             task=self.context.task,
             number=number,
@@ -159,7 +159,7 @@ class _Run(Repeating[_Step]):
             factors={"series": condition.series, "step": condition.step},
             repeats=repeats,
         )
-        # The surface before is felt already, unless a fault, a pause or a void came between.
+        # Already felt, unless a fault, a pause or a void came between.
         lead_in = (Present(surface=self.context.surface(condition.before)), self.explore("start"))
         yield Present(surface=self.context.surface(condition.after), trial=trial, lead_in=lead_in)
         yield self.explore("explore", trial)

@@ -1,7 +1,7 @@
-"""Detection threshold by forced choice: the smallest vibration that is felt at all.
+"""Detection threshold by forced choice: the smallest vibration that can be felt.
 
-In each trial one of two or three intervals holds a plate that vibrates, in the others it is at
-rest; the participant says in which one the surface was slipperiest. A rule chooses the amplitudes.
+In each trial the plate vibrates in one of two or three intervals and is at rest in the others. The
+participant chooses the most slippery interval. A rule selects the amplitudes.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ REST_UM_PP = 0.0
 
 
 class DetectionThreshold(ForcedChoiceOptions):
-    """What a study may set for a detection threshold; a level is the amplitude itself."""
+    """Options for a detection threshold; a level is the amplitude itself."""
 
 
 def check(options: DetectionThreshold, context: Context) -> None:
-    """Raise `UserError` where the options contradict each other."""
+    """Raise `UserError` if the options contradict each other."""
     options.begin(options.guess, context.stream)
 
 
 def possible_levels(options: DetectionThreshold, _context: Context) -> tuple[float, ...]:
-    """Return the plate at rest, and the lowest and the highest amplitude."""
+    """Return the amplitude of the plate at rest, and the lowest and the highest amplitude."""
     return REST_UM_PP, options.lowest_level, options.highest_level
 
 
 def finest_level(options: DetectionThreshold, _context: Context) -> tuple[float, float]:
-    """Return the lowest amplitude, which is also the one at which it has to be held."""
+    """Return the lowest amplitude, both as difference and as the amplitude to be held."""
     return options.lowest_level, options.lowest_level
 
 

@@ -1,7 +1,8 @@
-"""Difference threshold by forced choice: how small a change of amplitude is still felt.
+"""Difference threshold by forced choice: the smallest change of amplitude that can be felt.
 
-In each trial one of two or three intervals holds a surface that is a *level* above (or below) the
-standard; the participant says which one was more (or less) slippery. A rule chooses the levels.
+In each trial, the surface in one of two or three intervals is a *level* above (or below) the
+standard. The participant chooses the one that was more (or less) slippery. A rule selects the
+levels.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ SIGNS = {"more": 1, "less": -1}
 
 
 class DifferenceThreshold(ForcedChoiceOptions):
-    """What a study may set for a difference threshold."""
+    """Options for a difference threshold."""
 
     standard_level: Amplitude = Field(
         default=1.2, description="Amplitude of the standard, with which the others are compared."
@@ -44,12 +45,12 @@ class DifferenceThreshold(ForcedChoiceOptions):
     )
 
     def compared_level(self, level: float) -> float:
-        """Return the amplitude of the surface to be found, µm peak to peak."""
+        """Return the amplitude of the target surface, µm peak to peak."""
         return rounded(self.standard_level + SIGNS[self.comparison] * level)
 
 
 def check(options: DifferenceThreshold, context: Context) -> None:
-    """Raise `UserError` where the options contradict each other."""
+    """Raise `UserError` if the options contradict each other."""
     options.begin(options.guess, context.stream)
     q = context.quantity
     if options.compared_level(options.highest_level) < 0:
@@ -60,19 +61,19 @@ def check(options: DifferenceThreshold, context: Context) -> None:
 
 
 def possible_levels(options: DifferenceThreshold, _context: Context) -> tuple[float, ...]:
-    """Return the standard, and the nearest and the furthest surface to be found."""
+    """Return the amplitudes of the standard, and of the nearest and the furthest target."""
     levels = (0.0, options.lowest_level, options.highest_level)
     return tuple(options.compared_level(level) for level in levels)
 
 
 def finest_level(options: DifferenceThreshold, _context: Context) -> tuple[float, float]:
-    """Return the lowest level, and the larger of the two amplitudes that it is between."""
+    """Return the lowest level, and the larger of the two amplitudes that differ by it."""
     nearest = options.compared_level(options.lowest_level)
     return options.lowest_level, max(nearest, options.standard_level)
 
 
 def _standard(record: TrialRecord) -> float | None:
-    """Return the amplitude of the first interval that did not hold what was to be found."""
+    """Return the amplitude of the first interval that did not contain the target."""
     target = record.trial.factors["target_interval"]
     others = (each for number, each in sorted(record.intervals.items()) if number != target)
     return next((each.surface.level for each in others), None)

@@ -1,8 +1,8 @@
 """Magnitude estimation of slipperiness (Biet 2007, Section IV-B, second experiment).
 
-The surfaces, textures among them, come in random order; after exploring each, the participant
-types how slippery it is. A trial that the operator voids, or (where the study says so) that times
-out, is repeated at the end of its block under a number of its own.
+The surfaces, including textures, are presented in random order. After exploring each, the
+participant types a number for its slipperiness. A trial that the operator voids is repeated at the
+end of its block under a new number, and so is a trial that times out if the study requests it.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ TASK = "magnitudeestimation"
 
 
 class MagnitudeEstimation(RatedOptions):
-    """What a study may set for magnitude estimation, its order and pace apart.
+    """Options for magnitude estimation, in addition to its order and pace.
 
-    At the longest exploration the surface goes silent.
+    After the longest exploration the surface is silenced.
     """
 
     scale_top: Literal["none", "declared"] = Field(
@@ -73,7 +73,7 @@ class MagnitudeEstimation(RatedOptions):
 
 
 def trials(options: MagnitudeEstimation, context: Context) -> int:
-    """Return how many trials a run has, practice included."""
+    """Return the number of trials in a run, practice included."""
     return len(context.surfaces) * (options.practice + options.repetitions)
 
 
@@ -97,19 +97,19 @@ def steps(options: MagnitudeEstimation, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """The trials of a run, counted."""
+    """The numbered trials of a run."""
 
     def __init__(self, options: MagnitudeEstimation, context: Context) -> None:
         super().__init__(options, context, surface_blocks(context.surfaces, options, context))
         self.options = options
 
     def start(self) -> Steps:
-        """Yield the standard before some trials, if there is one."""
+        """Yield the standard before a block's trials, if there is one."""
         if self.options.standard_level is not None:
             yield from self.standard(self.options.standard_level)
 
     def standard(self, level: float) -> Steps:
-        """Yield the standard, to be felt with the number that it is given."""
+        """Yield the standard with its number."""
         text = self.context.texts["magnitude_estimation.standard"]
         yield Present(surface=self.context.surface(level))
         yield Explore(text=text.format(modulus=f"{self.options.modulus:g}"))

@@ -1,8 +1,9 @@
-"""Magnitude production: the participant turns the plate until it is as slippery as a number says.
+"""Magnitude production: the participant adjusts the plate to be as slippery as a given number.
 
-The counterpart of magnitude estimation: there the surface is given and the number is the answer,
-here the number is given. People shorten the range of what they control (Stevens and Greenbaum 1966,
-Percept. Psychophys. 1, 439-446), so the two exponents differ, and the truth lies between them.
+This is the counterpart of magnitude estimation, in which the surface is given and the number is
+the answer. People shorten the range of the variable that they control (Stevens and Greenbaum 1966,
+Percept. Psychophys. 1, 439-446). The two exponents therefore differ, and the true one is between
+them.
 """
 
 from __future__ import annotations
@@ -47,12 +48,12 @@ if TYPE_CHECKING:
 
 Began = Literal["low", "high"]
 BEGAN: tuple[Began, ...] = ("low", "high")
-#: The plate begins anywhere in the lowest or in the highest part of what it can be turned to.
+#: Part of the plate's range, at its lower or upper end, in which the start level is drawn.
 START_SHARE = 0.25
 
 
 class MagnitudeProduction(StandardOptions):
-    """What a study may set for magnitude production."""
+    """Options for magnitude production."""
 
     numbers: Annotated[tuple[Positive, ...], Field(min_length=2)] = Field(
         description="Numbers that the participant is shown, all different; the standard is the "
@@ -91,7 +92,7 @@ class MagnitudeProduction(StandardOptions):
 
 
 def check(options: MagnitudeProduction, context: Context) -> None:
-    """Raise `UserError` where the standard is none of what the plate can be turned to."""
+    """Raise `UserError` if the standard is not inside the plate's range or steps are too large."""
     low, high, q = options.lowest_level, options.highest_level, context.quantity
     if not low < options.standard_level < high:
         raise UserError(
@@ -107,12 +108,12 @@ def check(options: MagnitudeProduction, context: Context) -> None:
 
 
 def possible_levels(options: MagnitudeProduction, _context: Context) -> tuple[float, ...]:
-    """Return the standard, and how far the plate can be turned."""
+    """Return the ends of the plate's range, and the standard."""
     return options.lowest_level, options.highest_level, options.standard_level
 
 
 def trials(options: MagnitudeProduction, _context: Context) -> int:
-    """Return how many trials a run has, practice included."""
+    """Return the number of trials in a run, practice included."""
     rounds = options.practice + options.repetitions
     return len(options.numbers) * len(BEGAN) * rounds + options.catch_trials
 
@@ -133,7 +134,7 @@ def steps(options: MagnitudeProduction, context: Context) -> Steps:
 
 
 class _Run(AgainstStandard):
-    """The trials of a run, counted."""
+    """The numbered trials of a run."""
 
     def __init__(self, options: MagnitudeProduction, context: Context) -> None:
         self.options = options
@@ -168,7 +169,7 @@ class _Run(AgainstStandard):
     def _production(
         self, context: Context, number: float, began: Began
     ) -> tuple[VirtualSurface, dict[str, Value]]:
-        """Return the surface that a trial begins with, and the trial's columns."""
+        """Return the surface at which a trial begins, and the trial's columns."""
         low, high = self.options.lowest_level, self.options.highest_level
         away = START_SHARE * (high - low) * self._starts.uniform()
         start = rounded(low + away if began == "low" else high - away)

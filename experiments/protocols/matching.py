@@ -1,8 +1,8 @@
-"""Matching: the participant turns the plate until it feels like a reference felt before.
+"""Matching: the participant adjusts the plate until it feels like a reference felt before.
 
-The plate begins above or below the reference, equally often: where settings from above and below
-differ, that is the participant's hysteresis; their mean is the point of equality. A catch trial
-begins at the reference itself.
+The plate begins above or below the reference, equally often. The difference between settings from
+above and below is the participant's hysteresis; their mean is the point of subjective equality. A
+catch trial begins at the reference itself.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ if TYPE_CHECKING:
 REFERENCE, TURNED = 1, 2
 Direction = Literal["ascending", "descending", "equal"]
 DIRECTIONS: tuple[Direction, ...] = ("ascending", "descending")
-EQUAL: Direction = "equal"  # where a catch trial begins
+EQUAL: Direction = "equal"  # a catch trial
 
 
 class Matching(RestedOptions):
-    """What a study may set for matching."""
+    """Options for matching."""
 
     reference_levels: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = Field(
         default=None, description="Amplitudes to be matched; left out: the study's."
@@ -103,7 +103,7 @@ class Matching(RestedOptions):
 
 
 def check(options: Matching, context: Context) -> None:
-    """Raise `UserError` where a reference cannot be matched from both sides."""
+    """Raise `UserError` if a reference cannot be matched from both sides."""
     q = context.quantity
     if options.furthest_start_level < options.nearest_start_level:
         raise UserError(
@@ -124,18 +124,18 @@ def check(options: Matching, context: Context) -> None:
 
 
 def possible_levels(options: Matching, context: Context) -> tuple[float, ...]:
-    """Return the references, and how far the plate can be turned."""
+    """Return the ends of the plate's range, and the references."""
     return options.lowest_level, options.highest_level, *options.references(context)
 
 
 def trials(options: Matching, context: Context) -> int:
-    """Return how many trials a run has, practice included."""
+    """Return the number of trials in a run, practice included."""
     main = len(DIRECTIONS) * options.repetitions * len(options.references(context))
     return options.practice + options.catch_trials + main
 
 
 class _Match(NamedTuple):
-    """What makes a trial: its reference, from where, and the amplitude to begin at, µm p-p."""
+    """The definition of a trial: its reference, direction and start, µm peak to peak."""
 
     phase: Phase
     reference: float
@@ -164,7 +164,7 @@ def steps(options: Matching, context: Context) -> Steps:
 
 
 class _Run(IntervalTask[_Match]):
-    """The trials of a run, counted."""
+    """The numbered trials of a run."""
 
     def __init__(self, options: Matching, context: Context) -> None:
         super().__init__(trials(options, context), options, context)
@@ -172,7 +172,7 @@ class _Run(IntervalTask[_Match]):
         self._starts = context.stream(context.task, "starts")
 
     def match(self, phase: Phase, reference: float, direction: Direction) -> _Match:
-        """Return a trial, with a start of its own."""
+        """Return a trial with its own random start."""
         options = self.options
         span = options.furthest_start_level - options.nearest_start_level
         if direction == EQUAL:
@@ -182,7 +182,7 @@ class _Run(IntervalTask[_Match]):
         return _Match(phase, reference, direction, start)
 
     def among_catch_trials(self, planned: Sequence[_Match]) -> list[_Match]:
-        """Return the plan with catch trials at any places among it, each choice as likely."""
+        """Return the plan with catch trials at random places; all placements are equally likely."""
         options, context = self.options, self.context
         stream = context.stream(context.task, "catch")
         references = options.references(context)

@@ -1,8 +1,8 @@
-"""A laboratory's own protocol: what its code raises, or returns wrongly, is told in a sentence.
+"""Protocols of other packages: report their exceptions and wrong return values as messages.
 
-Slipscale's own protocols are tested with it; another package's code may fail in the middle of a
-session. Each function of such a protocol is called by way of this file, so that the sentence
-names the package and the line.
+Slipscale's own protocols are covered by its tests, but another package's code may fail in the
+middle of a session. Each function of such a protocol is called through this module, so that the
+message contains the package and the line.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 STEPS = get_args(Step)
 CELL = (str, int, float, bool, type(None))
-OVER = object()  # there is no further step
+OVER = object()  # marks the end of the steps
 
 
 def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
-    """Return a protocol of another package, with all of its functions watched."""
+    """Return another package's protocol with all its functions watched."""
     named = protocol.named
 
     def watched(function: Callable[..., Any], what: str) -> Callable[..., Any]:
@@ -55,7 +55,7 @@ def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
         if getattr(protocol, name) is not None
     }
     if (possible := protocol.possible_levels) is not None:
-        # As a tuple: what a generator raises is raised here.
+        # As a tuple, so that a generator's exceptions are raised here.
         optional["possible_levels"] = watched(
             lambda *told: tuple(possible(*told)), "possible_levels"
         )

@@ -1,8 +1,9 @@
-"""Paired comparison: every surface with every other, which one is more slippery.
+"""Paired comparison: every surface is compared with every other; one is the more slippery.
 
-With ``triads``, three surfaces in rising or falling order, and which of the two steps between them
-is larger: judgements for a scale of differences (Maloney and Yang 2003, J. Vis. 3(8):5). The
-study's textures are among the surfaces of pairs; triads need an order, and have none.
+With ``triads``, three surfaces are presented in rising or falling order, and the participant
+judges which of the two steps between them is larger. These judgements give a difference scale
+(Maloney and Yang 2003, J. Vis. 3(8):5). Pairs include the study's textures. Triads do not, because
+textures have no order.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ SIZE = {"pairs": 2, "triads": 3}
 
 
 class PairedComparison(ComparingOptions):
-    """What a study may set for paired comparison."""
+    """Options for paired comparison."""
 
     form: Literal["pairs", "triads"] = Field(
         default="pairs",
@@ -52,20 +53,20 @@ class PairedComparison(ComparingOptions):
 
 
 def compared_surfaces(options: PairedComparison, context: Context) -> tuple[Surface, ...]:
-    """Return what is compared: plain surfaces in rising order, then, of pairs, the textures."""
+    """Return the surfaces to compare: plain ones in rising order; for pairs, then the textures."""
     plain = tuple(context.surface(each) for each in sorted(context.levels))
     return plain if options.form == "triads" else (*plain, *context.textures)
 
 
 def check(options: PairedComparison, context: Context) -> None:
-    """Raise `UserError` where there are not enough surfaces."""
+    """Raise `UserError` if there are not enough surfaces."""
     size, there = SIZE[options.form], len(compared_surfaces(options, context))
     if there < size:
         raise UserError(f"form = '{options.form}' compares {size} surfaces, the study has {there}")
 
 
 def trials(options: PairedComparison, context: Context) -> int:
-    """Return how many trials a run has, practice and catch trials included."""
+    """Return the number of trials in a run, practice and catch trials included."""
     surfaces = compared_surfaces(options, context)
     groups = len(list(combinations(surfaces, SIZE[options.form])))
     return options.practice + options.catch_trials + options.repetitions * groups
@@ -94,10 +95,10 @@ def steps(options: PairedComparison, context: Context) -> Steps:
 
 
 def _main(options: PairedComparison, context: Context) -> list[Shown]:
-    """Return the main trials: each repetition has all groups, shuffled on its own."""
+    """Return the main trials: each repetition has all groups in its own random order."""
     groups = list(combinations(compared_surfaces(options, context), SIZE[options.form]))
     stream = context.stream(context.task, "main")
-    begins = [stream.below(2) for _ in groups]  # which way round in odd repetitions
+    begins = [stream.below(2) for _ in groups]  # alternates with each repetition
     return [
         Shown(
             "main",
@@ -110,7 +111,7 @@ def _main(options: PairedComparison, context: Context) -> list[Shown]:
 
 
 def _easy(options: PairedComparison, context: Context, phase: Phase, count: int) -> list[Shown]:
-    """Return trials that nobody gets wrong who feels anything: the two ends of the range."""
+    """Return trivially easy trials with the two ends of the range."""
     surfaces = compared_surfaces(options, context)
     plain = [each for each in surfaces if not isinstance(each, Grating)] or list(surfaces)
     low, high = plain[0], plain[-1]
@@ -121,7 +122,7 @@ def _easy(options: PairedComparison, context: Context, phase: Phase, count: int)
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> float:
-    """Answer by what seemed more slippery, or by the larger of two steps."""
+    """Choose the surface that seemed more slippery, or the larger of two steps."""
     seemed = person.impressions
     if len(seemed) == SIZE["pairs"]:
         return compared(step, person)

@@ -1,8 +1,8 @@
-"""Ratio judgements: how many times as slippery as a standard each surface is.
+"""Ratio judgements: the participant judges how many times as slippery as a standard a surface is.
 
-The answer is a ratio already: nothing has to be normalised, and all that is said of it is said of
-its logarithm. The surfaces, and catch trials in which the standard is judged against itself, come
-in random order.
+The answer is already a ratio, so it needs no normalisation; analyses use its logarithm. The
+surfaces come in random order, together with catch trials in which the standard is compared with
+itself.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 
 
 class RatioToStandard(StandardOptions):
-    """What a study may set for ratio judgements."""
+    """Options for ratio judgements."""
 
 
 def trials(options: RatioToStandard, context: Context) -> int:
-    """Return how many trials a run has, practice included."""
+    """Return the number of trials in a run, practice included."""
     judged = len(context.levels) * (options.practice + options.repetitions)
     return judged + options.catch_trials
 
@@ -52,10 +52,10 @@ def steps(options: RatioToStandard, context: Context) -> Steps:
 
 
 class _Run(AgainstStandard):
-    """The trials of a run, counted."""
+    """The numbered trials of a run."""
 
     def __init__(self, options: RatioToStandard, context: Context) -> None:
-        # A texture has no one amplitude that its ratio would belong to.
+        # Without textures, because a ratio needs a single amplitude.
         surfaces = [context.surface(each) for each in context.levels]
         catch = Presentation(0, "main", context.surface(options.standard_level))
         planned = with_catch_trials(
@@ -88,7 +88,7 @@ class _Run(AgainstStandard):
     def _compared(
         self, condition: Presentation, trial: Trial, explore: str, question: NumberQuestion
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the surface after the standard, and the question when both are gone."""
+        """Yield the surface after the standard, then the question when both are over."""
         yield Present(surface=condition.surface, trial=trial, interval=JUDGED)
         yield self.order.explore(explore, trial, interval=JUDGED)
         yield Silence(trial=trial, interval=JUDGED)

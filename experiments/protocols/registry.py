@@ -1,6 +1,7 @@
-"""Where protocols are found: entry points of the group ``slipscale.protocols``.
+"""Find protocols: entry points in the group ``slipscale.protocols``.
 
-Each names a `Protocol`; the study file's ``protocol`` key is the entry point's name.
+Each entry point refers to a `Protocol`. The study file's ``protocol`` key is the entry point's
+name.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ def protocol_names() -> list[str]:
 
 
 def load_protocol(name: str) -> Protocol:
-    """Return an installed protocol by name; KeyError if there is none.
+    """Return an installed protocol by name; raises KeyError if there is none.
 
     Raises
     ------
     UserError
-        It cannot be imported, is no `Protocol`, or its texts would hide others.
+        If it cannot be imported, is not a `Protocol`, or its texts could hide others.
     """
     point = installed(PROTOCOLS)[name]
     package = package_of(point)

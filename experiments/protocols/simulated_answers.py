@@ -1,8 +1,8 @@
-"""How a protocol has simulated participants answer its questions.
+"""Functions that answer a protocol's questions for simulated participants.
 
-In a pilot nobody sits at the plate: for each of its questions a protocol names a function that says
-what somebody answers who felt these surfaces (`base.Protocol.simulated`). What it may know of them
-is `SimulatedPerson`, and no more: neither the protocol's plan nor which answer is right.
+In a pilot nobody is at the plate. For each of its questions, a protocol names a function that
+returns the answer of a person who felt these surfaces (`base.Protocol.simulated`). The function
+has access only to a `SimulatedPerson`, not to the protocol's plan or the correct answer.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.ordering.randomisation import Stream
     from slipscale.experiments.protocols.steps import Ask, Value
 
-ASKS_AGAIN = 0.5  # share of the matches before which the reference is felt again: our assumption
+ASKS_AGAIN = 0.5  # share of matches that repeat the reference before the end: our assumption
 
 
 class SimulatedPerson(Protocol):
-    """What a simulated participant is asked for by a protocol.
+    """The information about a simulated participant that a protocol can use.
 
-    All of it depends on (seed, participant, trial) and on what the plate did, never on how often
-    something was called.
+    All of it depends on (seed, participant, trial) and on what the plate did, never on the number
+    of calls.
     """
 
     @property
@@ -44,68 +44,68 @@ class SimulatedPerson(Protocol):
 
     @property
     def scale_top(self) -> float:
-        """What this person calls the most slippery surface imaginable."""
+        """The person's number for the most slippery surface imaginable."""
 
     @property
     def turned(self) -> int:
-        """By how many notches the surface was turned, in an `Adjust`."""
+        """The number of notches by which the surface was turned, in an `Adjust`."""
 
     @property
     def felt_again(self) -> int:
-        """How often the reference was felt again, in an `Adjust`."""
+        """How often the reference was repeated, in an `Adjust`."""
 
     @property
     def felt_level(self) -> tuple[float, ...]:
-        """What was felt in this trial, µm peak to peak, in the order of its intervals."""
+        """The levels felt in this trial, µm peak to peak, in the order of its intervals."""
 
     @property
     def impressions(self) -> tuple[float, ...]:
-        """How strong each of these seemed, 0 to 100, with the noise of the moment."""
+        """The noisy strengths of these sensations, 0 to 100."""
 
     def pick(self, strengths: Sequence[float]) -> int:
-        """Return the place, from 0, of the strength that this person takes for the largest.
+        """Return the index of the strength that the person judges to be the largest.
 
-        Lapses and a liking for one of the intervals come in here.
+        This includes lapses and a bias to one of the intervals.
         """
 
     def says_yes(self, strength: float) -> bool:
-        """Return whether a difference of impressions is strong enough to say "yes" to."""
+        """Return whether a difference of impressions is large enough for the answer "yes"."""
 
     def estimate(self) -> float:
-        """Return a magnitude estimate of the surface felt last, on this person's own scale."""
+        """Return a magnitude estimate of the last surface, on this person's own scale."""
 
     def rating(self, start: float) -> float:
-        """Return where on a line of 0 to 100 this person puts the surface felt last.
+        """Return the rating of the last surface on a line from 0 to 100.
 
-        ``start`` is where the mark stood first: some are drawn to it.
+        ``start`` is the initial position of the mark, which attracts the ratings of some people.
         """
 
     def ratio(self) -> float:
-        """Return how many times as strong as the standard the surface felt last is, above 0."""
+        """Return the ratio of the last surface's strength to the standard's, above 0."""
 
     def reaches(self, ratio: float) -> bool:
-        """Return whether the surface felt last is so many times as strong as the standard."""
+        """Return whether the last surface is ``ratio`` times as strong as the standard, or more."""
 
     def lapses(self) -> bool:
-        """Return whether this person attends to nothing in this question."""
+        """Return whether this person does not attend to this question."""
 
     def notices(self) -> bool:
-        """Return whether the two surfaces felt last seem different."""
+        """Return whether the last two surfaces seem different."""
 
     def verbal_report(self) -> str:
-        """Return what this person says has been removed."""
+        """Return this person's description of what has been removed."""
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return random numbers of this person's own for one purpose in this trial."""
+        """Return this person's random numbers for one purpose in this trial."""
 
 
-#: Answers a question; for an `Adjust`, after each notch: 1 up, -1 down, 0 that will do, or
-#: `FEEL_AGAIN`.
+#: Answers a question. For an `Adjust` it is called after each notch and returns 1 (up), -1 (down),
+#: 0 (done) or `FEEL_AGAIN`.
 SimulatedAnswer = Callable[[Any, SimulatedPerson], "Value"]
 
 
 def compared(step: Ask, person: SimulatedPerson) -> float:
-    """Answer a `ComparisonQuestion` by the interval that seemed most, or least, slippery."""
+    """Answer a `ComparisonQuestion` with the interval that seemed most, or least, slippery."""
     question = step.question
     if not isinstance(question, ComparisonQuestion):
         raise UserError(f"'{step.name}' compares nothing: expected a ComparisonQuestion")
@@ -114,7 +114,7 @@ def compared(step: Ask, person: SimulatedPerson) -> float:
 
 
 def any_choice(step: Ask, person: SimulatedPerson) -> Value:
-    """Answer a `ChoiceQuestion` by any of its options, where none is right."""
+    """Answer a `ChoiceQuestion` with a random option; for questions without a correct answer."""
     if isinstance(step.question, ComparisonQuestion):
         raise UserError(f"'{step.name}' compares surfaces: a pilot cannot answer it by chance")
     options = getattr(step.question, "options", ())
@@ -123,9 +123,9 @@ def any_choice(step: Ask, person: SimulatedPerson) -> Value:
 
 
 def until_equal(step: Adjust, person: SimulatedPerson) -> int | str:
-    """Turn until the surface felt now seems to have reached the one felt first.
+    """Turn until the current surface seems to have reached the one felt first.
 
-    Where that can be felt again, half of the times it is, before the last word.
+    If the reference can be repeated, half of the matches repeat it once before the end.
     """
     reference, now = person.impressions
     if step.again and not person.felt_again and _has_reached(reference, now, person.turned):
@@ -141,7 +141,7 @@ def _has_reached(reference: float, now: float, turned: int) -> bool:
 
 
 def until_number(step: Adjust, person: SimulatedPerson) -> int:
-    """Turn until the surface seems to have reached the number shown, or turns no further."""
+    """Turn until the surface seems to have reached the number shown, or the end of the range."""
     number, modulus = (step.trial.factors[name] for name in ("number", "modulus"))
     if not (isinstance(number, float) and isinstance(modulus, float)):
         raise TypeError(f"'{step.name}' shows no number and has no modulus")
@@ -165,7 +165,7 @@ def _notches(step: Adjust, value: object) -> bool:
     return whole or (step.again is not None and value == FEEL_AGAIN)
 
 
-#: Kind of question: what is an answer to it, and in words.
+#: Kind of question -> the test of a valid answer, and its description.
 ANSWERS: Mapping[type, tuple[Callable[[Any, Any], bool], str]] = {
     NumberQuestion: (_number, "a number of 0 or more"),
     WholeNumberQuestion: (
@@ -195,7 +195,10 @@ ANSWERS: Mapping[type, tuple[Callable[[Any, Any], bool], str]] = {
 
 
 def misfit(step: Ask | Adjust, value: object) -> str | None:
-    """Return why a value is no answer to a question, None where it is one, or not known."""
+    """Return why a value is not a valid answer to a question, or None if it is valid.
+
+    Values are not checked for unknown kinds of questions.
+    """
     question = step if isinstance(step, Adjust) else step.question
     fits, words = ANSWERS.get(type(question), (lambda *_: True, ""))
     return None if fits(question, value) else f"answered {value!r} to '{step.name}', not {words}"

@@ -1,13 +1,13 @@
-"""The vocabulary of a protocol: the steps it yields, and the replies it is sent.
+"""The vocabulary of a protocol: the steps that it yields, and the replies that it receives.
 
-A protocol is a plain generator: it yields one of `Step` and receives the reply that the table
-`REPLIES` names for it. It knows no clock, screen, plate or file. Steps are what the journal
-records, so each is plain data; what a participant is shown never holds an amplitude.
+A protocol is a plain generator: it yields a `Step`, and receives the reply listed in the table
+below. It has no access to clock, screen, plate or files. Steps are recorded in the journal, so
+each is plain data. What a participant is shown never contains an amplitude.
 
 ============  =====================================================  ==============
 step          what the session does                                  reply
 ============  =====================================================  ==============
-`Instruct`    shows a text until the participant goes on             `Reply`
+`Instruct`    shows a text until the participant continues           `Reply`
 `Present`     makes a surface on the plate, settled and read back    `Presented`
 `Explore`     lets the participant stroke the surface                `Reply`
 `Ask`         asks a question                                        `Reply`
@@ -15,13 +15,13 @@ step          what the session does                                  reply
 `Feedback`    shows a text for a fixed time                          `Reply`
 `Silence`     stops the plate                                        None
 `Rest`        shows a break screen with the progress                 `Reply`
-`EndTrial`    closes a trial; is told which trials were voided       `Voided`
-`EndBlock`    shows the screen after a block; is told likewise       `Voided`
+`EndTrial`    closes a trial; replies which trials were voided       `Voided`
+`EndBlock`    shows the screen after a block; replies the same       `Voided`
 ============  =====================================================  ==============
 
 A trial may present several surfaces, each in an *interval*: `Present`, `Explore` and `Silence`
-carry its number, 1, 2, ... Whatever interrupts such a trial, its script is performed again from
-the first interval before it goes on.
+carry its number, 1, 2, ... If such a trial is interrupted, its script is performed again from the
+first interval.
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ if TYPE_CHECKING:
 
 Phase = Literal["practice", "main"]
 Value = str | float | bool | None
-# The name of the question whether the participant agrees to take part: "yes" or "no".
+# The name of the question for the participant's consent: "yes" or "no".
 CONSENT = "informed_consent"
 # The reply to a question about a sound that could not be played.
 NO_SOUND = "no_sound"
-# What a participant's class replies to an `Adjust` where the reference is to be felt again.
+# The participant's reply to an `Adjust` that requests the reference.
 FEEL_AGAIN = "feel again"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """Which trial a step belongs to.
+    """The trial that a step belongs to.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Trial:
     number : int
         1, 2, ... in the order of presentation within the task; a repeated trial has its own.
     total : int
-        How many trials the task is expected to have, practice included.
+        Expected number of trials in the task, practice included.
     phase : {"practice", "main"}
         Practice trials are recorded and not analysed.
     factors : Mapping
@@ -76,9 +76,9 @@ class Trial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NumberQuestion:
-    """Any number of 0 or more, decimals allowed, on a scale of the participant's own.
+    """Any number of 0 or more, decimals allowed, on the participant's own scale.
 
-    ``positive`` bars 0 as well (the top of a scale cannot be 0).
+    ``positive`` excludes 0 as well (the top of a scale cannot be 0).
     """
 
     prompt: str
@@ -94,7 +94,7 @@ class YesNoQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TextQuestion:
-    """Free text, kept word for word."""
+    """Free text, stored verbatim."""
 
     prompt: str
     max_length: int = 200
@@ -102,7 +102,7 @@ class TextQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChoiceQuestion:
-    """One of a few; ``options`` are (code for the data, words on the screen)."""
+    """A choice from a few ``options``: pairs of code (for the data) and words (on the screen)."""
 
     prompt: str
     options: tuple[tuple[str, str], ...]
@@ -110,7 +110,7 @@ class ChoiceQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WholeNumberQuestion:
-    """A whole number from ``minimum`` to ``maximum``, both included: an age in years."""
+    """A whole number from ``minimum`` to ``maximum``, both included, such as an age in years."""
 
     prompt: str
     minimum: int
@@ -119,10 +119,10 @@ class WholeNumberQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComparisonQuestion:
-    """Which of the surfaces that were presented; the reply's value is its number, 1, 2, ...
+    """Asks which of the presented surfaces it was; the reply's value is its number, 1, 2, ...
 
-    ``options`` are the words on the screen, in the order of presentation ("the first", ...);
-    ``seeks`` says which is asked for: the most slippery, or the least.
+    ``options`` are the words on the screen, in the order of presentation ("the first", ...).
+    ``seeks`` selects whether the most or the least slippery surface is asked for.
     """
 
     prompt: str
@@ -141,11 +141,11 @@ class VisualAnalogueQuestion:
     left, right : str
         The words at the line's ends.
     resolution, key_step : float
-        Distance of two places that the mark can have, and what one press of an arrow key moves it.
+        Distance between possible places of the mark, and its movement per press of an arrow key.
     start : float
-        Where keys move the mark from.
+        The place from which keys move the mark.
     start_shown : bool
-        Whether the mark stands there before the first press or click.
+        Whether the mark is shown there before the first press or click.
     """
 
     prompt: str
@@ -157,9 +157,9 @@ class VisualAnalogueQuestion:
     start_shown: bool
 
     def nearest(self, place: float) -> float:
-        """Return the nearest place that the mark can have; beyond the line it is its end."""
+        """Return the nearest possible place of the mark, limited to the line's ends."""
         held = min(max(place, 0.0), 100.0)
-        # Rounded: three tenths are 0.3, and not a float beside it.
+        # Rounded, so that three tenths are exactly 0.3.
         return round(round(held / self.resolution) * self.resolution, 6)
 
 
@@ -176,7 +176,7 @@ Question = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Played:
-    """A sound that is heard before a question, and what is read meanwhile."""
+    """A sound that is played before a question, and the text shown meanwhile."""
 
     sound: HeadphoneSound
     text: str
@@ -184,7 +184,7 @@ class Played:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Instruct:
-    """A text, read at the participant's own pace. ``last`` marks the thank-you."""
+    """A text that the participant reads at their own pace. ``last`` marks the thank-you."""
 
     text: str
     title: str = ""
@@ -194,9 +194,9 @@ class Instruct:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Explore:
-    """Stroke the surface; ends when the participant goes on, at the earliest after ``minimum_s``.
+    """Stroke the surface until the participant continues; the minimum time is ``minimum_s``.
 
-    With ``maximum_s`` a countdown is shown and the step ends by itself.
+    If ``maximum_s`` is set, a countdown is shown, and the step then ends automatically.
     """
 
     text: str
@@ -208,10 +208,10 @@ class Explore:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Present:
-    """Make a surface.
+    """Make a surface on the plate.
 
-    ``lead_in`` is what must be felt first (a surface and its exploration): where a difference is
-    asked for, the session performs it unless the plate presents just that surface.
+    ``lead_in`` is the surface that must be felt first, with its exploration, when the question is
+    about a difference. The session performs it unless the plate already presents that surface.
     """
 
     surface: Surface
@@ -224,10 +224,10 @@ class Present:
 class Ask:
     """A question; ``name`` is the data set's column for the answer.
 
-    Outside a trial, ``task`` says of which task's run the answer is a part; without a task it is
-    about the participant. ``by`` says who enters the answer: the operator types what the
-    participant says, or decides. What is ``played`` is heard first; where there is nothing to hear
-    it with, the reply is `NO_SOUND`.
+    Outside a trial, ``task`` is the task to which the answer belongs; without a task it is about
+    the participant. ``by`` defines who enters the answer; the operator types what the participant
+    says, or makes a decision. ``played`` is a sound to play first; if no sound can be played, the
+    reply is `NO_SOUND`.
     """
 
     name: str
@@ -249,26 +249,27 @@ class Silence:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Adjust:
-    """Turn the amplitude of the surface that was presented last until it is as asked for.
+    """Turn the amplitude of the last surface until it is as ``text`` asks.
 
     Parameters
     ----------
     name : str
-        The data set's column for the amplitude reached, µm peak to peak.
+        The data set's column for the final amplitude, µm peak to peak.
     text : str
-        What to turn for; it holds no amplitude.
+        The instruction; it contains no amplitude.
     trial : Trial
     interval : int
         The interval in which the surface to be turned was presented.
     step_level : float
-        What one notch of the wheel, or one press of a key, changes.
+        The change per notch of the wheel, or per press of a key.
     lowest_level, highest_level : float
-        It cannot be turned beyond these.
+        The limits of the adjustment.
     time_limit_s : float or None
-        Then it is over as it stands, and counts as timed out. Feeling again does not count.
+        After this time the step ends at the current amplitude and counts as timed out. Time for
+        repeating the reference does not count.
     again : (Present, Explore) or None
-        What can be felt again on request, as often as wanted; the surface is then as it had been
-        turned to.
+        The reference that can be repeated on request, any number of times. The adjusted surface
+        then returns to its current amplitude.
     """
 
     name: str
@@ -282,12 +283,12 @@ class Adjust:
     again: tuple[Present, Explore] | None = None
 
     def turned_level(self, from_level: float, notches: int) -> float:
-        """Return where so many notches lead, held within the bounds, µm peak to peak."""
+        """Return the amplitude after a number of notches, within the limits, µm peak to peak."""
         aim_level = rounded(from_level + notches * self.step_level)
         return min(max(aim_level, self.lowest_level), self.highest_level)
 
     def with_less_time(self, spent_s: float) -> Adjust:
-        """Return the step with so much of its time limit gone, where it has one."""
+        """Return the step with its time limit, if any, reduced by the time spent."""
         if self.time_limit_s is None:
             return self
         return replace(self, time_limit_s=max(self.time_limit_s - spent_s, 0.0))
@@ -295,7 +296,7 @@ class Adjust:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Feedback:
-    """A text that goes by itself after ``duration_s``: whether the answer was right."""
+    """A text that disappears after ``duration_s``, such as whether the answer was right."""
 
     text: str
     duration_s: float
@@ -304,7 +305,7 @@ class Feedback:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rest:
-    """A break. ``done`` of ``total`` trials are over; it lasts at least ``minimum_s``."""
+    """A break of at least ``minimum_s``. ``done`` of ``total`` trials are over."""
 
     text: str
     done: int
@@ -322,10 +323,10 @@ class EndTrial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EndBlock:
-    """The last trial before a text or a break is over, and may still be voided.
+    """The last trial before a text or a break is over, but may still be voided.
 
-    The participant reads ``screen``; what the operator voids meanwhile is in the reply, so that
-    the protocol can repeat it before it goes on.
+    The participant reads ``screen``. The reply contains the trials that the operator voids
+    meanwhile, so that the protocol can repeat them before it continues.
     """
 
     screen: Instruct | Rest
@@ -343,19 +344,18 @@ class Reply:
     Parameters
     ----------
     value : str, float, bool or None
-        The answer; None where nothing was asked or the time ran out.
+        The answer; None if nothing was asked or the time ran out.
     onset_s : float
         When the screen was shown, on the session's clock.
     response_time_s : float or None
-        From the screen to the key that completed the answer; None where the time ran out.
+        From the screen to the key that completed the answer; None if the time ran out.
     time_source : str
-        Where the time was taken: "ptb" (the key event's own time stamp), "window" (when the
-        window was told of it), "operator" (when the operator handed the answer in), "simulated",
-        "scripted".
+        Where the time was taken: "ptb" (the key event's own time stamp), "window" (when the window
+        received it), "operator" (when the operator submitted the answer), "simulated", "scripted".
     timed_out : bool
-        The time limit ran out first.
+        Whether the time limit ran out first.
     rejected : tuple of str
-        Entries that were not an answer, word for word, in order.
+        Entries that were rejected, verbatim and in order.
     """
 
     value: Value = None
@@ -368,17 +368,17 @@ class Reply:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Adjusted(Reply):
-    """What a participant turned the plate to: the value is that amplitude, µm peak to peak.
+    """The result of an adjustment; the value is the final amplitude, µm peak to peak.
 
     Parameters
     ----------
     readback_level : float or None
-        What the plate says it makes, at the end.
+        The plate's readback at the end.
     trace : tuple of pairs
         Each amplitude on the way, and when it had settled: (seconds from the beginning, µm peak
-        to peak); the first is where it began.
+        to peak); the first pair is the start.
     again_s : tuple of float
-        When the reference was asked for again, likewise.
+        When the reference was requested, in seconds from the beginning.
     """
 
     readback_level: float | None = None
@@ -388,12 +388,11 @@ class Adjusted(Reply):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Presented:
-    """What the plate did: commanded and read back are kept apart.
+    """What the plate did; commanded and readback levels are stored separately.
 
-    Of a texture both are the mean, where the plate settles before it plays.
-    ``readback_kind`` says how far the readback can be trusted (see
-    `slipscale.hardware.records.Readback`). Voltage at the plate and temperature are None where they
-    are not known.
+    For a texture, both are the mean, at which the plate settles before it plays. ``readback_kind``
+    describes the reliability of the readback (see `slipscale.hardware.records.Readback`).
+    Voltage at the plate and temperature are None if they are not known.
     """
 
     commanded_level: float
@@ -407,7 +406,7 @@ class Presented:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Voided:
-    """The numbers of the trials voided since this was last told: the protocol repeats them."""
+    """The numbers of the trials voided since the last `Voided`; the protocol repeats them."""
 
     trials: tuple[int, ...] = ()
 

@@ -1,8 +1,8 @@
 """Rating of slipperiness on a visual analogue scale: a mark on a line between two words.
 
-The place of the mark, 0 to 100, is bounded and has no unit that a ratio could be taken in. Where
-the mark stands at first, and whether it is seen there, draws the answers towards it; so both are
-the study's to choose, and stand in every row.
+The place of the mark, 0 to 100, is bounded and has no unit, so ratios of ratings have no meaning.
+The mark's initial place, and whether it is visible there, attract the answers. The study therefore
+chooses both, and every row of the data contains them.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ if TYPE_CHECKING:
 
 LENGTH = 100.0
 Start = Literal["left", "middle", "right", "random"]
-#: Where the mark stands at first.
+#: The mark's initial place.
 PLACES: dict[Start, float] = {"left": 0.0, "middle": LENGTH / 2, "right": LENGTH}
 
 
 class VisualAnalogueScale(RatedOptions):
-    """What a study may set for ratings on a line, their order and pace apart."""
+    """Options for ratings on a line, in addition to their order and pace."""
 
     resolution: Annotated[float, Field(strict=True, ge=0.1, le=10, allow_inf_nan=False)] = Field(
         default=1.0,
@@ -87,13 +87,13 @@ class VisualAnalogueScale(RatedOptions):
 
 
 def trials(options: VisualAnalogueScale, context: Context) -> int:
-    """Return how many trials a run has, practice included."""
+    """Return the number of trials in a run, practice included."""
     rated = len(context.surfaces) * (options.practice + options.repetitions)
     return rated + options.catch_trials
 
 
 def possible_levels(options: VisualAnalogueScale, context: Context) -> tuple[float, ...]:
-    """Return all that could be presented, the bare plate of catch trials among it."""
+    """Return all levels that could be presented, including the catch trials' plate at rest."""
     bare = (0.0,) if options.catch_trials else ()
     return *(surface.level for surface in context.surfaces), *bare
 
@@ -113,7 +113,7 @@ def steps(options: VisualAnalogueScale, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """The trials of a run, counted."""
+    """The numbered trials of a run."""
 
     def __init__(self, options: VisualAnalogueScale, context: Context) -> None:
         catch = Presentation(0, "main", context.surface(0.0))
@@ -160,18 +160,18 @@ class _Run(RatedSurfaces):
         )
 
     def _start(self, number: int) -> float:
-        """Return where the mark stands at first in a trial."""
+        """Return the mark's initial place in a trial."""
         options = self.options
         if options.cursor_start != "random":
             return PLACES[options.cursor_start]
-        # By whole numbers: the same place on every machine.
+        # Drawn as a whole number, to be the same on every machine.
         stream = self.context.stream(self.context.task, "cursor", number)
         place = stream.below(round(LENGTH / options.resolution) + 1)
         return round(place * options.resolution, 6)
 
 
 def rated(step: Ask, person: SimulatedPerson) -> float:
-    """Put the mark where a person would, as finely as the line allows."""
+    """Return the mark of a simulated person, at the resolution of the line."""
     question = step.question
     if not isinstance(question, VisualAnalogueQuestion):
         raise TypeError(f"'{step.name}' is no visual analogue scale")
