@@ -104,7 +104,7 @@ class _Run(RatedSurfaces):
         self.options = options
 
     def start(self) -> Steps:
-        """Yield the standard before a block's trials, if there is one."""
+        """Yield the standard before a group of trials, if there is one."""
         if self.options.standard_level is not None:
             yield from self.standard(self.options.standard_level)
 

@@ -1,4 +1,4 @@
-"""Interleaved tracks whose answers can be taken back, because a trial was voided afterwards."""
+"""Interleaved tracks that support taking back answers of trials that are voided later."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Answered(NamedTuple):
-    """An answer, and where it belongs."""
+    """An answer, with its track and level."""
 
     track: int
     level: float
@@ -20,11 +20,11 @@ class Answered(NamedTuple):
 
 
 class AnsweredTracks:
-    """Tracks, and what was answered in which trial.
+    """Tracks, with the answers by trial.
 
-    A trial that is voided while it runs, or times out, gives no answer: its track and level come
-    again. An answer that is taken back later is as if it had not been given: its track is worked
-    out again from its other answers, at the levels at which these were.
+    A trial that is voided while it runs, or times out, gives no answer: its track repeats the
+    level. If an answer is taken back later, its track is recomputed from its other answers, at
+    their original levels, as if that answer had not been given.
 
     Parameters
     ----------
@@ -38,12 +38,12 @@ class AnsweredTracks:
         self.now = start
 
     def answer(self, trial: int, *, correct: bool) -> None:
-        """Note the answer of a trial, at the level that is due."""
+        """Store the answer of a trial at the current level."""
         self._answers[trial] = Answered(self.now.current, self.now.level, correct)
         self.now = self.now.answered(correct=correct)
 
     def take_back(self, trials: Iterable[int]) -> None:
-        """Take the answers of some trials back; those that gave none change nothing."""
+        """Take back the answers of trials; trials without an answer are ignored."""
         gone = [self._answers.pop(trial) for trial in trials if trial in self._answers]
         if gone:
             again = tuple(answered.track for answered in gone)
@@ -51,7 +51,7 @@ class AnsweredTracks:
             self.now = self.now.taken_back(tracks, again)
 
     def _track(self, number: int) -> Track:
-        """Return a track worked out from its answers."""
+        """Return a track recomputed from its answers."""
         track = self._start.tracks[number]
         for answered in self._answers.values():
             if answered.track == number:

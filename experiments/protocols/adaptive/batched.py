@@ -1,6 +1,6 @@
-"""Many QUEST+ runs at once, for simulations: one matrix product a trial for all of them.
+"""Many simultaneous QUEST+ runs for simulations, with one matrix product per trial.
 
-Each run takes the same levels as a `QuestPlusTrack` that is given the same answers.
+Each run selects the same levels as a `QuestPlusTrack` with the same answers.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.adaptive.curves import Array
 
-#: Runs times combinations of parameters: 400 MB.
+#: Largest product of runs and parameter combinations: 400 MB.
 LARGEST_BATCH = 50_000_000
 
 
@@ -30,11 +30,11 @@ class QuestPlusBatch:
     Parameters
     ----------
     rule : QuestPlus
-        The grids, the same for all.
+        The grids, the same for all runs.
     posteriors : array, shape (runs, combinations)
-        Each sums to 1.
+        Each row sums to 1.
     trials : int
-        Answers so far, the same for all.
+        Number of answers so far, the same for all runs.
     """
 
     rule: QuestPlus
@@ -48,7 +48,7 @@ class QuestPlusBatch:
         Raises
         ------
         UserError
-            There are none, or they do not fit memory.
+            If ``runs`` is below 1, or the runs do not fit in memory.
         """
         if runs < 1:
             raise UserError(f"QUEST+: {runs} runs, expected 1 or more")
@@ -61,7 +61,7 @@ class QuestPlusBatch:
 
     @cached_property
     def level_indices(self) -> npt.NDArray[np.intp]:
-        """Which level comes next, shape (runs,)."""
+        """Indices of the next levels, shape (runs,)."""
         return np.asarray(np.argmax(information_gain(self.rule, self.posteriors), axis=1))
 
     @property
@@ -70,7 +70,7 @@ class QuestPlusBatch:
         return np.round(np.array(self.rule.levels)[self.level_indices], DECIMALS)
 
     def answered(self, correct: npt.NDArray[np.bool_]) -> Self:
-        """Return the runs after an answer of each, shape (runs,)."""
+        """Return the runs after one answer each, shape (runs,)."""
         posteriors = self.rule.likelihood[correct.astype(int), self.level_indices]
         posteriors *= self.posteriors
         totals = posteriors @ np.ones((self.rule.prior.size, 1))
@@ -81,5 +81,5 @@ class QuestPlusBatch:
 
     @property
     def threshold_log10(self) -> Array:
-        """Means of the threshold's logarithm over the posteriors, decades, shape (runs,)."""
+        """Posterior means of the threshold's logarithm, decades, shape (runs,)."""
         return np.asarray(self.posteriors @ self.rule.log10_thresholds)

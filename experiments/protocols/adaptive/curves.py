@@ -2,8 +2,8 @@
 
 All are ``guess + (1 - guess - lapse) G(slope (u(x) - u(threshold)))``, where ``u`` is the level or
 its natural logarithm and ``G`` a distribution function (Wichmann and Hill 2001, Percept.
-Psychophys. 63, 1293-1313, equation 1). Slopes are per µm, or without unit for the logarithmic
-ones; the Weibull function's threshold is where ``G`` is 1 - 1/e, the others' where it is one half.
+Psychophys. 63, 1293-1313, equation 1). Slopes are per µm, or dimensionless for the logarithmic
+functions. At the threshold, ``G`` is 1 - 1/e for the Weibull function and one half for the others.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def _normal_inverse(share: Array) -> Array:
 
 
 def _logistic(z: Array) -> Array:
-    # Either way of writing it overflows on one side; exp of minus the absolute value never does.
+    # exp(z) and exp(-z) each overflow on one side; exp(-abs(z)) never does.
     small = np.exp(-np.abs(z))
     return np.where(z >= 0, 1.0, small) / (1.0 + small)
 
@@ -43,7 +43,7 @@ def _logistic_density(z: Array) -> Array:
     return np.asarray(small / (1.0 + small) ** 2)
 
 
-#: exp(HIGHEST_EXPONENT) is finite, and exp(-exp(..)) is 0 long before.
+#: exp(HIGHEST_EXPONENT) is finite, and exp(-exp(..)) is 0 at much smaller values.
 HIGHEST_EXPONENT = 700.0
 
 
@@ -76,11 +76,11 @@ class Curve:
     Parameters
     ----------
     title : str
-        For people.
+        Name for readers.
     logarithmic : bool
-        Whether it is a function of the level's logarithm: then 0 µm is answered by guessing.
+        Whether it is a function of the level's logarithm. If so, 0 µm gives the guess rate.
     distribution, inverse, density : callable
-        ``G``, its inverse and its derivative, of arrays of any shape.
+        ``G``, its inverse and its derivative, for arrays of any shape.
     """
 
     title: str
@@ -90,7 +90,7 @@ class Curve:
     density: Callable[[Array], Array]
 
     def coordinate(self, level: npt.ArrayLike) -> Array:
-        """Return ``u`` of levels in µm peak to peak; minus infinity for 0 on a logarithmic one."""
+        """Return ``u`` of levels in µm peak to peak; minus infinity for 0 if logarithmic."""
         level = np.asarray(level, float)
         if not self.logarithmic:
             return level
@@ -98,7 +98,7 @@ class Curve:
             return np.asarray(np.log(level))
 
     def level(self, coordinate: npt.ArrayLike) -> Array:
-        """Return the level of ``u``: the inverse of `coordinate`."""
+        """Return the level for ``u``: the inverse of `coordinate`."""
         u = np.asarray(coordinate, float)
         return np.asarray(np.exp(u)) if self.logarithmic else u
 
@@ -118,7 +118,7 @@ class Curve:
         level, threshold_level : array_like
             µm peak to peak.
         slope : array_like
-            Above 0; per µm, without unit for a logarithmic curve.
+            Above 0; per µm, or dimensionless for a logarithmic curve.
         guess, lapse : array_like
             Lower asymptote, and 1 minus the upper.
         """

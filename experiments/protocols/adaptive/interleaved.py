@@ -1,4 +1,4 @@
-"""Several tracks in one block, so that no answer tells which level comes next."""
+"""Several tracks in one block, so that participants cannot infer the next level."""
 
 from __future__ import annotations
 
@@ -21,28 +21,29 @@ Order = Literal["alternating", "shuffled"]
 class Interleaved:
     """Tracks that take turns until each is over.
 
-    In each round every track that is not over has one trial. A trial that is voided is sent no
-    answer, so that the same track and level come again.
+    In each round, every unfinished track has one trial. A voided trial passes no answer on, so the
+    track repeats its level.
 
     Parameters
     ----------
     tracks : tuple of Track
-        Where each stands.
+        The current state of each track.
     stopping : Stopping
-        What ends a track.
+        The rule that ends a track.
     stream : callable
-        Random numbers for a round, from its number; the same number gives the same stream.
+        Returns random numbers for a round, given its number; the same number gives the same
+        stream.
     order : {"alternating", "shuffled"}
         Tracks in their order, or in a new order each round.
     left : tuple of int
-        Tracks that still have their trial in this round, in order.
+        Tracks that still have a trial in this round, in order.
     round_number : int
-        The present round: 0, 1, ...
+        The current round: 0, 1, ...
 
     Raises
     ------
     UserError
-        No tracks, or a stopping rule that does not fit one of them.
+        If there are no tracks, or the stopping rule is not compatible with one of them.
     """
 
     tracks: tuple[Track, ...]
@@ -60,7 +61,7 @@ class Interleaved:
         stream: Callable[[int], Stream],
         order: Order = "shuffled",
     ) -> Self:
-        """Return the tracks before their first trial; each must accept the stopping rule."""
+        """Return the tracks before their first trial, after checking the stopping rule for each."""
         if not tracks:
             raise UserError("interleaved tracks: there are none, expected at least one")
         for track in tracks:
@@ -70,40 +71,39 @@ class Interleaved:
 
     @property
     def over(self) -> bool:
-        """Whether all tracks are."""
+        """Whether all tracks are over."""
         return not self.left
 
     @property
     def current(self) -> int:
-        """Number of the track that has the next trial; IndexError when all are over."""
+        """Number of the track with the next trial; IndexError if all tracks are over."""
         return self.left[0]
 
     @property
     def level(self) -> float:
-        """The level of the next trial, µm peak to peak; IndexError when all are over."""
+        """The level of the next trial, µm peak to peak; IndexError if all tracks are over."""
         return self.tracks[self.current].level
 
     @property
     def trials(self) -> int:
-        """Answers so far, of all tracks."""
+        """Number of answers so far in all tracks."""
         return sum(track.progress.trials for track in self.tracks)
 
     @property
     def most_trials(self) -> int:
-        """The most there can be, of all tracks."""
+        """Largest possible number of trials in all tracks."""
         return len(self.tracks) * self.stopping.most_trials
 
     @property
     def left_at_most(self) -> int:
-        """The most trials that are still to come."""
+        """Largest possible number of remaining trials."""
         most = self.stopping.most_trials
         return sum(most - track.progress.trials for track in self.tracks if self._goes_on(track))
 
     def taken_back(self, tracks: tuple[Track, ...], again: tuple[int, ...]) -> Self:
-        """Return the block with tracks as they are without some answers.
+        """Return the block with ``tracks``, the tracks without the answers taken back.
 
-        ``again`` are the tracks whose answers were taken back: each has another trial in this
-        round.
+        ``again`` contains the tracks of these answers. Each has another trial in this round.
         """
         going = tuple(number for number in again if self._goes_on(tracks[number]))
         return replace(self, tracks=tracks, left=(*self.left, *going))
@@ -112,7 +112,7 @@ class Interleaved:
         return self.stopping.reason(track.progress) is None
 
     def answered(self, *, correct: bool) -> Self:
-        """Return the tracks after an answer at the level."""
+        """Return the tracks after an answer at the current level."""
         tracks = list(self.tracks)
         tracks[self.current] = tracks[self.current].answered(correct=correct)
         after = replace(self, tracks=tuple(tracks), left=self.left[1:])
@@ -123,7 +123,7 @@ class Interleaved:
 
 
 def _round(block: Interleaved) -> tuple[int, ...]:
-    """Return the order of the tracks that go on, for a block's present round."""
+    """Return the order of the unfinished tracks in a block's current round."""
     going = [
         number
         for number, track in enumerate(block.tracks)

@@ -1,8 +1,9 @@
-"""QUEST+: the level whose answer is expected to tell most about the psychometric function.
+"""QUEST+: select the level at which the answer is expected to be most informative.
 
-Watson 2017, J. Vis. 17(3):10, doi:10.1167/17.3.10. The expected fall of the posterior's entropy
-is the mutual information of answer and parameters: the entropy of the answer as predicted, less
-its mean entropy given the parameters. Both are one product of a fixed table and the posterior.
+Watson 2017, J. Vis. 17(3):10, doi:10.1167/17.3.10. The expected decrease of the posterior's
+entropy is the mutual information of answer and parameters: the entropy of the predicted answer,
+minus the mean entropy of the answer given the parameters. Both are a product of a fixed table and
+the posterior.
 """
 
 from __future__ import annotations
@@ -25,15 +26,15 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-#: Levels times combinations of parameters: four tables of 8 bytes each, 64 MB in all; two of
-#: them are gone through once a trial, in well under a frame of 60 Hz (0.37 of a frame).
+#: Levels times combinations of parameters: four tables of 8 bytes each, 64 MB in all. Each trial
+#: reads two of them, in less than a frame at 60 Hz (0.37 of a frame).
 LARGEST_GRID = 2_000_000
-#: An upper asymptote below 1 - this is no observer who does the task.
+#: With a larger lapse rate, the observer does not do the task.
 LARGEST_LAPSE = 0.5
 
 
 def entropy(share: Array) -> Array:
-    """Return the entropy of a yes-no answer of probability ``share``, in nats."""
+    """Return the entropy of a yes-no answer with probability ``share``, in nats."""
     with np.errstate(divide="ignore", invalid="ignore"):
         terms = share * np.log(share) + (1 - share) * np.log1p(-share)
     return np.where((share > 0) & (share < 1), -terms, 0.0)
@@ -41,26 +42,26 @@ def entropy(share: Array) -> Array:
 
 @dataclass(frozen=True, kw_only=True)
 class QuestPlus:
-    """Levels to choose from, and the parameters thought possible.
+    """The available levels, and a grid of the function's possible parameters.
 
     Parameters
     ----------
     levels : tuple of float
-        Levels that may be presented, µm peak to peak, rising.
+        Levels that may be presented, µm peak to peak, ascending.
     threshold_levels, slopes, lapses : tuple of float
-        Grid of the psychometric function's parameters (`curves.Curve`), each rising;
-        thresholds in µm peak to peak.
+        Grid of the psychometric function's parameters (`curves.Curve`), each ascending; thresholds
+        in µm peak to peak.
     guess : float
         Proportion correct by guessing.
     curve : str
         A key of `curves.CURVES`.
     threshold_weights : tuple of float
-        Prior weights of the thresholds, not normalised; none for equal ones.
+        Unnormalised prior weights of the thresholds; equal if empty.
 
     Raises
     ------
     UserError
-        A grid that is empty, not rising or out of range, that is too large, or a prior of another
+        If a grid is empty, not ascending, out of range or too large, or if the prior has the wrong
         length.
     """
 
@@ -102,12 +103,12 @@ class QuestPlus:
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """How many thresholds, slopes and lapses."""
+        """Number of thresholds, slopes and lapses."""
         return len(self.threshold_levels), len(self.slopes), len(self.lapses)
 
     @cached_property
     def prior(self) -> Array:
-        """Weights of all combinations, shape (combinations,), that sum to 1."""
+        """Weights of all combinations, shape (combinations,), with sum 1."""
         weights = np.array(self.threshold_weights or (1.0,) * len(self.threshold_levels))
         prior = np.broadcast_to(weights[:, None, None], self.shape).flatten()
         return _frozen(prior / prior.sum())
@@ -139,7 +140,7 @@ class QuestPlus:
 
     @cached_property
     def log10_thresholds(self) -> Array:
-        """Decades of each combination's threshold, shape (combinations,)."""
+        """Logarithm of each combination's threshold, decades, shape (combinations,)."""
         decades = np.log10(self.threshold_levels)
         return _frozen(np.broadcast_to(decades[:, None, None], self.shape).flatten())
 
@@ -157,9 +158,9 @@ class QuestPlusTrack:
     rule : QuestPlus
         The grids.
     posterior : array, shape (combinations,)
-        Weights that sum to 1; read only.
+        Weights with sum 1; read-only.
     trials : int
-        Answers so far.
+        Number of answers so far.
     """
 
     rule: QuestPlus
@@ -168,7 +169,7 @@ class QuestPlusTrack:
 
     @cached_property
     def level_index(self) -> int:
-        """Which level comes next: the first of those that tell most."""
+        """Index of the next level: the first one with the largest expected information."""
         return int(np.argmax(information_gain(self.rule, self.posterior[None, :])[0]))
 
     @property
@@ -178,22 +179,22 @@ class QuestPlusTrack:
 
     @property
     def progress(self) -> Progress:
-        """Trials, and the posterior's spread of thresholds."""
+        """Trials, and the posterior's standard deviation of the threshold."""
         return Progress(trials=self.trials, threshold_sd_log10=self.threshold_sd_log10)
 
     @property
     def threshold_log10(self) -> float:
-        """Mean of the threshold's logarithm (decades of µm peak to peak) over the posterior."""
+        """Posterior mean of the threshold's logarithm (decades of µm peak to peak)."""
         return float(self.posterior @ self.rule.log10_thresholds)
 
     @property
     def threshold_sd_log10(self) -> float:
-        """Standard deviation of the threshold over the posterior, decades."""
+        """Posterior standard deviation of the threshold, decades."""
         squares = float(self.posterior @ (self.rule.log10_thresholds - self.threshold_log10) ** 2)
         return float(round(squares**0.5, DECIMALS))
 
     def answered(self, *, correct: bool, at_level: float | None = None) -> Self:
-        """Return the track after an answer at its level, or at another one of its levels."""
+        """Return the track after an answer at the next level, or at another one of its levels."""
         if at_level is None:
             return self.told(self.level_index, correct=correct)
         levels = [rounded(level) for level in self.rule.levels]
@@ -205,7 +206,7 @@ class QuestPlusTrack:
         Raises
         ------
         UserError
-            No combination of parameters on the grid allows the answer.
+            If no combination of parameters on the grid allows the answer.
         """
         posterior = self.posterior * self.rule.likelihood[int(correct), level_index]
         total = posterior.sum()
@@ -221,19 +222,19 @@ class QuestPlusTrack:
 
 
 def information_gain(rule: QuestPlus, posteriors: Array) -> Array:
-    """Return the expected fall of the posteriors' entropies, rounded.
+    """Return the expected decrease of the posteriors' entropies, rounded.
 
     Parameters
     ----------
     posteriors : array, shape (runs, combinations)
-        Each sums to 1.
+        Each row sums to 1.
 
     Returns
     -------
     array, shape (runs, levels)
-        Nats, `track.DECIMALS` decimals.
+        Nats, rounded to `track.DECIMALS` decimals.
     """
-    predicted = np.clip(posteriors @ rule.proportion.T, 0.0, 1.0)  # a sum may end a bit above 1
+    predicted = np.clip(posteriors @ rule.proportion.T, 0.0, 1.0)  # a sum may exceed 1 by rounding
     return np.round(entropy(predicted) - posteriors @ rule.answer_entropy.T, DECIMALS)
 
 

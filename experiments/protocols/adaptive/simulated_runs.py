@@ -1,4 +1,4 @@
-"""Runs of an adaptive rule with an observer of known curve: levels and answers, no session."""
+"""Simulated runs of an adaptive rule with a known psychometric function, without a session."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ def simulated_runs(
     runs: int,
     rng: np.random.Generator,
 ) -> list[Run]:
-    """Return the trials of many runs; tracks of a run follow each other.
+    """Return the trials of many runs, with the tracks of each run one after the other.
 
     Parameters
     ----------
     block : Interleaved
         Tracks before their first trial, with the rule that stops them.
     proportion : callable
-        Proportion of correct answers at levels, µm peak to peak.
+        Returns the proportion of correct answers at levels, µm peak to peak.
     runs : int
-        How many.
+        Number of runs.
     rng : Generator
-        Draws the answers.
+        Generates the answers.
     """
     per_track = []
     for track in block.tracks:
@@ -64,7 +64,7 @@ def _one(
     known: dict[float, float],
     rng: np.random.Generator,
 ) -> Run:
-    """Return one run of a track; ``known`` holds proportions by their level."""
+    """Return one run of a track; ``known`` caches proportions by level."""
     levels, answers = [], []
     while stopping.reason(track.progress) is None:
         level = track.level
@@ -84,7 +84,7 @@ def _at_once(
     runs: int,
     rng: np.random.Generator,
 ) -> list[Run]:
-    """Return runs of QUEST+ with a fixed number of trials, side by side."""
+    """Return simultaneous QUEST+ runs with a fixed number of trials."""
     batch = QuestPlusBatch.start(track.rule, runs)
     levels, answers = [], []
     for _ in range(trials):

@@ -1,8 +1,8 @@
-"""The transformed staircase: k correct answers in a row go down, one error goes up.
+"""The transformed staircase: k correct answers in a row step down, one error steps up.
 
-Equal steps do not settle at Levitt's proportions (70.7 % for two down, one up): where they do
-depends on the size of the steps. With the ratios below it does not (García-Pérez 1998, Vision
-Res. 38, 1861-1881, doi:10.1016/S0042-6989(97)00340-4, abstract).
+Equal steps do not converge to Levitt's proportions (70.7 % for two down, one up): the proportion
+depends on the step size. With the ratios below it does not (García-Pérez 1998, Vision Res. 38,
+1861-1881, doi:10.1016/S0042-6989(97)00340-4, abstract).
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 from slipscale.experiments.protocols.adaptive.up_down import Scale, UpDown
 from slipscale.faults import UserError
 
-#: Correct answers in a row for a step down: size of that step as a part of the step up. They
-#: settle at 77.85, 80.35, 83.15 and 85.84 % correct.
+#: Correct answers in a row for a step down -> size of that step relative to the step up. They
+#: converge to 77.85, 80.35, 83.15 and 85.84 % correct.
 STEP_RATIOS = {1: 0.2845, 2: 0.5488, 3: 0.7393, 4: 0.8415}
 
 
@@ -26,12 +26,12 @@ def staircase(
 ) -> UpDown:
     """Return the k-down-1-up rule with García-Pérez's ratio of steps.
 
+    For the other parameters and the errors raised, see `UpDown`.
+
     Parameters
     ----------
     down_after : int
         k: 1 to 4.
-
-    Other parameters and what is raised: `UpDown`.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""When a track is over: enough trials, reversals or certainty, and a cap in any case."""
+"""Stopping rules for tracks: enough trials, reversals or certainty, with an upper limit."""
 
 from __future__ import annotations
 
@@ -10,29 +10,29 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.adaptive.track import Progress, Track
 
-#: More trials than this in one track are more than a participant can bear.
+#: More trials in one track are too much for a participant.
 MOST_TRIALS = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stopping:
-    """What ends a track: the first that is reached.
+    """The criteria that end a track; the first one reached applies.
 
     Parameters
     ----------
     most_trials : int
-        The cap: the track ends after so many answers whatever else is asked.
+        Upper limit: the track ends after this number of answers in any case.
     reversals : int or None
-        So many changes of direction.
+        Number of changes of direction.
     threshold_sd_log10 : float or None
-        The threshold's posterior is as narrow as this, decades.
+        Standard deviation of the threshold's posterior, decades.
     least_trials : int
-        Reversals and certainty end nothing before so many answers.
+        Reversals and certainty are ignored before this number of answers.
 
     Raises
     ------
     UserError
-        A number out of range, or a rule that the cap always comes before.
+        If a number is out of range, or a rule cannot apply before the upper limit.
     """
 
     most_trials: int
@@ -64,7 +64,7 @@ class Stopping:
             )
 
     def check(self, track: Track) -> None:
-        """Raise `UserError` where a rule cannot stop this track, or stops it before it starts."""
+        """Raise `UserError` if a rule cannot stop this track, or stops it before it starts."""
         progress = track.progress
         for name in ("reversals", "threshold_sd_log10"):
             if getattr(self, name) is not None and getattr(progress, name) is None:
@@ -80,7 +80,7 @@ class Stopping:
             )
 
     def reason(self, progress: Progress) -> str | None:
-        """Return what ended the track, or None while it goes on."""
+        """Return the criterion that ended the track, or None if it continues."""
         if progress.trials >= self.least_trials:
             reversals, spread = progress.reversals, progress.threshold_sd_log10
             if self.reversals is not None and reversals is not None and reversals >= self.reversals:

@@ -1,4 +1,4 @@
-"""What every adaptive method offers, and what all of them round to.
+"""The interface of all adaptive methods, and the rounding of levels.
 
 Levels are µm peak to peak: an amplitude, or the difference of two amplitudes.
 """
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 #: Levels and information gains are rounded to this many decimals. Sums of floats differ in their
-#: last bits between machines; a level that did would make a run impossible to resume elsewhere.
+#: last bits between machines; levels must not, so that a run can be resumed on another machine.
 DECIMALS = 9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Progress:
-    """How far a track has come, for the rules that stop it.
+    """The progress of a track, for the rules that stop it.
 
     Parameters
     ----------
     trials : int
-        Answers so far.
+        Number of answers so far.
     reversals : int or None
         How often the level changed its direction; None for a method without directions.
     threshold_sd_log10 : float or None
@@ -39,7 +39,7 @@ class Progress:
 
 
 class Track(Protocol):
-    """One run of a method: a frozen state."""
+    """One run of a method, as a frozen state."""
 
     @property
     def level(self) -> float:
@@ -48,20 +48,20 @@ class Track(Protocol):
 
     @property
     def progress(self) -> Progress:
-        """How far the track has come."""
+        """The progress of the track."""
         ...
 
     def answered(self, *, correct: bool, at_level: float | None = None) -> Self:
         """Return the track after an answer: correct, or "yes" in a yes-no task.
 
-        The answer is one at its level; ``at_level`` is another level, where an answer before this
-        one was taken back. A rule that does not use levels moves from its own.
+        The answer refers to the track's level, or to ``at_level`` if an earlier answer was taken
+        back. A rule that does not use levels moves from its own level.
         """
         ...
 
 
 def rounded(level: float) -> float:
-    """Return a level, µm peak to peak, at the precision at which it is presented.
+    """Return a level, µm peak to peak, at the precision of its presentation.
 
     >>> rounded(0.1 + 0.2)
     0.3

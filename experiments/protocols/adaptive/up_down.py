@@ -1,9 +1,9 @@
-"""Fixed-step up-down methods: the level falls after some correct answers, rises after an error.
+"""Fixed-step up-down methods: the level falls after correct answers and rises after an error.
 
-All such methods settle where falling and rising balance. With ``k`` correct answers in a row for
-a step down of size d and one error for a step up of size u, that is where ``p**k d = (1 - p**k) u``
-(Kaernbach 1991, Percept. Psychophys. 49, 227-229, for k = 1; García-Pérez 1998, Vision Res. 38,
-1861-1881, for the ratios at which a finite step does settle there).
+All such methods converge to the level at which steps down and up balance. With ``k`` correct
+answers in a row for a step down of size d, and one error for a step up of size u, that is where
+``p**k d = (1 - p**k) u`` (Kaernbach 1991, Percept. Psychophys. 49, 227-229, for k = 1;
+García-Pérez 1998, Vision Res. 38, 1861-1881, for the ratios at which finite steps converge to it).
 """
 
 from __future__ import annotations
@@ -34,22 +34,23 @@ class UpDown:
     start_level : float
         Level of the first trial, µm peak to peak.
     lowest_level, highest_level : float
-        The level stays within these: a step beyond ends on the bound, as is usual.
+        Limits of the level; a step beyond a limit ends at the limit.
     steps_up : tuple of float
-        Size of the step up before the first reversal, after it, after the second ...; the last
-        one stays. In µm on the linear scale, in decades on the logarithmic one.
+        Size of the step up before the first reversal, after it, after the second, and so on; the
+        last one applies from then on. In µm on the linear scale, in decades on the logarithmic
+        one.
     down_to_up : float
-        Size of the step down as a part of the step up.
+        Size of the step down relative to the step up.
     down_after : int
-        Correct answers in a row for a step down.
+        Number of correct answers in a row for a step down.
     scale : {"linear", "log10"}
         Whether steps add or multiply.
 
     Raises
     ------
     UserError
-        A number out of its range, the start outside the bounds, or a step larger than the whole
-        range.
+        If a number is out of range, the start is outside the limits, or a step is larger than the
+        whole range.
     """
 
     start_level: float
@@ -100,7 +101,7 @@ class UpDown:
         return UpDownTrack(rule=self, level=self.start_level)
 
     def moved(self, level: float, direction: int, reversals: int) -> float:
-        """Return the level one step up (1) or down (-1), on the bound where that lies beyond."""
+        """Return the level one step up (1) or down (-1), within the limits."""
         up = self.steps_up[min(reversals, len(self.steps_up) - 1)]
         step = up if direction == UP else -up * self.down_to_up
         new = level + step if self.scale == "linear" else level * 10.0**step
@@ -112,20 +113,20 @@ class UpDown:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UpDownTrack:
-    """An up-down run: the next level, and what decides the one after it.
+    """An up-down run: the next level, and the state that determines the following one.
 
     Parameters
     ----------
     rule : UpDown
-        What moves the level.
+        The rule that moves the level.
     level : float
         Level of the next trial.
     trials : int
-        Answers so far.
+        Number of answers so far.
     correct_in_row : int
-        Correct answers since the last step.
+        Number of correct answers since the last step.
     direction : int
-        The last step's: -1 down, 1 up, 0 before the first step.
+        Direction of the last step: -1 down, 1 up, 0 before the first step.
     reversal_levels : tuple of float
         Levels at which the direction changed, in order.
     """

@@ -1,7 +1,7 @@
-"""The weighted up-down method: every answer moves the level, steps down and up differ in size.
+"""The weighted up-down method: every answer moves the level, with different steps down and up.
 
-Kaernbach 1991, Percept. Psychophys. 49, 227-229, doi:10.3758/BF03214307: the level settles where
-``down p = up (1 - p)``, so three to one for 75 % correct.
+Kaernbach 1991, Percept. Psychophys. 49, 227-229, doi:10.3758/BF03214307: the level converges to
+``down p = up (1 - p)``, so the ratio is three to one for 75 % correct.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ def weighted(
 ) -> UpDown:
     """Return the weighted up-down rule for a proportion correct.
 
+    For the other parameters and the errors raised, see `UpDown`.
+
     Parameters
     ----------
     target : float
-        Proportion correct to settle at, between 0 and 1.
-
-    Other parameters and what is raised: `UpDown`.
+        Proportion correct to converge to, between 0 and 1.
 
     Examples
     --------

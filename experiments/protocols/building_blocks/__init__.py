@@ -1,1 +1,1 @@
-"""What protocols share: comparisons, rated surfaces, adaptive options, pacing and repeats."""
+"""Parts shared by protocols: comparisons, rated surfaces, adaptive options, pacing and repeats."""

@@ -1,4 +1,4 @@
-"""What a study may set for the rule that chooses the levels of a threshold task."""
+"""Options for the rule that selects the levels of a threshold task."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ TrialCap = Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)]
 
 
 class AdaptiveOptions(RestedOptions):
-    """What a study may set for a rule and its levels; the levels are those of one track."""
+    """Options for a rule and its levels; the levels are those of one track."""
 
     rule: Rule = Field(
         default="staircase",
@@ -118,14 +118,14 @@ class AdaptiveOptions(RestedOptions):
         Parameters
         ----------
         guess : float
-            Proportion of right answers by guessing.
+            Proportion of correct answers by guessing.
         stream : callable
-            Random numbers for the order of the tracks in a round, from its number.
+            Returns random numbers for the order of the tracks in a round, given its number.
 
         Raises
         ------
         UserError
-            The options contradict themselves, a grid is too large, or a rule could never stop.
+            If the options contradict each other, a grid is too large, or a rule could never stop.
         """
         stopping = Stopping(
             most_trials=self.most_trials,
@@ -138,7 +138,7 @@ class AdaptiveOptions(RestedOptions):
 
     @property
     def expected_trials(self) -> int:
-        """How many answers all tracks are expected to take: a guess, where a rule ends them."""
+        """Expected number of answers in all tracks; an estimate if a rule ends the tracks."""
         ruled = self.reversals is not None or self.threshold_sd_log10 is not None
         each = (self.least_trials + self.most_trials) // 2 if ruled else self.most_trials
         return self.tracks * each

@@ -1,4 +1,4 @@
-"""The columns of an adjustment: where a participant turned the plate to, and on which way."""
+"""Columns of an adjustment: the final amplitude, and every amplitude on the way."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ if TYPE_CHECKING:
 
 
 def adjusted_columns(name: str, description: str) -> dict[str, Column]:
-    """Return the columns of an adjustment: what was reached, and every amplitude on the way.
+    """Return the columns of an adjustment: the final amplitude, and every amplitude on the way.
 
     Parameters
     ----------
     name : str
         The adjustment's name; it ends in ``_level``.
     description : str
-        Of the amplitude reached.
+        Description of the final amplitude.
     """
 
     def of(field: str, record: TrialRecord) -> Any:

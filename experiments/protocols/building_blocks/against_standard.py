@@ -1,7 +1,8 @@
-"""Trials that are judged against a standard: felt first in each trial, or before some of them.
+"""Trials with judgements against a standard, which is felt in each trial or less often.
 
-Felt in each trial, the standard is the trial's first interval. Felt less often, it stands outside
-the trials: before the first of a block, after each rest, and then before every so many.
+If it is felt in each trial, the standard is the trial's first interval. Otherwise it is presented
+outside the trials: before the first trial of a block, after each rest, and then after a fixed
+number of trials.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ STANDARD, JUDGED = 1, 2
 
 
 class StandardOptions(RatedOptions):
-    """What a study may set for tasks with a standard, their order and pace apart."""
+    """Options for tasks with a standard, in addition to their order and pace."""
 
     standard_level: Annotated[Amplitude, Field(gt=0)] = Field(
         description="Amplitude of the standard that everything is judged against."
@@ -55,16 +56,16 @@ class StandardOptions(RatedOptions):
 
 
 class AgainstStandard(RatedSurfaces):
-    """The trials of a run, counted.
+    """The numbered trials of a run.
 
     Parameters
     ----------
     options, context
-        The run's.
+        Those of the run.
     planned : sequence of sequence of Presentation
         Blocks of trials, practice first.
     words : str
-        What the participant reads while the standard is there.
+        The text that the participant reads while exploring the standard.
     """
 
     def __init__(
@@ -77,15 +78,15 @@ class AgainstStandard(RatedSurfaces):
         super().__init__(options, context, planned)
         self.against = options
         self._words = words
-        self._left = 0  # trials until the standard comes again
+        self._left = 0  # trials until the standard is due
 
     def start(self) -> Steps:
-        """Have the standard come before the first of some trials."""
+        """Make the standard due before the next trial."""
         self._left = 0
         yield from ()
 
     def between(self) -> Steps:
-        """Yield the rest after so many trials, after which the standard comes."""
+        """Yield the rest if it is due; the standard is then due, too."""
         if self.rest_due:
             self._left = 0
         yield from super().between()
@@ -106,7 +107,7 @@ class AgainstStandard(RatedSurfaces):
         self._left -= 1
 
 
-#: The design's columns, and the standard's.
+#: Columns of the design and of the standard.
 DESIGN_COLUMNS: Mapping[str, Column] = {**BLOCK, **DESIGN}
 STANDARD_COLUMN: Mapping[str, Column] = {
     "standard_level": Column(

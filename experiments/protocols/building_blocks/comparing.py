@@ -1,7 +1,7 @@
-"""Trials that present surfaces in intervals: what the tasks that compare have in common.
+"""Trials that present surfaces in intervals: the common parts of comparison tasks.
 
-`Comparing` runs a fixed plan of trials, each with one question; what is compared with what is
-said by `constant_stimuli` and `paired_comparison`.
+`Comparing` runs a fixed plan of trials with one question each. The protocols `constant_stimuli`
+and `paired_comparison` define the comparisons.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 class ComparingOptions(RestedOptions):
-    """What a study may set for tasks in which surfaces are compared after a plan."""
+    """Options for tasks that compare surfaces according to a plan."""
 
     practice: Count = Field(
         default=3,
@@ -60,7 +60,7 @@ class ComparingOptions(RestedOptions):
 
 
 class Shown(NamedTuple):
-    """What makes a trial: the surfaces in their order, and the protocol's own columns."""
+    """The definition of a trial: the surfaces in their order, and the protocol's own columns."""
 
     phase: Phase
     surfaces: tuple[Surface, ...]
@@ -70,21 +70,21 @@ class Shown(NamedTuple):
 def with_catch_trials(
     planned: Sequence[Condition], catch_trials: Sequence[Condition], stream: Stream
 ) -> list[Condition]:
-    """Return the plan with catch trials at any places among it, each choice as likely."""
+    """Return the plan with catch trials at random places; all choices are equally likely."""
     marks = stream.shuffled([False] * len(planned) + [True] * len(catch_trials))
     trials, catches = iter(planned), iter(catch_trials)
     return [next(catches) if catch else next(trials) for catch in marks]
 
 
 class IntervalTask(Repeating[Condition]):
-    """The trials of a run, counted, with a rest after so many.
+    """The numbered trials of a run, with a rest after a fixed number of trials.
 
     Parameters
     ----------
     total : int
-        How many trials the task has if none is repeated.
+        Number of trials in the task if none is repeated.
     options, context
-        The run's.
+        Those of the run.
     """
 
     def __init__(self, total: int, options: RestedOptions, context: Context) -> None:
@@ -93,7 +93,7 @@ class IntervalTask(Repeating[Condition]):
         self.context = context
 
     def between(self) -> Steps:
-        """Yield the rest after so many trials."""
+        """Yield the rest if it is due."""
         if self.number % self._pace.rest_every_trials == 0 and self.number < self.total:
             text = self.context.texts["session.rest"]
             yield self._pace.rest(text, done=self.number, total=self.total)
@@ -116,11 +116,11 @@ class Comparing(IntervalTask[Shown]):
     Parameters
     ----------
     options, context
-        The run's.
+        Those of the run.
     texts : str
-        What the keys of the task's own texts begin with.
+        Prefix of the keys of the task's own texts.
     question : Question
-        Asked after the last interval.
+        The question after the last interval.
     practice, main : sequence of Shown
         The plan.
     """
@@ -184,11 +184,11 @@ class Comparing(IntervalTask[Shown]):
 
 
 def truth(value: Value) -> str | None:
-    """Return a yes or no as a cell of a table holds it."""
+    """Return a yes or no as the cell of a table."""
     return None if value is None else "true" if value else "false"
 
 
-#: The design's column of tasks after a plan.
+#: The design's column of tasks with a plan.
 DESIGN: Mapping[str, Column] = {
     "catch": Column(
         value=lambda record: truth(record.trial.factors["catch"]),

@@ -1,6 +1,7 @@
-"""Trials in which one of a few intervals holds the surface to be found.
+"""Trials with a target surface in one of a few intervals.
 
-What `difference_threshold` and `detection_threshold` share; where the levels come from is theirs.
+This is the common part of `difference_threshold` and `detection_threshold`, which define their own
+levels.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
 
 
 class ForcedChoiceOptions(AdaptiveOptions):
-    """What a study may set for a forced choice with levels that adapt."""
+    """Options for a forced choice with adaptive levels."""
 
     intervals: Literal[2, 3] = Field(
         default=2,
@@ -69,12 +70,12 @@ class ForcedChoiceOptions(AdaptiveOptions):
 
     @property
     def guess(self) -> float:
-        """Proportion of right answers by guessing."""
+        """Proportion of correct answers by guessing."""
         return 1 / self.intervals
 
 
 class Choice(NamedTuple):
-    """What makes a trial: its phase, its level, and the track that it is of, if any."""
+    """The definition of a trial: its phase, its level, and its track, if any."""
 
     phase: Phase
     level: float
@@ -89,13 +90,13 @@ class ForcedChoice(IntervalTask[Choice]):
     Parameters
     ----------
     options, context
-        The run's.
+        Those of the run.
     texts : str
-        What the keys of the task's own texts begin with.
+        Prefix of the keys of the task's own texts.
     standard_level : float
-        Amplitude of the surfaces that are not to be found, µm peak to peak.
+        Amplitude of the surfaces other than the target, µm peak to peak.
     sign : {1, -1}
-        Whether a level adds to it or takes away, for the surface to be found.
+        Whether the target's level is added to the standard or subtracted.
     """
 
     def __init__(
@@ -117,9 +118,9 @@ class ForcedChoice(IntervalTask[Choice]):
         )
         self.tracks = AnsweredTracks(start)
         drawn = context.stream(context.task, "catch").shuffled(range(options.expected_trials))
-        self._catch_at = sorted(drawn[: options.catch_trials])  # how many answers come before
+        self._catch_at = sorted(drawn[: options.catch_trials])  # number of answers before each
         self._missed = 0  # trials without an answer
-        self._again: dict[int, int] = {}  # the trial that the next one of a track repeats
+        self._again: dict[int, int] = {}  # track -> the trial that its next trial repeats
         self._practice_left = options.practice
         self._repetitions_left = 0
 
@@ -139,7 +140,7 @@ class ForcedChoice(IntervalTask[Choice]):
         yield from self.close(lambda: part_over(texts))
 
     def next(self) -> Choice | None:
-        """Return what makes the next trial, None when all tracks are over."""
+        """Return the definition of the next trial, or None when all tracks are over."""
         now = self.tracks.now
         if now.over or self._missed >= now.most_trials:
             return None
@@ -150,7 +151,7 @@ class ForcedChoice(IntervalTask[Choice]):
         return Choice("main", now.level, now.current, repeats=repeats)
 
     def again(self, numbers: Iterable[int]) -> deque[Repetition[Choice]]:
-        """Have voided trials come again: those of a track as the track wants it."""
+        """Schedule repetitions of voided trials; a track's trial gets the track's next level."""
         numbers = list(numbers)
         self.tracks.take_back(numbers)
         tracks = {number: self._known[number].track for number in numbers}
@@ -161,7 +162,7 @@ class ForcedChoice(IntervalTask[Choice]):
         return others
 
     def _total(self, now: Interleaved) -> int:
-        """Return the most trials that there are with the tracks as they are."""
+        """Return the largest possible number of trials, given the current state of the tracks."""
         over = now.over or self._missed >= now.most_trials
         of_tracks = 0 if over else now.left_at_most + len(self._catch_at)
         return self.number + self._practice_left + self._repetitions_left + of_tracks
@@ -214,29 +215,29 @@ class ForcedChoice(IntervalTask[Choice]):
     def end(
         self, trial: Trial, condition: Choice, chosen: Value, *, correct: bool
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a trial's end and tell its track; return the trials to be repeated."""
+        """Yield a trial's end and pass on its answer; return the trials to be repeated."""
         number, now = trial.number, self.tracks.now
         if condition.track is not None and chosen is not None:
             now = now.answered(correct=correct)
-        # Which trial is the last is known with its answer.
+        # Whether this trial is the last is known only after its answer.
         told = yield EndTrial(trial=replace(trial, total=self._total(now)))
         voided = told.trials if isinstance(told, Voided) else ()
         missed = chosen is None and number not in voided
         self._missed += missed
         if condition.track is not None and chosen is not None and number not in voided:
             self.tracks.answer(number, correct=correct)
-        # A track's own cap ends who never answers; other trials come again once.
+        # If nobody answers, a track ends at its limit; other trials are repeated once.
         comes_again = missed and (condition.track is not None or trial.repeats is None)
         return (*voided, number) if comes_again else voided
 
 
 def most_trials(options: ForcedChoiceOptions, _context: Context) -> int:
-    """Return the most trials that a run can have, practice and catch trials included."""
+    """Return the largest number of trials in a run, practice and catch trials included."""
     return options.practice + options.catch_trials + options.tracks * options.most_trials
 
 
 def expected_trials(options: ForcedChoiceOptions, _context: Context) -> int:
-    """Return how many trials a run is expected to have."""
+    """Return the expected number of trials in a run."""
     return options.practice + options.catch_trials + options.expected_trials
 
 

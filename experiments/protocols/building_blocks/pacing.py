@@ -1,4 +1,4 @@
-"""How long a participant explores, answers and rests: options that protocols share."""
+"""Options for the duration of exploration, answers and rests, shared by protocols."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class PacedOptions(Options):
-    """What a study may set for any protocol in which surfaces are stroked and asked about."""
+    """Options for all protocols in which surfaces are explored and judged."""
 
     exploration_minimum_s: Seconds = Field(
         default=0.0, description="Shortest time for stroking a surface before the question."
@@ -41,7 +41,7 @@ class PacedOptions(Options):
     def explore(
         self, text: str, trial: Trial | None = None, *, interval: int | None = None
     ) -> Explore:
-        """Return the exploration of the surface that is on the plate."""
+        """Return the exploration of the current surface."""
         return Explore(
             text=text,
             trial=trial,
@@ -56,7 +56,7 @@ class PacedOptions(Options):
 
 
 class RestedOptions(PacedOptions):
-    """What a study may set for a task whose trials go on until a rest is due."""
+    """Options for a task with a rest after a fixed number of trials."""
 
     rest_every_trials: AtLeastOne = Field(
         default=25,

@@ -1,7 +1,7 @@
-"""Surfaces that come one by one in random order, each to be rated: what such tasks have in common.
+"""The common parts of tasks that present surfaces one by one in random order for rating.
 
-The order is drawn in blocks, practice first. A trial that the operator voids, or (where the study
-says so) that times out, is repeated at the end of its block under a number of its own.
+The order is generated in blocks, practice first. A trial that the operator voids is repeated at
+the end of its block under a new number, and so is a trial that times out if the study requests it.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 class RatedOptions(PacedOptions):
-    """What a study may set for tasks in which surfaces are rated one by one."""
+    """Options for tasks in which surfaces are rated one by one."""
 
     repetitions: AtLeastOne = Field(
         default=1,
@@ -72,7 +72,7 @@ class RatedOptions(PacedOptions):
 
 
 class Presentation(NamedTuple):
-    """What makes a trial: a surface, the block and phase that it belongs to, and own columns."""
+    """The definition of a trial: its surface, block and phase, and the protocol's own columns."""
 
     block: int
     phase: Phase
@@ -84,7 +84,7 @@ Blocks = list[tuple["Phase", list[int]]]
 
 
 def order_blocks(conditions: int, options: RatedOptions, context: Context) -> Blocks:
-    """Return the order of so many conditions, block by block, practice first."""
+    """Return the order of a number of conditions, block by block, practice first."""
     main = presentation_order(
         conditions,
         options.repetitions,
@@ -120,11 +120,11 @@ def surface_blocks(
 def with_catch_trials(
     planned: list[list[Presentation]], catches: Sequence[Presentation], context: Context
 ) -> list[list[Presentation]]:
-    """Return the plan, each trial told whether it is a catch trial, with those mixed in.
+    """Return the plan with catch trials at random places, and mark each trial in a column.
 
-    A catch trial is one outside the plan, to see whether attention holds. They come at any places
-    among the main trials, each choice of places as likely; a catch trial belongs to the block that
-    it falls into.
+    A catch trial is not part of the plan and tests the participant's attention. Catch trials can
+    occur anywhere among the main trials, and all choices of places are equally likely. A catch
+    trial belongs to the block in which it occurs.
     """
     main = sum(each.phase == "main" for block in planned for each in block)
     stream = context.stream(context.task, "catch")
@@ -147,12 +147,12 @@ def with_catch_trials(
 
 
 class RatedSurfaces(Repeating[Presentation]):
-    """The trials of a run, counted.
+    """The numbered trials of a run.
 
     Parameters
     ----------
     options, context
-        The run's.
+        Those of the run.
     planned : sequence of sequence of Presentation
         Blocks of trials, practice first.
     """
@@ -169,7 +169,7 @@ class RatedSurfaces(Repeating[Presentation]):
         self.planned = planned
 
     def rest(self) -> Rest:
-        """Return the break screen for now."""
+        """Return the break screen with the current progress."""
         text = self.context.texts["session.rest"]
         return self.order.rest(text, done=self.number, total=self.total)
 
@@ -180,7 +180,7 @@ class RatedSurfaces(Repeating[Presentation]):
         return every is not None and self.number % every == 0 and self.number < self.total
 
     def between(self) -> Steps:
-        """Yield the rest after so many trials."""
+        """Yield the rest if it is due."""
         if self.rest_due:
             yield self.rest()
 
@@ -206,7 +206,7 @@ class RatedSurfaces(Repeating[Presentation]):
         repeats: int | None,
         factors: Mapping[str, Value],
     ) -> Trial:
-        """Return a trial, with its block and what else the data set says of it."""
+        """Return a trial with its block and its other columns of the data set."""
         return Trial(
             task=self.context.task,
             number=number,
@@ -237,7 +237,7 @@ class RatedSurfaces(Repeating[Presentation]):
             trial=trial,
             time_limit_s=options.response_time_limit_s,
         )
-        # Silence between surfaces: otherwise the change itself would be felt, not the surface.
+        # Silence between surfaces, so that the participant does not feel the change itself.
         yield Silence(trial=trial)
         return (yield from self.over(trial, reply))
 

@@ -1,4 +1,4 @@
-"""The trials of a task, counted: one that is voided comes again under a number of its own."""
+"""The numbered trials of a task; a voided trial is repeated under a new number."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Answer, Rest, Step, Steps
 
 Condition = TypeVar("Condition")
-# What makes a trial, and the number of the trial that it repeats.
+# The definition of a trial, and the number of the trial that it repeats.
 Repetition = tuple[Condition, int]
 
 
 class Repeating(ABC, Generic[Condition]):
     """The trials of a task, block by block.
 
-    ``Condition`` is what makes a trial (surface, block, phase, ...); a repetition has the same,
-    whenever it comes.
+    ``Condition`` defines a trial (surface, block, phase, ...). A repetition has the same
+    condition.
 
     Parameters
     ----------
     total : int
-        How many trials the task has if none is repeated.
+        Number of trials in the task if none is repeated.
     """
 
     def __init__(self, total: int) -> None:
@@ -44,15 +44,15 @@ class Repeating(ABC, Generic[Condition]):
         """Yield one trial; return the numbers of the trials to be repeated."""
 
     def start(self) -> Steps:
-        """Yield what comes before the first of some trials: nothing, by default."""
+        """Yield steps before a group of trials; none by default."""
         yield from ()
 
     def between(self) -> Steps:
-        """Yield what comes after each trial: nothing, by default."""
+        """Yield steps after each trial; none by default."""
         yield from ()
 
     def finish(self) -> Steps:
-        """Yield what comes after the last of some trials: nothing, by default."""
+        """Yield steps after a group of trials; none by default."""
         yield from ()
 
     def block(self, conditions: Iterable[Condition]) -> Steps:
@@ -61,24 +61,24 @@ class Repeating(ABC, Generic[Condition]):
         yield from self.drawn(lambda: next(rest, None))
 
     def drawn(self, draw: Callable[[], Condition | None]) -> Steps:
-        """Yield a block's trials, each condition drawn when the trial before it is over.
+        """Yield a block's trials; call ``draw`` for each one when the trial before it is over.
 
-        So it may depend on all answers until then; None ends the block. It is drawn again where
-        the screen after the block voids a trial.
+        A condition may therefore depend on all earlier answers; None ends the block. ``draw`` is
+        called once more if a trial is voided during the screen after the block.
         """
         self._draw = draw
         yield from self._trials(deque())
 
     def close(self, screen: Callable[[], Instruct | Rest]) -> Steps:
-        """Yield the screen that follows a block; repeat what is voided while it is shown.
+        """Yield the screen after a block; repeat trials that are voided while it is shown.
 
-        The screen is shown again after that: it tells where the participant stands.
+        The screen is then shown once more, because it shows the participant's progress.
         """
         while isinstance(reply := (yield EndBlock(screen=screen())), Voided) and reply.trials:
             yield from self._trials(self.again(reply.trials))
 
     def again(self, numbers: Iterable[int]) -> deque[Repetition[Condition]]:
-        """Return what is to be repeated for these trials, at the end of the block."""
+        """Return the repetitions of these trials, for the end of the block."""
         repetitions = deque((self._known[number], number) for number in numbers)
         self.total += len(repetitions)
         return repetitions
@@ -99,5 +99,5 @@ class Repeating(ABC, Generic[Condition]):
 
 
 def part_over(texts: Texts) -> Instruct:
-    """Return the screen at a task's end: until it is left, the last trial can be repeated."""
+    """Return the screen at a task's end; until it closes, the last trial can be repeated."""
     return Instruct(title=texts["session.part_over_title"], text=texts["session.part_over"])

@@ -1,1 +1,1 @@
-"""Orders of surfaces: the rules, their designs, and the random numbers that they draw."""
+"""Orders of surfaces: the rules, their designs, and their random numbers."""

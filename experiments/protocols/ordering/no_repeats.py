@@ -1,8 +1,8 @@
-"""Orders in which nothing follows itself, drawn uniformly from all there are.
+"""Orders without immediate repetitions, generated uniformly from all possible ones.
 
-An order of several copies of each kind without equal neighbours is known as a Smirnov word. They
+An order of several copies of each kind without equal neighbours is known as a Smirnov word. These
 are counted by inclusion and exclusion over blocks of equal items (Flajolet and Sedgewick, Analytic
-Combinatorics, 2009, Example III.24), in whole numbers.
+Combinatorics, 2009, Example III.24), in exact integers.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ ALONE = (
     "no_immediate_repeat: one surface alone must follow itself; "
     "use more surfaces, or no_immediate_repeat = false"
 )
-# Four hours of trials; drawing one order takes a second.
+# Four hours of trials; generating one order takes a second.
 MOST = 1200
 
 
 def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
     """Return ``each`` copies of 0 ... kinds - 1, uniform over all orders without equal neighbours.
 
-    The kinds are put in one after the other: a kind's copies, cut into groups, part equal
-    neighbours and go to other places too. How many groups go where is drawn with the exact number
-    of orders that each choice leads to; the rest are shuffles. With the counts at hand (they are
-    kept from one draw to the next) the time is linear in the number of copies.
+    The kinds are inserted one after the other. A kind's copies are cut into groups, which separate
+    equal neighbours and are also inserted elsewhere. The numbers of groups are drawn with the
+    exact number of orders to which each choice leads; the rest are shuffles. Once the counts are
+    known (they are cached), the time is linear in the number of copies.
 
     Raises
     ------
     UserError
-        There is no such order: a single kind must follow itself. Or there are more copies than can
-        be drawn in a second: the counts are exact, and their digits grow with the copies.
+        If there is only one kind, which must follow itself; or if there are too many copies to
+        generate an order in a second, because the exact counts have more digits with more copies.
     """
     if kinds == 1 and each > 1:
         raise UserError(ALONE)
@@ -67,7 +67,7 @@ def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
 
 
 def _some(items: Sequence[int], number: int, stream: Stream) -> list[int]:
-    """Return so many of the items, every choice as likely, in their order."""
+    """Return ``number`` of the items in their order; every choice is equally likely."""
     marks = stream.shuffled([True] * number + [False] * (len(items) - number))
     return [item for item, mark in zip(items, marks, strict=True) if mark]
 
@@ -79,7 +79,7 @@ def _counts(each: int, kinds: int) -> _Counts:
 
 @dataclass(slots=True)
 class _Counts:
-    """How many orders without equal neighbours an order of the first few kinds can become."""
+    """Counts the orders without equal neighbours that extend an order of the first few kinds."""
 
     each: int
     kinds: int
@@ -90,18 +90,18 @@ class _Counts:
         self._signed = _signed_blocks(self.each, self.kinds - 1)
 
     def completions(self, placed: int, equal: int) -> int:
-        """Count the ways to put the kinds in that are still to come.
+        """Count the ways to insert the remaining kinds.
 
         Parameters
         ----------
         placed : int
-            How many kinds stand in the order already.
+            Number of kinds already in the order.
         equal : int
-            How many pairs of neighbours in it are equal.
+            Number of equal pairs of neighbours in the order.
         """
         if (placed, equal) not in self._known:
-            # Blocks of the other kinds go between the items: C(items + blocks - equal,
-            # blocks - equal) ways, for every equal pair must have one.
+            # Blocks of the other kinds go between the items, in C(items + blocks - equal,
+            # blocks - equal) ways, because every equal pair must get one.
             signed = self._signed[self.kinds - placed]
             total, ways = 0, 1
             for blocks in range(equal, len(signed)):
@@ -112,7 +112,7 @@ class _Counts:
         return self._known[placed, equal]
 
     def draw_groups(self, placed: int, equal: int, stream: Stream) -> tuple[int, int]:
-        """Draw how many groups of the next kind part equal neighbours, and how many do not."""
+        """Draw how many groups of the next kind separate equal neighbours, and how many do not."""
         each, items = self.each, placed * self.each
 
         @cache
@@ -128,7 +128,7 @@ class _Counts:
             )
 
         rank = stream.below_any(self.completions(placed, equal))
-        # Any order of the choices gives the same distribution; the likeliest first ends soonest.
+        # Any order of the choices gives the same distribution; the likeliest first is fastest.
         best = (min(equal, each), max(each - equal, 0))
         while ways(near := max(_ring(best, 1), key=ways)) > ways(best):
             best = near
@@ -140,20 +140,21 @@ class _Counts:
 
 
 def _ring(centre: tuple[int, int], distance: int) -> list[tuple[int, int]]:
-    """Return the points of a grid whose larger difference from the centre is the distance."""
+    """Return the points of a grid at a Chebyshev distance from the centre."""
     span = range(-distance, distance + 1)
     column, row = centre
     return [(column + x, row + y) for x in span for y in span if max(abs(x), abs(y)) == distance]
 
 
 def _signed_blocks(each: int, most: int) -> list[list[int]]:
-    """Return the orders of blocks of equal items, signed, for 0 ... ``most`` kinds.
+    """Return the signed numbers of orders of blocks of equal items, for 0 ... ``most`` kinds.
 
-    By the number of blocks: each item beyond the first of its block turns the sign, so that by
-    inclusion and exclusion all orders with equal neighbours cancel.
+    They are listed by the number of blocks. Each item beyond the first of its block changes the
+    sign, so that all orders with equal neighbours cancel by inclusion and exclusion.
     """
     scale = math.factorial(each)
-    # One kind's blocks, over the factorial of their number and times the scale: a whole number.
+    # One kind's blocks, divided by the factorial of their number and multiplied by the scale:
+    # an integer.
     one = [
         (-1) ** (each - blocks)
         * math.comb(each - 1, blocks - 1)

@@ -1,8 +1,8 @@
-"""The order in which surfaces are presented, by the rule that the study names.
+"""The order in which surfaces are presented, according to the study's rule.
 
-All orders are uniform over what their rule admits, in whole numbers throughout: the same on every
-machine. A change of any draw needs a new `ORDER_VERSION`: a run is resumed only with the orders
-of its beginning (docs/decisions/random-orders.md).
+All orders are uniform over those that the rule allows. They are generated with integers only, so
+they are the same on every machine. Any change to them requires a new `ORDER_VERSION`, because a
+run can only be resumed with its original orders (docs/decisions/random-orders.md).
 """
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ def presentation_order(
     Parameters
     ----------
     conditions : int
-        How many surfaces; they are numbered 0 ... conditions - 1.
+        Number of surfaces; they are numbered 0 ... conditions - 1.
     repetitions : int
-        How often each is presented.
+        How often each surface is presented.
     rule : {"simple", "blocked", "williams"}
-        All shuffled together; each once a block, shuffled within; or each block a row of a
-        Williams square, so that carry-over is balanced across blocks and participants.
+        All shuffled together; or each once per block, shuffled within the block; or each block a
+        row of a Williams square, so that carry-over is balanced across blocks and participants.
     stream : Stream
         The run's own random numbers.
     shared : callable
-        Returns, for group and turn (see `Place.within`), the random numbers that all runs of the
-        group have in common: they draw the design that is divided among them, for "williams".
+        Returns, given group and turn (see `Place.within`), the random numbers that all runs of the
+        group share. They generate the design that is divided among these runs, for "williams".
     place : Place
-        Where the run stands in the counterbalancing, for "williams".
+        The run's place in the counterbalancing, for "williams".
     no_immediate_repeat : bool
-        No surface follows itself, across the limits of blocks neither.
+        Whether no surface may follow itself, also across blocks.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def presentation_order(
     Raises
     ------
     UserError
-        A surface must follow itself, as there is no other.
+        If a surface must follow itself, because it is the only one.
     """
     if no_immediate_repeat and conditions == 1 and repetitions > 1:
         raise UserError(ALONE)
@@ -83,25 +83,25 @@ def presentation_order(
 def practice_order(
     conditions: int, repetitions: int, *, stream: Stream, following: int | None
 ) -> list[list[int]]:
-    """Return the blocks of practice: each condition once a block, shuffled within.
+    """Return the practice blocks: each condition once per block, shuffled within the block.
 
     Parameters
     ----------
     conditions, repetitions, stream
         See `presentation_order`.
     following : int or None
-        What is presented first after the practice. No condition follows itself then, up to and
-        including that one; None: they may.
+        The first condition after the practice. If given, no condition follows itself, up to and
+        including this one; if None, conditions may.
 
     Raises
     ------
     UserError
-        A surface must follow itself, as there is no other.
+        If a surface must follow itself, because it is the only one.
     """
     if following is not None and conditions == 1 and repetitions:
         raise UserError(ALONE)
     blocks: list[list[int]] = []
-    # From the end: the practice gives way to the order that is analysed, not the other way round.
+    # From the end, so that the practice adapts to the analysed order, not the other way round.
     for _ in range(repetitions):
         block = stream.shuffled(range(conditions))
         while following is not None and block[-1] == following:

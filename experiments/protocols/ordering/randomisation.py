@@ -1,8 +1,8 @@
-"""Seeded random numbers that come out the same on every machine and in every version.
+"""Seeded random numbers that are the same on every machine and in every version.
 
-They are SHA-256 of a key and a counter, not a library's generator: NumPy and ``random`` keep
-their bit streams but not what ``shuffle`` makes of them. Orders of surfaces, drawn with them, are
-in `slipscale.experiments.protocols.ordering.orders`.
+They are SHA-256 hashes of a key and a counter. A library's generator is not used, because NumPy
+and ``random`` guarantee their bit streams but not the result of ``shuffle``. Orders of surfaces
+are generated from these numbers in `slipscale.experiments.protocols.ordering.orders`.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ Item = TypeVar("Item")
 
 
 class Stream:
-    """Random numbers that depend on nothing but the key.
+    """Random numbers that depend only on the key.
 
     Parameters
     ----------
     *key : str or int
-        What the numbers are for: seed, participant, task, purpose. Different keys give
-        independent streams.
+        Identifies the purpose: seed, participant, task, and so on. Different keys give independent
+        streams.
 
     Examples
     --------
@@ -33,7 +33,7 @@ class Stream:
     """
 
     def __init__(self, *key: str | int) -> None:
-        # The separator cannot occur in a key's part, so no two keys run together.
+        # The separator cannot occur in a key's part, so different keys stay different.
         parts = [str(part).replace("\x1f", "\x1f\x1f") for part in key]
         self._key = "\x1f|".join(parts).encode()
         self._count = 0
@@ -45,7 +45,7 @@ class Stream:
         return int.from_bytes(block[:8], "big")
 
     def below(self, bound: int) -> int:
-        """Return an integer uniform on 0 ... bound - 1, without modulo bias."""
+        """Return a random integer, uniform on 0 ... bound - 1, without modulo bias."""
         if not 0 < bound <= 1 << 64:
             raise ValueError(f"bound is {bound}, expected 1 to 2**64")
         limit = (1 << 64) - (1 << 64) % bound
@@ -55,7 +55,7 @@ class Stream:
                 return drawn % bound
 
     def below_any(self, bound: int) -> int:
-        """Return an integer uniform on 0 ... bound - 1 for a bound of any size."""
+        """Return a random integer, uniform on 0 ... bound - 1, for a bound of any size."""
         words = -(-(bound.bit_length() + 64) // 64)
         span = 1 << 64 * words
         while True:
@@ -66,7 +66,7 @@ class Stream:
                 return drawn % bound
 
     def uniform(self) -> float:
-        """Return a float uniform on the open interval (0, 1)."""
+        """Return a random float, uniform on the open interval (0, 1)."""
         return ((self.bits() >> 12) + 0.5) / (1 << 52)
 
     def normal(self) -> float:
@@ -82,17 +82,17 @@ class Stream:
         return order
 
     def choice(self, items: Sequence[Item]) -> Item:
-        """Return one of the items, each as likely."""
+        """Return a random item; all are equally likely."""
         return items[self.below(len(items))]
 
 
 def with_catch_steps(
     amplitudes: Sequence[float], catch_steps: int, stream: Stream
 ) -> list[tuple[float, float]]:
-    """Return the steps of a descending series as (before, after), catch steps shuffled in.
+    """Return the steps of a descending series as (before, after), with catch steps shuffled in.
 
-    A catch step changes nothing: before and after are equal. It may come at any place, also
-    first or last; every choice of places is equally likely.
+    In a catch step nothing changes: before and after are equal. It may be anywhere, including
+    first and last; all choices of places are equally likely.
 
     >>> with_catch_steps([2.3, 1.2, 0.5], 0, Stream(1))
     [(2.3, 1.2), (1.2, 0.5)]

@@ -1,7 +1,7 @@
 """Williams designs: orders in which every surface follows every other equally often.
 
-A design is drawn for a group of runs that fill whole squares together, and divided among them;
-labels and the order of the rows are random, the balance is not.
+A design is generated for a group of runs that fill whole squares together, and divided among them.
+Labels and the order of the rows are random; the balance is exact.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 def williams_square(size: int) -> list[list[int]]:
     """Return orders of ``size`` conditions balanced for first-order carry-over.
 
-    Every condition follows every other equally often, and stands in every position equally often:
-    ``size`` rows for an even size, twice as many for an odd one (Williams 1949,
+    Every condition follows every other equally often, and occurs in every position equally often.
+    The square has ``size`` rows for an even size, twice as many for an odd one (Williams 1949,
     doi:10.1071/CH9490149).
 
     Returns
@@ -37,16 +37,16 @@ def williams_square(size: int) -> list[list[int]]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Place:
-    """Where a run stands in the counterbalancing over participants and visits.
+    """A run's place in the counterbalancing over participants and visits.
 
     Parameters
     ----------
     row : int
         The participant's place: 0, 1, ...
     visit : int
-        Which of the participant's runs it is: 0, 1, ...
+        Index of the run among the participant's runs: 0, 1, ...
     advance : bool
-        Whether each visit takes the next place; otherwise every visit keeps the participant's.
+        Whether each visit takes the next place; otherwise all visits have the participant's place.
     """
 
     row: int
@@ -54,10 +54,10 @@ class Place:
     advance: bool = True
 
     def within(self, size: int) -> tuple[int, int, int]:
-        """Return group, turn and place for a design that ``size`` participants fill.
+        """Return group, turn and place in a design for ``size`` participants.
 
-        In a turn each of the group's participants has each place once if visits advance; the next
-        turn's design is drawn anew.
+        If visits advance, each participant of the group takes each place once per turn. The next
+        turn has a new random design.
         """
         group, place = divmod(self.row, size)
         turn, step = divmod(self.visit, size) if self.advance else (self.visit, 0)
@@ -65,14 +65,14 @@ class Place:
 
 
 def williams_group(conditions: int, repetitions: int, *, no_immediate_repeat: bool) -> int:
-    """Return how many runs fill whole Williams squares together, each with its blocks."""
+    """Return the number of runs that fill whole Williams squares together, with their blocks."""
     rows = len(williams_square(conditions))
     return rows // math.gcd(rows, _rows_drawn(conditions, repetitions, no_immediate_repeat))
 
 
 def _rows_drawn(conditions: int, repetitions: int, no_immediate_repeat: bool) -> int:
-    """Return how many rows a run takes from the squares."""
-    # Two conditions without an immediate repeat alternate: the first block decides all others.
+    """Return the number of rows that a run takes from the squares."""
+    # Two conditions without an immediate repeat alternate, so the first block determines the rest.
     return 1 if no_immediate_repeat and conditions == 2 else repetitions  # noqa: PLR2004 - said above
 
 
@@ -85,8 +85,8 @@ def williams_blocks(
 ) -> list[list[int]]:
     """Return a run's share of the Williams squares that its group of runs fills.
 
-    Each square has its labels and the order of its rows drawn anew; a run's blocks are rows that
-    follow each other, in one square as far as it reaches.
+    Each square has new random labels and a new random order of its rows. A run's blocks are
+    successive rows, from the same square as far as possible.
     """
     taken = _rows_drawn(conditions, repetitions, no_immediate_repeat)
     size = williams_group(conditions, repetitions, no_immediate_repeat=no_immediate_repeat)
