@@ -1,1 +1,1 @@
-"""The plate as a machine: driver interface, backends, calibration, models."""
+"""The plate: driver interface, backends, calibration and models."""

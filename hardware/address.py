@@ -1,7 +1,7 @@
-"""Addresses of plates: what follows the backend's name in a SPEC.
+"""Addresses of plates: the part of a SPEC after the backend's name.
 
-``PORT,key=value,key=value``: a port or resource (may be empty), then options. Which options there
-are is the backend's business: it hands in a table of names and converters.
+``PORT,key=value,key=value``: a port or resource (may be empty), then options. Each backend defines
+its own options as a table of names and converters.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def split_address(
     Raises
     ------
     UserError
-        An option is unknown, twice there, or its value cannot be read.
+        An option is unknown or given twice, or its value is invalid.
 
     Examples
     --------
@@ -54,7 +54,7 @@ def split_address(
 
 
 def number(text: str) -> float:
-    """Return a finite number, or raise ValueError that says what was expected."""
+    """Return a finite number; otherwise raise ValueError with the expected format."""
     try:
         value = float(text)
     except ValueError:
@@ -65,7 +65,7 @@ def number(text: str) -> float:
 
 
 def positive_number(text: str) -> float:
-    """Return a finite number above 0, or raise ValueError that says what was expected."""
+    """Return a finite number above 0; otherwise raise ValueError with the expected format."""
     value = number(text)
     if value <= 0:
         raise ValueError("expected a number above 0")
@@ -73,7 +73,7 @@ def positive_number(text: str) -> float:
 
 
 def calibration(text: str) -> Calibration:
-    """Return the calibration in a file. Raises UserError."""
+    """Read the calibration in a file. Raises UserError."""
     from slipscale.hardware.calibration.stored import read_calibration  # noqa: PLC0415 - SciPy
 
     return read_calibration(Path(text))
@@ -81,7 +81,7 @@ def calibration(text: str) -> Calibration:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plate:
-    """What an address says of the plate: limits, calibration, and the file they come from."""
+    """The plate that an address selects: limits, calibration, and the file they come from."""
 
     limits: PlateLimits
     calibration: Calibration | None
@@ -89,21 +89,21 @@ class Plate:
 
 
 def plate_file(text: str) -> tuple[PlateFile, Calibration | None]:
-    """Return the plate in a file, or of a name in the folder ``plates``. Raises UserError."""
+    """Read a plate file, given by path or by its name in the folder ``plates``; raise UserError."""
     from slipscale.hardware.plate_file import open_plate_file, path_of  # noqa: PLC0415 - pydantic
 
     return open_plate_file(path_of(text, Path()))
 
 
 def plate_of(options: Mapping[str, Any], *, backend: str, simulated: bool = False) -> Plate:
-    """Return what the options ``plate`` and ``calibration`` say together.
+    """Combine the options ``plate`` and ``calibration``.
 
-    A simulated plate takes the file of any backend: there a study is rehearsed.
+    A simulated plate accepts the file of any backend, so that a study can be rehearsed with it.
 
     Raises
     ------
     UserError
-        The plate file is for another backend, or does not agree with the calibration.
+        The plate file is for another backend, or contradicts the calibration.
     """
     file, own = options.get("plate", (None, None))
     given: Calibration | None = options.get("calibration")
@@ -137,13 +137,13 @@ def opened(
 ) -> tuple[str, dict[str, Any], Plate]:
     """Return the target, the options and the plate of a backend's address.
 
-    Every backend has the options ``calibration`` and ``plate``; ``options`` adds its own, as names
-    and converters.
+    Every backend has the options ``calibration`` and ``plate``; ``options`` adds further ones, as
+    names and converters.
 
     Raises
     ------
     UserError
-        As `split_address` and `plate_of`.
+        As for `split_address` and `plate_of`.
     """
     known = {"calibration": calibration, "plate": plate_file, **(options or {})}
     target, found = split_address(address, known)
@@ -151,14 +151,14 @@ def opened(
 
 
 def implausible_alone(calibration: Calibration) -> str:
-    """Return what is implausible in a calibration without a plate file, or ""."""
+    """Return what is implausible in a calibration without a plate file; empty if nothing."""
     from slipscale.hardware.calibration.soundness import implausible  # noqa: PLC0415 - NumPy
 
     return "; ".join(implausible(calibration, {}))
 
 
 def plate_file_of(spec: str) -> PlateFile | None:
-    """Return the plate file that a SPEC names, None without one. Raises UserError if unreadable."""
+    """Return the plate file that a SPEC names, or None. Raises UserError if it is unreadable."""
     from slipscale.hardware.plate_file import path_of, read_plate  # noqa: PLC0415 - pydantic
 
     named = _plates_in(spec)
@@ -166,18 +166,18 @@ def plate_file_of(spec: str) -> PlateFile | None:
 
 
 def _plates_in(spec: str) -> list[str]:
-    """Return the plates that a SPEC's options name."""
+    """Return the plates named in a SPEC's options."""
     words = spec.partition(":")[2].split(",")
     return [word.removeprefix("plate=") for word in words if word.startswith("plate=")]
 
 
 def with_plate_file(spec: str, wanted: str) -> str:
-    """Return a SPEC with the plate file that a study names, if it names one.
+    """Add a study's plate file (if it names one) to a SPEC.
 
     Raises
     ------
     UserError
-        The SPEC names another.
+        The SPEC names a different plate file.
 
     Examples
     --------
@@ -198,9 +198,9 @@ def with_plate_file(spec: str, wanted: str) -> str:
 
 
 def without_session_watchdog(spec: str) -> str:
-    """Return a SPEC whose backend does not ask whether its session still checks the plate.
+    """Disable a SPEC's session watchdog, which silences a plate that the session does not check.
 
-    For calibration, where a person reads an instrument meanwhile, and for scripts of others.
+    For calibration, during which a person reads an instrument, and for external scripts.
 
     >>> without_session_watchdog("serial:COM3")
     'serial:COM3,attention=0'

@@ -1,4 +1,4 @@
-"""The only clocks there are: the machine's, and a virtual one so that pilots do not wait."""
+"""The only clocks in Slipscale: the machine's, and a virtual one so that pilots do not wait."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from typing import Protocol
 
 
 class Clock(Protocol):
-    """Seconds since the clock was made, and a way to let them pass."""
+    """Seconds since the clock was created, and a method that waits."""
 
     def now(self) -> float:
-        """Return the time in seconds since the clock's start."""
+        """Return the time in seconds since the clock was created."""
 
     def sleep(self, duration_s: float) -> None:
-        """Let ``duration_s`` seconds pass."""
+        """Wait for ``duration_s`` seconds of this clock."""
 
 
 class SystemClock:
-    """The machine's monotonic clock, from ``start_s`` at construction.
+    """The machine's monotonic clock, starting at ``start_s``.
 
-    It counts ``time.perf_counter``, so a key event's time stamp can be put on it.
+    It counts ``time.perf_counter``, so the time stamps of key events can be converted to it.
     """
 
     def __init__(self, start_s: float = 0.0) -> None:
@@ -36,7 +36,7 @@ class SystemClock:
 
 
 class VirtualClock:
-    """A clock that moves only when told to: a pilot's hour passes in a second.
+    """A clock that advances only on request: a pilot's hour takes a second.
 
     >>> clock = VirtualClock()
     >>> clock.sleep(2.5)
@@ -52,9 +52,9 @@ class VirtualClock:
         return self._now
 
     def sleep(self, duration_s: float) -> None:
-        """Move the time on by ``duration_s`` seconds."""
+        """Advance the time by ``duration_s`` seconds."""
         self._now += max(duration_s, 0.0)
 
     def set(self, time_s: float) -> None:
-        """Move the time to ``time_s``: a resumed pilot goes on at its journal's time."""
+        """Set the time to ``time_s``; a resumed pilot continues at its journal's time."""
         self._now = time_s

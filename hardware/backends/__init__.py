@@ -1,1 +1,1 @@
-"""Backends of the plate driver, found by entry point."""
+"""Backends of the plate driver, registered as entry points."""

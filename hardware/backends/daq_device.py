@@ -1,7 +1,7 @@
-"""A data acquisition device in memory, with the part of ``nidaqmx`` that the output uses.
+"""An in-memory data acquisition device that implements the part of ``nidaqmx`` used by the output.
 
-Its input reads what its output makes. It refuses what a device refuses: voltages beyond its range,
-and a second task on a channel. What is on the terminals outlives the task, as on a device.
+Its input reads what its output generates. As a real device does, it rejects voltages outside its
+range and a second task on a channel, and its terminals keep their state after a task ends.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ RANGE_V = 10.0
 
 
 class Error(Exception):
-    """What the library raises."""
+    """The library's exception."""
 
 
 class AcquisitionType(Enum):
-    """How long a task samples."""
+    """Sampling mode of a task."""
 
     FINITE = "finite"
     CONTINUOUS = "continuous"
@@ -33,7 +33,7 @@ constants = SimpleNamespace(AcquisitionType=AcquisitionType)
 
 
 class Terminals:
-    """What the device's output makes now, and whether it can be reached."""
+    """The device's current output, and whether the device can be reached."""
 
     def __init__(self) -> None:
         self.output_v: list[float] = [0.0]
@@ -50,7 +50,7 @@ TERMINALS = Terminals()
 
 
 class Task:
-    """A task on the device in memory; see the library's own documentation."""
+    """A task on the in-memory device; see the library's documentation."""
 
     def __init__(self) -> None:
         TERMINALS.ask()
@@ -66,7 +66,7 @@ class Task:
         self._reserves = TERMINALS.reserved = True
 
     def add_ai_voltage_chan(self, _channel: str) -> None:
-        """Name the input."""
+        """Add the input."""
 
     def cfg_samp_clk_timing(
         self,
@@ -77,7 +77,7 @@ class Task:
         """Set the sample clock."""
 
     def write(self, data: float | Sequence[float], *, auto_start: bool) -> None:  # noqa: ARG002
-        """Make one voltage, or repeat a buffer of them."""
+        """Output one voltage, or repeat a buffer of voltages."""
         TERMINALS.ask()
         volts = [data] if isinstance(data, float) else list(data)
         if max(map(abs, volts)) > RANGE_V:
@@ -85,12 +85,12 @@ class Task:
         TERMINALS.output_v = volts
 
     def read(self, number_of_samples_per_channel: int) -> list[float]:
-        """Return what the output makes."""
+        """Return the current output."""
         TERMINALS.ask()
         return list(islice(cycle(TERMINALS.output_v), number_of_samples_per_channel))
 
     def close(self) -> None:
-        """Release the output; its voltage stays."""
+        """Release the output; its voltage is kept."""
         if self._reserves:
             TERMINALS.reserved = self._reserves = False
         TERMINALS.ask()

@@ -1,6 +1,6 @@
 """A sine from an analogue output of a National Instruments device, in the plate's own quantity.
 
-For an electrovibrating screen behind an amplifier (volts) and for a vibrotactile actuator
+For an electrovibration screen behind an amplifier (volts) and for a vibrotactile actuator
 (acceleration or displacement, below 1 kHz). SPEC: ``daq:Dev1/ao0,plate=desk,...`` with
 
 ==============  ==================================================================
@@ -11,12 +11,13 @@ For an electrovibrating screen behind an amplifier (volts) and for a vibrotactil
 ``rate``        samples per second (100 per period)
 ==============  ==================================================================
 
-``per_volt`` is the user's own measurement at that frequency: nothing is known of the actuator
-beyond it. With ``readback`` the level is worked out from the sine at the terminal ("applied"),
-without it nothing is read back ("commanded"). ``emulated/ao0`` is a device in memory.
+``per_volt`` is the user's own measurement at that frequency; nothing else is known about the
+actuator. With ``readback``, the level is computed from the sine at the terminal ("applied");
+without it, there is no readback ("commanded"). ``emulated/ao0`` is an in-memory device.
 
-The library (``nidaqmx``) is the extra ``slipscale[daq]``. **It was never tried on a device.** The
-device plays on by itself: if the computer dies, only an interlock at the amplifier switches it off.
+The library (``nidaqmx``) is installed by the extra ``slipscale[daq]``. **This backend has not been
+tested on a real device.** The device continues to play if the computer fails; only an interlock at
+the amplifier then switches it off.
 """
 
 from __future__ import annotations
@@ -40,9 +41,9 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.clock import Clock
 
-TERMINAL_V = 10.0  # what the device can make, peak
+TERMINAL_V = 10.0  # largest output of the device, peak
 RAMP_S, RAMP_STEPS = 0.05, 16  # raised cosine
-PERIODS = 10  # that the device repeats
+PERIODS = 10  # length of the repeated buffer
 SAMPLES_PER_PERIOD = 100
 EMULATED_DEVICE = "emulated/"
 
@@ -62,7 +63,7 @@ OPTIONS: dict[str, Callable[[str], Any]] = {
 
 
 class DaqOutput(PlateDriver):
-    """An actuator that is driven with a sine of one frequency.
+    """An actuator driven with a sine of one frequency.
 
     Parameters
     ----------
@@ -76,7 +77,7 @@ class DaqOutput(PlateDriver):
     Raises
     ------
     UserError
-        The frequency is outside the plate's band, or the rate cannot carry it.
+        The frequency is outside the plate's band, or the rate is too low for it.
     """
 
     name = "daq"
@@ -178,13 +179,13 @@ class DaqOutput(PlateDriver):
         return task
 
     def _write(self, level: float) -> None:
-        self._level = max(self._level, level)  # until it is confirmed the larger may be there
+        self._level = max(self._level, level)  # until confirmed, assume the larger one
         samples = level / self._level_per_v * self._sine
         self._asked(lambda: self._task.write(samples.tolist(), auto_start=True))
         self._level = level
 
     def _zero(self) -> None:
-        """End the sine and hold 0 V; both are confirmed, or `ConnectionLost` is raised."""
+        """Stop the sine and hold 0 V; raise `ConnectionLost` unless both are confirmed."""
         self._close()
 
         def hold() -> None:
@@ -211,7 +212,7 @@ class DaqOutput(PlateDriver):
 
 
 def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa: ARG001
-    """Return the output that an address names: the entry point ``daq``. Raises `UserError`."""
+    """Return the output that an address names (entry point ``daq``). Raises `UserError`."""
     channel, options, plate = addresses.opened(address, DaqOutput.name, OPTIONS)
     missing = [name for name in ("plate", "frequency", "per_volt") if name not in options]
     if missing or "/" not in channel:

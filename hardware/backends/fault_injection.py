@@ -1,7 +1,7 @@
-"""Faults on order: which one, and at which command of which phase. For tests and rehearsals.
+"""Fault injection for tests and rehearsals: which fault, at which command of which phase.
 
-An order reads ``NAME@PHASE/N`` (at the N-th command of that phase), ``NAME@N`` (at the N-th
-command of all), ``NAME@PHASE`` or ``NAME`` (at the first); several are joined by ``+``.
+An order has the form ``NAME@PHASE/N`` (at the N-th command of that phase), ``NAME@N`` (at the N-th
+command of all phases), ``NAME@PHASE`` or ``NAME`` (at the first command). Join several with ``+``.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ class Injection:
 def parse_injections(
     text: str, *, faults: Collection[str], phases: Collection[str]
 ) -> tuple[Injection, ...]:
-    """Read an order.
+    """Parse an order of faults.
 
     Raises
     ------
     ValueError
-        With what was expected.
+        With the expected format.
 
     Examples
     --------
@@ -60,7 +60,7 @@ def _parse(word: str, faults: Collection[str], phases: Collection[str]) -> Injec
 
 
 class Schedule:
-    """Counts commands and tells which faults are due.
+    """Counts commands and returns the faults that are due.
 
     >>> schedule = Schedule([Injection("lost", "present", 2)])
     >>> [schedule.due(phase) for phase in ("present", "read_back", "present")]
@@ -72,16 +72,16 @@ class Schedule:
         self._counts: Counter[str] = Counter()
 
     def add(self, injection: Injection) -> None:
-        """Order one more; its count begins now."""
+        """Add an injection; its count starts now."""
         later = self._counts[injection.phase] + injection.n
         self._injections.append(Injection(injection.fault, injection.phase, later))
 
     def clear(self) -> None:
-        """Forget what is on order."""
+        """Remove all pending injections."""
         self._injections.clear()
 
     def due(self, phase: str, *, everywhere: bool = True) -> list[str]:
-        """Count a command of a phase (``everywhere``: also of all) and return its faults."""
+        """Count a command of a phase (``everywhere``: also of all phases); return its faults."""
         counted = [phase, EVERY] if everywhere else [phase]
         self._counts.update(counted)
         return [

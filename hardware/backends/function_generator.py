@@ -1,24 +1,24 @@
-"""A function generator and an amplifier: carrier at resonance, amplitude by calibration.
+"""A function generator and an amplifier: carrier at resonance, amplitude from the calibration.
 
 SPEC: ``scpi:RESOURCE,option=value,...`` where RESOURCE is a VISA resource
 (``USB0::0x0957::...::INSTR``) or a serial port (``/dev/ttyUSB0``), with
 
 ================  ===============================================================
-``gain``          the amplifier's voltage gain; required, 1 without an amplifier,
-                  unless a calibration or a plate file says it
+``gain``          the amplifier's voltage gain (1 without an amplifier); required
+                  unless a calibration or a plate file defines it
 ``calibration``   a file written by ``slipscale plate calibrate``
 ``plate``         a file written by ``slipscale plate new``: limits, calibration,
                   gain and channel
 ``channel``       the generator's channel, 1 or 2 (1)
-``dialect``       the make, see `generator_dialects` (by the answer to ``*IDN?``)
+``dialect``       the make, see `generator_dialects` (default: from ``*IDN?``)
 ================  ===============================================================
 
-**All volts in this file are V peak at the plate**, after the amplifier, but for what is sent to
-the generator, which is V peak to peak at its own output.
+**All volts in this file are V peak at the plate**, after the amplifier, except for values sent to
+the generator, which are V peak to peak at its own output.
 
-The generator has **no watchdog**: when this computer dies the plate goes on vibrating. Use a
-hardware interlock (docs/how-to/function-generator.md). It also cannot read the vibration, so that
-what is read back is the drive that is on.
+The generator has **no watchdog**: if this computer fails, the plate continues to vibrate. Use a
+hardware interlock (docs/how-to/function-generator.md). It cannot measure the vibration either, so
+the readback is computed from the active drive.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 
 RAMP_S, RAMP_STEPS = 0.03, 10
 SETTLING_TIME_CONSTANTS = 7  # to 0.1 %
-UNKNOWN_PLATE_SETTLING_S = 0.05  # before there is a calibration to know Q from
+UNKNOWN_PLATE_SETTLING_S = 0.05  # used without a calibration, when Q is unknown
 VPP_PER_V_PEAK = 2.0
 
 OPTIONS: dict[str, Callable[[str], Any]] = {
@@ -67,24 +67,24 @@ class FunctionGenerator(PlateDriver):
     line : GeneratorLine
         The line to the generator, not opened.
     clock : Clock
-        Stamps the readbacks; the waits are the machine's.
+        Provides the readbacks' times; waits use the machine's clock.
     limits : PlateLimits
         At the plate.
     calibration : Calibration
-        Needed to present surfaces; not to `excite`.
+        Required to present surfaces, but not for `excite`.
     plate_file : PlateFile
-        Kept with the data; says the gain too.
+        Stored with the data; also defines the gain.
     amplifier_gain : float
-        Volts at the plate per volt of the generator; by default the calibration's.
+        Volts at the plate per volt of the generator; default: the calibration's.
     channel : int
         The generator's channel, 1 or 2.
     dialect : Dialect
-        The generator's make; by default as it answers to ``*IDN?``.
+        The generator's make; default: identified with ``*IDN?``.
 
     Raises
     ------
     UserError
-        No gain is known, or two that differ.
+        The gain is unknown, or two sources disagree.
     """
 
     name = "scpi"
@@ -131,7 +131,7 @@ class FunctionGenerator(PlateDriver):
             self._check_range(self.calibration.voltage_v_peak(amplitude_um_pp))
 
     def _check_range(self, voltage_v: float) -> None:
-        """Raise `OverLimit` unless the generator can make a voltage; 0 is output off."""
+        """Raise `OverLimit` unless the generator can output a voltage; 0 means output off."""
         made, vpp = self._output.range, voltage_v * self._vpp_per_v
         if made is None or voltage_v == 0 or made.smallest_vpp <= vpp <= made.largest_vpp:
             return
@@ -168,10 +168,10 @@ class FunctionGenerator(PlateDriver):
         return self._read_back()
 
     def _ramp(self, voltage_v: float, *, frequency_hz: float) -> None:
-        """Go to a voltage in small steps; 0 V is output off.
+        """Ramp to a voltage in small steps; 0 V switches the output off.
 
-        A ramp begins and ends at the smallest voltage of the generator. Each step is read back: a
-        generator that takes long for a command must not be sent the next ones meanwhile.
+        A ramp starts and ends at the generator's smallest voltage. Each step is read back, so that
+        a slow generator does not receive the next command too early.
         """
         output, from_v = self._output, self._voltage_v
         output.verify()
@@ -193,7 +193,7 @@ class FunctionGenerator(PlateDriver):
             output.set(voltage, voltage_v * self._vpp_per_v)
 
     def _read_back(self) -> Readback:
-        """Return the amplitude of the drive that is on, by the calibration."""
+        """Return the amplitude of the active drive according to the calibration."""
         voltage_v = 0.0
         if self._output.is_on():
             self._output.verify()
@@ -223,12 +223,12 @@ class FunctionGenerator(PlateDriver):
 
 
 def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa: ARG001 - real
-    """Return a driver for a function generator: the entry point ``scpi``.
+    """Return a driver for a function generator (entry point ``scpi``).
 
     Raises
     ------
     UserError
-        No resource, an unknown option, no gain, or a calibration that cannot be used.
+        The resource or gain is missing, an option is unknown, or the calibration cannot be used.
     """
     resource, options, plate = addresses.opened(address, FunctionGenerator.name, OPTIONS)
     if not resource:

@@ -1,4 +1,4 @@
-"""The gain between what a backend drives and the plate: told by whom, and told once."""
+"""The gain between a backend's output and the plate; all sources that define it must agree."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ if TYPE_CHECKING:
 def agreed_gain(
     given: float | None, wired: float | None, calibration: Calibration | None, *, unknown: str
 ) -> float:
-    """Return the gain, which must not be guessed: it multiplies the plate's volts.
+    """Return the gain. It is never guessed, because it multiplies the volts at the plate.
 
     Parameters
     ----------
     given, wired : float
-        As the SPEC and the plate file say it.
+        The values in the SPEC and in the plate file.
     calibration : Calibration
-        Was made with a gain.
+        Records the gain with which it was made.
     unknown : str
-        What to tell where nobody says it; begins with the backend, up to the first colon.
+        Error message for an unknown gain; starts with the backend, up to the first colon.
 
     Raises
     ------
     UserError
-        No gain is known, or two that differ.
+        The gain is unknown, or two sources disagree.
     """
     calibrated = calibration.drive.amplifier_gain if calibration else None
     told = {

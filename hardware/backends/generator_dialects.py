@@ -1,12 +1,12 @@
-"""What each make of function generator calls the same things: a table of dialects.
+"""The command dialects of function generators, one entry per make.
 
-A dialect is data: how to write a setting, how to ask for it, and where in the answer its value
-is. `slipscale.hardware.backends.generator_output` knows the order in which settings are made and
-nothing of any make; a laboratory's own make is one more entry.
+A dialect is data: how to write a setting, how to query it, and where its value is in the answer.
+`slipscale.hardware.backends.generator_output` determines the order of settings and is independent
+of any make. To support another make, add an entry.
 
-Each entry names its source. Entries marked "not verified" follow the maker's manual as remembered,
-without its page at hand. Each dialect is tested against a simulated instrument
-(`slipscale.hardware.emulator.generators`); **none has been on a real bench yet**.
+Each entry names its source. Entries marked "not verified" follow the manufacturer's manual from
+memory. Each dialect is tested with a simulated instrument
+(`slipscale.hardware.emulator.generators`); **none has been tested on real hardware yet**.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-WHOLE_ANSWER = r"^\"?([^,\"]+)"  # up to a comma; some makes put words in quotes
+WHOLE_ANSWER = r"^\"?([^,\"]+)"  # up to a comma; some makes quote words
 INFINITE_OHM = 9e37  # SCPI's infinity is 9.9E+37
 HIGHEST_ZERO_V = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Item:
-    """One thing of a generator that can be set and asked for.
+    """A setting of a generator that can be written and queried.
 
     Parameters
     ----------
     write, ask : str
-        Commands; ``{source}`` and ``{channel}`` stand for the channel's prefix and suffix,
-        ``{value}`` for what is set.
+        Commands; ``{source}`` and ``{channel}`` are replaced by the channel's prefix and suffix,
+        ``{value}`` by the value.
     value : str
         Regular expression; its first group is the value in the answer.
     """
@@ -44,14 +44,14 @@ class Item:
     value: str = WHOLE_ANSWER
 
     def read(self, answer: str) -> str | None:
-        """Return the value in an answer, or None where there is none."""
+        """Return the value in an answer, or None if it does not match."""
         found = re.search(self.value, answer)
         return found[1].strip() if found else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedSetting:
-    """What is set once on connecting, and what its value must then be."""
+    """A setting that is written once on connecting, and the value it must keep."""
 
     item: Item
     value: str
@@ -60,44 +60,44 @@ class FixedSetting:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VoltageRange:
-    """What a model makes as a sine, V peak to peak into an open circuit; and the source."""
+    """A model's sine voltages, V peak to peak into an open circuit, and their source."""
 
     model: str  # a regular expression
     smallest_vpp: float
     largest_vpp: float
-    resolution_vpp: float  # of the smallest values
+    resolution_vpp: float  # at the smallest values
     source: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dialect:
-    """How one make of generator is spoken to.
+    """The command dialect of one make of generator.
 
     Parameters
     ----------
     name : str
-        As in the SPEC's ``dialect=``.
+        Value of ``dialect=`` in the SPEC.
     identity : str
-        Regular expression that ``MANUFACTURER,MODEL`` of the answer to ``*IDN?`` matches.
+        Regular expression for ``MANUFACTURER,MODEL`` in the answer to ``*IDN?``.
     channels : tuple of (str, str)
-        Prefix of a source's commands and suffix of an output's, a pair for each channel.
+        For each channel, the prefix of its source's commands and the suffix of its output's.
     fixed : tuple of FixedSetting
         Sine, a load of infinite resistance, volts peak to peak, no offset; modulation, sweep and
         burst off. The load matters: a generator configured for 50 Ω delivers twice the set voltage
-        to an open circuit. They are verified before and after each presentation, because a reset
-        or the front panel changes them.
+        to an open circuit. These settings are verified before and after each presentation, because
+        a reset or the front panel can change them.
     frequency_hz, voltage_vpp, output : Item
-        What is set for each presentation. `voltage_vpp` is at the generator's own output.
+        Settings made for each presentation. `voltage_vpp` is at the generator's own output.
     ranges : tuple of VoltageRange
-        What each model can make; the first whose pattern matches.
+        The range of each model; the first one with a matching pattern applies.
     attenuator : FixedSetting or None
-        Keeps the output's attenuator where it is for the largest voltage: its relays interrupt a
-        ramp. None: the make cannot hold it.
+        Holds the output's attenuator in the position for the largest voltage, because its relays
+        interrupt a ramp. None: the make cannot hold it.
     on, off : str
-        The words that `output` is set to.
+        The values of `output`.
     error : str or None
-        Asks for the oldest error; None where the manual knows no such query, so that only
-        reading back tells.
+        Query for the oldest error. None if the manual describes no such query; errors are then
+        detected only by reading back.
     """
 
     name: str
@@ -114,17 +114,17 @@ class Dialect:
     error: str | None = "SYST:ERR?"
 
     def range_of(self, model: str) -> VoltageRange:
-        """Return what a model makes; of a model that is not listed, the make's last entry."""
+        """Return a model's voltage range; for a model that is not listed, the make's last entry."""
         return next((each for each in self.ranges if re.search(each.model, model)), self.ranges[-1])
 
 
 def is_sine(text: str) -> bool:
-    """Whether a waveform's name is the sine's."""
+    """Whether a text is a name of the sine waveform."""
     return text.upper().startswith("SIN")
 
 
 def is_infinite(text: str) -> bool:
-    """Whether a load is infinite: a word, or SCPI's number for it."""
+    """Whether a load is infinite, given as a word or as SCPI's number for infinity."""
     return text.upper().startswith(("INF", "HZ")) or number(text) >= INFINITE_OHM
 
 
@@ -139,7 +139,7 @@ def is_zero(text: str) -> bool:
 
 
 def is_on(text: str) -> bool | None:
-    """Return whether an output is on: some makes answer 1 and 0, others ON and OFF."""
+    """Return whether an output is on; some makes answer 1 and 0, others ON and OFF."""
     return {"1": True, "ON": True, "0": False, "OFF": False}.get(text.upper().lstrip("+"))
 
 
@@ -149,18 +149,18 @@ def is_off(text: str) -> bool:
 
 
 def is_continuous(text: str) -> bool:
-    """Whether a frequency mode is a single frequency and no sweep."""
+    """Whether a frequency mode is a single frequency without a sweep."""
     return text.upper().startswith(("CW", "FIX"))
 
 
 def number(text: str) -> float:
-    """Return a number that may carry its unit (``30500HZ``, ``1.5V``); NaN where there is none."""
+    """Parse a number that may have a unit (``30500HZ``, ``1.5V``); return NaN if there is none."""
     found = re.match(r"[+-]?(\d+\.?\d*|\.\d+)(E[+-]?\d+)?(?=[A-Z]*$)", text, re.IGNORECASE)
     return float(found[0]) if found else math.nan
 
 
 def _bswv(parameter: str) -> Item:
-    """Return an item of Siglent's basic wave, which is answered whole."""
+    """Return an item of Siglent's basic wave, for which the answer contains all parameters."""
     return Item(
         write=f"C{{channel}}:BSWV {parameter},{{value}}",
         ask="C{channel}:BSWV?",
@@ -178,7 +178,7 @@ def _off(*headers: str, word: str = "0") -> tuple[FixedSetting, ...]:
 
 
 def _siglent_off(header: str, key: str = "STATE") -> FixedSetting:
-    """Return what switches a function of Siglent off; the answer lists its parameters."""
+    """Return the setting that switches a Siglent function off; the answer lists its parameters."""
     item = Item(
         write=f"C{{channel}}:{header} {key},{{value}}",
         ask=f"C{{channel}}:{header}?",
@@ -188,7 +188,7 @@ def _siglent_off(header: str, key: str = "STATE") -> FixedSetting:
 
 
 def _sine(function: str, load: str, offset: str) -> tuple[FixedSetting, ...]:
-    """Return sine, infinite load, volts peak to peak and no offset, by the makes' own headers."""
+    """Return the settings for sine, infinite load, volts peak to peak and no offset."""
     return (
         FixedSetting(item=_plain(function), value="SIN", holds=is_sine),
         FixedSetting(item=_plain(load), value="INF", holds=is_infinite),
@@ -200,11 +200,11 @@ def _sine(function: str, load: str, offset: str) -> tuple[FixedSetting, ...]:
 KEYSIGHT = Dialect(
     name="keysight",
     identity=r"(?i)^(agilent|keysight)",
-    # The 33220A has one channel and knows no suffix.
+    # The 33220A has one channel and supports no suffix.
     channels=(("", ""), ("SOUR2:", "2")),
     fixed=(
         *_sine("{source}FUNC", "OUTP{channel}:LOAD", "{source}VOLT:OFFS"),
-        # Those that the 33220A and the 33500 share; the 33500's BPSK and SUM are not among them.
+        # Functions of both the 33220A and the 33500, so without the 33500's BPSK and SUM.
         *_off(
             *(f"{{source}}{each}:STAT" for each in ("AM", "FM", "PM", "FSK", "PWM", "SWE", "BURS"))
         ),
@@ -343,27 +343,27 @@ DIALECTS = {each.name: each for each in (KEYSIGHT, RIGOL, SIGLENT, TEKTRONIX)}
 
 
 def dialect_named(name: str) -> Dialect:
-    """Return a dialect by its name, or raise ValueError that says what was expected."""
+    """Return a dialect by name; raise ValueError with the expected names if there is none."""
     if name not in DIALECTS:
         raise ValueError(f"expected one of {', '.join(DIALECTS)}")
     return DIALECTS[name]
 
 
 def dialect_of(manufacturer: str, model: str) -> Dialect | None:
-    """Return the dialect of who answered ``*IDN?``; None: no make in the table."""
+    """Return the dialect for an answer to ``*IDN?``; None for a make that is not in the table."""
     said = f"{manufacturer},{model}"
     return next((each for each in DIALECTS.values() if re.search(each.identity, said)), None)
 
 
 def channel_number(text: str) -> int:
-    """Return a channel's number, or raise ValueError that says what was expected."""
+    """Return a channel's number; raise ValueError with the expected ones if it is invalid."""
     if text not in {"1", "2"}:
         raise ValueError("expected 1 or 2")
     return int(text)
 
 
 def words_of(dialect: Dialect, channel: int) -> dict[str, str]:
-    """Return what stands for a channel in the dialect's commands. Raises UserError."""
+    """Return the replacements for a channel in the dialect's commands. Raises UserError."""
     if channel > len(dialect.channels):
         raise UserError(f"plate 'scpi': {dialect.name} generators have no channel {channel}")
     source, suffix = dialect.channels[channel - 1]

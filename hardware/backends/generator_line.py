@@ -1,4 +1,4 @@
-"""The line to a function generator, whose every failure is a `PlateFault`. Through PyVISA."""
+"""The line to a function generator through PyVISA; every failure is a `PlateFault`."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 TIMEOUT_MS = 1_000
-BAUD = 115_200  # where the resource is a serial port
+BAUD = 115_200  # if the resource is a serial port
 
 
 class GeneratorLine:
-    """A VISA resource that takes commands and answers queries.
+    """A VISA resource that accepts commands and answers queries.
 
     Parameters
     ----------
     resource : str
         VISA resource or serial port.
     visa_library : str
-        PyVISA's backend: ``@py`` needs no vendor's library.
+        PyVISA's backend; ``@py`` requires no vendor library.
     """
 
     def __init__(self, resource: str, visa_library: str = "@py") -> None:
@@ -32,7 +32,7 @@ class GeneratorLine:
 
     @property
     def opened(self) -> bool:
-        """Whether it was opened, and not released since."""
+        """Whether the line is open."""
         return self._instrument is not None
 
     def open(self) -> None:
@@ -53,7 +53,7 @@ class GeneratorLine:
             )
 
     def release(self) -> None:
-        """Let go of the resource."""
+        """Release the resource."""
         instrument, self._instrument = self._instrument, None
         if instrument is not None:
             with self._told_as_faults():

@@ -1,10 +1,11 @@
-"""One output of a function generator: set, read back, and switched off whatever the line does.
+"""One output of a function generator: set, read back, and switched off even if the line drops.
 
-A generator has no watchdog. So an output that was reached is taken to be on until it has confirmed
-that it is off; if the line drops, it is opened again for that, within a bound.
+A generator has no watchdog. Once an output has been reached, it is assumed to be on until it has
+confirmed that it is off. If the line drops, it is reopened for that purpose, a limited number of
+times.
 
-A reset, a preset or a key of the front panel changes settings that were made when the generator was
-connected: a load of 50 Ω doubles the voltage, a modulation halves it. `verify` compares them all.
+A reset, a preset or a key on the front panel can change settings made on connecting: a load of 50
+Ω doubles the voltage, a modulation halves it. `verify` compares all of them.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
     from slipscale.hardware.backends.generator_line import GeneratorLine
     from slipscale.hardware.clock import Clock
 
-AGREEMENT = 1e-3  # of a setting that is read back
+AGREEMENT = 1e-3  # relative tolerance of a setting that is read back
 REOPENINGS, REOPENING_PAUSE_S = 3, 0.5  # after a drop, to switch the output off
 
 
@@ -52,25 +53,25 @@ class GeneratorOutput:
     channel : int
         1 or 2.
     chosen : Dialect or None
-        The generator's make; None: as it answers to ``*IDN?``.
+        The generator's make; None: identified with ``*IDN?``.
     """
 
     def __init__(self, line: GeneratorLine, channel: int, chosen: Dialect | None) -> None:
         self.line = line
         self.channel = channel
-        self.dialect = chosen or KEYSIGHT  # until it is known who answers
+        self.dialect = chosen or KEYSIGHT  # until the generator is identified
         self._chosen = chosen
-        self.range: VoltageRange | None = None  # of the model that answered
+        self.range: VoltageRange | None = None  # of the identified model
         self._may_be_on = False  # a generator was reached, and its output not confirmed off since
-        self._out_of_reach = False  # and could not be switched off; that was told
+        self._out_of_reach = False  # it could not be switched off, which was reported
 
     def prepare(self, largest_vpp: float) -> PlateIdentity:
-        """Identify the generator, switch off, and make the settings that stay.
+        """Identify the generator, switch it off, and make the fixed settings.
 
         Parameters
         ----------
         largest_vpp : float
-            The largest voltage that will be set: the attenuator is held where it is for that.
+            The largest voltage that will be set; the attenuator is held in the position for it.
 
         Raises
         ------
@@ -108,11 +109,11 @@ class GeneratorOutput:
 
     @property
     def smallest_vpp(self) -> float:
-        """The smallest voltage of the model that answered, V peak to peak."""
+        """Smallest voltage of the identified model, V peak to peak."""
         return (self.range or self.dialect.range_of("")).smallest_vpp
 
     def verify(self) -> None:
-        """Require that every setting is as `prepare` made it. Raises `PlateRefused`."""
+        """Check that every setting is still as `prepare` made it. Raises `PlateRefused`."""
         dialect = self.dialect
         for each in (*dialect.fixed, *([dialect.attenuator] if dialect.attenuator else [])):
             self._require(each)
@@ -132,7 +133,7 @@ class GeneratorOutput:
         self.write(self.dialect.output, self.dialect.on)
 
     def switch_off(self) -> None:
-        """Switch the output off, and have that confirmed. Raises `PlateFault`."""
+        """Switch the output off and have that confirmed. Raises `PlateFault`."""
         self.write(self.dialect.output, self.dialect.off)
         if self.is_on():
             raise PlateRefused(
@@ -146,7 +147,7 @@ class GeneratorOutput:
         Raises
         ------
         StillVibrating
-            It could not be switched off, however often the line was opened anew.
+            It could not be switched off, although the line was reopened several times.
         """
         if not self.line.opened and not self._may_be_on:
             return
@@ -158,7 +159,7 @@ class GeneratorOutput:
             self._reopen_and_switch_off(fault, machine)
 
     def _reopen_and_switch_off(self, fault: PlateFault, machine: Clock) -> None:
-        """Open the line anew, at most so many times, until the output is off."""
+        """Reopen the line, up to `REOPENINGS` times, until the output is off."""
         reopenings = 1 if self._out_of_reach else REOPENINGS
         for attempt in range(reopenings):
             if attempt:
@@ -177,13 +178,13 @@ class GeneratorOutput:
         ) from fault
 
     def set(self, item: Item, value: float) -> None:
-        """Set a value, read it back, and raise what the generator complains about."""
+        """Set a value, read it back, and raise any error that the generator reports."""
         self.write(item, f"{value:.6f}")
         self._no_errors()
         self.expect(item, value)
 
     def expect(self, item: Item, value: float) -> None:
-        """Raise `PlateRefused` unless the generator holds a value."""
+        """Raise `PlateRefused` unless the generator has a value."""
         answer = self.number(item)
         step = self.range.resolution_vpp if self.range and item is self.dialect.voltage_vpp else 0.0
         if not math.isclose(answer, value, rel_tol=AGREEMENT, abs_tol=step):
@@ -202,7 +203,7 @@ class GeneratorOutput:
         return on
 
     def number(self, item: Item) -> float:
-        """Return a value that the generator holds."""
+        """Query a value from the generator."""
         text = self._ask(item)
         value = number(text)
         if math.isnan(value):
@@ -210,7 +211,7 @@ class GeneratorOutput:
         return value
 
     def write(self, item: Item, value: str) -> None:
-        """Set a value, without looking what became of it."""
+        """Set a value without checking the result."""
         self.line.write(self._command(item.write, value))
 
     def _ask(self, item: Item) -> str:

@@ -4,21 +4,21 @@ SPEC: ``mock`` or ``mock:option=value,...`` with
 
 ==============  ==================================================================
 ``q``           quality factor (60)
-``finger``      loss that a finger adds to 1/Q (0); 0.0033 brings Q from 60 to 50
+``finger``      loss that a finger adds to 1/Q (0); 0.0033 reduces Q from 60 to 50
 ``noise``       standard deviation of a vibrometer reading, µm (0.005)
 ``calibration`` a file written by ``slipscale plate calibrate``: narrows the limits
 ``plate``       a file written by ``slipscale plate new``: limits and calibration
-``fault``       faults on order: ``CODE@PHASE/N``, see
+``fault``       faults to inject: ``CODE@PHASE/N``, see
                 `slipscale.hardware.backends.fault_injection`. CODE is a `PlateFault.code`; PHASE
-                is connect, present, read_back, silence or check. ``CODE@N`` counts all
-                of these but check (called every frame)
+                is connect, present, read_back, silence or check. ``CODE@N`` counts commands of
+                all phases except check (called every frame)
 ==============  ==================================================================
 
-In another quantity than µm peak to peak the twin lends its dynamics only: its largest amplitude
-stands for the plate's largest level, and no drive voltage is told.
+In a quantity other than µm peak to peak, the twin provides only its dynamics: its largest
+amplitude represents the plate's largest level, and no drive voltage is reported.
 
-A fault ``lost`` lasts until the next connect, every other one for one command. The board behind a
-lost line silences the plate, as a real one does.
+A fault ``lost`` lasts until the next connect, any other fault for one command. As on a real board,
+the plate is silenced when the line is lost.
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ if TYPE_CHECKING:
     from slipscale.stimuli.modulation import Loop
     from slipscale.stimuli.quantity import Quantity
 
-RAMP_S = 0.025  # raised cosine: no click
+RAMP_S = 0.025  # raised cosine, to avoid a click
 RAMP_STEPS = 16
-VOLTAGE_DIGITS, TEMPERATURE_DIGITS = 3, 1  # as a driver board tells them
+VOLTAGE_DIGITS, TEMPERATURE_DIGITS = 3, 1  # as a driver board reports them
 
 PHASES = ("connect", "present", "read_back", "silence", "check")
 OPTIONS: dict[str, Callable[[str], Any]] = {
@@ -62,7 +62,7 @@ OPTIONS: dict[str, Callable[[str], Any]] = {
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """One command that the mock received, for tests to look at."""
+    """One command that the mock received, for inspection by tests."""
 
     time_s: float
     name: str
@@ -75,7 +75,7 @@ class MockPlate(PlateDriver):
     Parameters
     ----------
     clock : Clock
-        Ramps and settling let its time pass: a virtual clock does not wait.
+        Ramps and settling advance it; a virtual clock does not wait.
     twin : Twin
         The plate.
     limits : PlateLimits
@@ -83,9 +83,9 @@ class MockPlate(PlateDriver):
     calibration : Calibration
         Narrows the limits.
     plate_file : PlateFile
-        Kept with the data.
+        Stored with the data.
     injections : iterable of Injection
-        Faults on order.
+        Faults to inject.
     """
 
     name = "mock"
@@ -107,21 +107,21 @@ class MockPlate(PlateDriver):
         self.modulator = Modulator(
             resonance_hz=resonator.resonance_hz, quality_factor=resonator.quality_factor
         )
-        # An ideal drive: what is left is the plate's own ring-up.
+        # With an ideal drive, only the plate's ring-up remains.
         self.follow_lag_s = resonator.quality_factor / (math.pi * resonator.resonance_hz)
         self.log: list[Command] = []
         self._schedule = Schedule(injections)
         self._connected = False
-        self._lost = False  # the line; the board behind it has silenced the plate
+        self._lost = False  # line lost; the board has silenced the plate
 
     def inject(self, fault: str, *, phase: str = "", n: int = 1) -> None:
-        """Order a fault at the ``n``-th command of a phase from now ("" counts all but check)."""
+        """Inject a fault at the ``n``-th command of a phase from now ("" counts all but check)."""
         if fault not in FAULTS or phase not in ("", *PHASES):
             raise ValueError(f"no fault '{fault}' or no phase '{phase}'")
         self._schedule.add(Injection(fault, phase, n))
 
     def adopt(self, quantity: Quantity, largest_level: float) -> None:
-        """Make another quantity up to a level: a study's, where no plate file states one."""
+        """Use another quantity up to a level: the study's, if no plate file defines one."""
         if quantity.makes != self.limits.quantity.makes:
             deviation_level = self.limits.deviation_level * largest_level / self.limits.level
             self.limits = replace(
@@ -137,7 +137,7 @@ class MockPlate(PlateDriver):
         return 1.0 if limits.quantity.of_plate else PlateLimits().level / limits.level
 
     def vibration_level(self) -> float:
-        """Return the twin's true level: what a finger feels, connected or not."""
+        """Return the twin's true level, which a finger feels even if the line is lost."""
         return self.twin.amplitude_um_pp(self.clock.now()) / self._um_per_level
 
     def _connect(self) -> PlateIdentity:
@@ -241,12 +241,12 @@ class MockPlate(PlateDriver):
 
 
 def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
-    """Return a mock plate: the entry point ``mock``.
+    """Return a mock plate (entry point ``mock``).
 
     Raises
     ------
     UserError
-        The address holds an option that the mock does not have.
+        The address contains an unknown option.
     """
     _, options, found = addresses.opened(address, MockPlate.name, OPTIONS, simulated=True)
     twin = Twin(

@@ -1,1 +1,1 @@
-"""Calibration of a plate: sweep, fit, record, plot."""
+"""Calibration of a plate: sweep, fit, record and plot."""

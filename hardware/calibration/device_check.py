@@ -1,4 +1,4 @@
-"""Whether the device that answers is the one that plate file and calibration are for."""
+"""Check that the connected device is the one in the plate file and the calibration."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Checked(Protocol):
-    """What is asked of a plate's driver."""
+    """The part of a plate's driver that the check uses."""
 
     name: ClassVar[str]
     simulated: ClassVar[bool]
@@ -21,19 +21,19 @@ class Checked(Protocol):
 
 
 def check_device(plate: Checked, identity: PlateIdentity, *, wanted: str) -> tuple[str, ...]:
-    """Return what the operator should know of the calibration of a plate that has just answered.
+    """Check a plate that has just answered; return notes on its calibration for the operator.
 
-    To a plate that is only simulated, a calibration of another one does no harm: it is noted.
+    For a simulated plate, the calibration of another plate is harmless and is only noted.
 
     Parameters
     ----------
     wanted : str
-        Serial number of the device that the plate file names; empty if it names none.
+        Serial number of the device in the plate file; empty if it has none.
 
     Raises
     ------
     WrongDevice
-        Plate file or calibration are of another device, plate or backend.
+        The plate file or the calibration is for another device, plate or backend.
     UserError
         The calibration is too old, or dated after today.
     """

@@ -1,4 +1,4 @@
-"""From vibrometer readings to resonance, Q and gain, with their uncertainties. Pure."""
+"""Estimate resonance, Q and gain from vibrometer readings, with their uncertainties. Pure."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 FEWEST_POINTS = 6
 CONFIDENCE = 0.95
-EXPLAINED_MIN = 0.5  # of a frequency sweep's variance by a resonance; noise alone leaves some 0.1
+EXPLAINED_MIN = 0.5  # fraction of a frequency sweep's variance; pure noise gives about 0.1
 NO_RESONANCE = (
     "frequency sweep: no resonance; the plate responds alike at all frequencies, so look whether "
     "the vibrometer reads the plate, and sweep where its resonance is"
@@ -39,7 +39,7 @@ class Peak:
 def response(
     frequency_hz: NDArray[np.float64], resonance_hz: float, quality_factor: float, height: float
 ) -> NDArray[np.float64]:
-    """Return the magnitude of the resonance's response (the twin's, `Conditions`)."""
+    """Return the magnitude of the resonance's response (as the twin's `Conditions`)."""
     detuning = (frequency_hz - resonance_hz) / resonance_hz
     return height / np.sqrt(1 + (2 * quality_factor * detuning) ** 2)
 
@@ -62,7 +62,7 @@ def fit_resonance(points: Sequence[Point]) -> Peak:
     if np.ptp(per_volt) == 0:
         raise UserError(NO_RESONANCE)
     top = int(np.argmax(per_volt))
-    # Half the height's square is lost at the band's edges: a first guess of Q.
+    # At the edges of the band, the squared height is halved: an initial estimate of Q.
     band = frequency_hz[per_volt > per_volt[top] / np.sqrt(2)]
     width_hz = max(float(np.ptp(band)), float(np.ptp(frequency_hz)) / len(points))
     guess = (frequency_hz[top], frequency_hz[top] / width_hz, per_volt[top])
@@ -122,7 +122,7 @@ def fit_gain(points: Sequence[Point]) -> Gain:
         um_pp_per_v_ci95=half_width,
         residual_um=_rms(left_um, len(points) - 1),
         voltage_max_v=highest_v,
-        # What was read, and not what the line says of a plate that may saturate.
+        # The largest reading if it is below the line, because the plate may saturate.
         amplitude_max_um_pp=min(slope * highest_v, float(amplitude_um.max())),
     )
 
@@ -132,11 +132,11 @@ def _fitted(
     per_volt: NDArray[np.float64],
     guess: tuple[float, float, float],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return a resonance's best parameters and their covariance. Raises RuntimeError."""
+    """Return a resonance's best-fit parameters and their covariance. Raises RuntimeError."""
     weights = np.ones_like(frequency_hz)
     best = np.array(guess)
     with warnings.catch_warnings():
-        # A covariance that cannot be estimated is infinite, and looked for by the caller.
+        # A covariance that cannot be estimated is infinite; the caller checks for that.
         warnings.simplefilter("ignore", optimize.OptimizeWarning)
         for _ in range(WEIGHTING_ROUNDS):
             best, covariance = optimize.curve_fit(
@@ -150,23 +150,23 @@ def _fitted(
 def _weights(
     fitted: NDArray[np.float64], left: NDArray[np.float64], before: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return what each reading weighs, from what a fit left of it.
+    """Return the weights of the readings, estimated from a fit's residuals.
 
-    A vibrometer's noise has a part that is always there and one that grows with the reading:
-    variance = a + b·reading², fitted to the squares of the residuals, a and b not negative. Taken
-    for constant, noise of 2 % of the reading leaves a 95 % interval of the gain that covers 86 %.
+    A vibrometer's noise has a constant part and a part proportional to the reading: variance = a +
+    b·reading², fitted to the squared residuals with a and b not negative. If the noise (2 % of the
+    reading) were treated as constant, a 95 % interval of the gain would cover only 86 %.
 
     Parameters
     ----------
     fitted, left : ndarray
-        What the fit says, and reading less fit.
+        The fit's predictions, and the residuals (reading less prediction).
     before : ndarray
-        The weights of that fit: the squares' own scatter is as large as the variances.
+        The weights of that fit, because the scatter of the squares is as large as the variances.
 
     Returns
     -------
     ndarray
-        1/variance, the largest 1.
+        1/variance, scaled to a maximum of 1.
     """
     terms = np.column_stack([np.ones_like(fitted), fitted**2]) * before[:, None]
     (constant, proportional), _ = optimize.nnls(terms, left**2 * before)

@@ -1,8 +1,8 @@
-"""Questions at the terminal while a plate vibrates: something keeps it alive while a person types.
+"""Questions at the terminal while a plate vibrates; the plate is kept alive while a person types.
 
-A board silences itself when it hears nothing for its watchdog's time, so `typed` calls a function
-again and again while it waits. It also waits in short steps: a signal that arrives in the instant a
-piped question appears would otherwise be noticed only after the next line was typed.
+A board silences itself if it receives nothing for its watchdog time, so `typed` repeatedly calls a
+function while it waits. It waits in short steps: otherwise a signal that arrives at the moment a
+piped question appears would be noticed only after the next line.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ def typed(question: str, alive: Callable[[], object]) -> str:
     EOFError
         Standard input has ended.
     Exception
-        What ``alive`` raises, at once.
+        Exceptions from ``alive``, immediately.
     """
     print(question, end="", flush=True)
     try:
         descriptor = sys.stdin.fileno()
-    except (io.UnsupportedOperation, ValueError):  # not a file: it does not block
+    except (io.UnsupportedOperation, ValueError):  # not a file, so it does not block
         return _whole(sys.stdin.readline().encode())
     read = bytearray()
     reader = Thread(target=_read_line, args=(descriptor, read), name="typed line", daemon=True)
@@ -44,7 +44,7 @@ def typed(question: str, alive: Callable[[], object]) -> str:
 
 
 def _read_line(descriptor: int, read: bytearray) -> None:
-    """Read up to a line feed, and not a byte more: the next question's answer may wait there."""
+    """Read up to a line feed and no further, because the next question's answer may follow."""
     while not read.endswith(b"\n"):
         byte = os.read(descriptor, 1)
         if not byte:

@@ -1,4 +1,4 @@
-"""A calibration at a glance: resonance curve and amplitude against voltage, with residuals."""
+"""Plot a calibration: resonance curve and amplitude against voltage, with residuals."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MEASURED, FITTED = BLUE, VERMILION
 
 @styled
 def draw(calibration: Calibration) -> Figure:
-    """Return the figure of a calibration."""
+    """Draw the figure of a calibration."""
     figure, axes = canvas(2, 2, (9, 5), sharex="col", height_ratios=[3, 1])
     resonance, gain = calibration.resonance, calibration.gain
     sweep = [each for each in calibration.points if each.sweep != "voltage"]
@@ -61,7 +61,7 @@ def draw(calibration: Calibration) -> Figure:
 
 
 def _panel(pair: np.ndarray, x: np.ndarray, points: list[Point], fitted: np.ndarray) -> None:
-    """Draw readings above, and what the fit leaves of them below."""
+    """Draw readings above, and the residuals of the fit below."""
     above: Axes = pair[0]
     below: Axes = pair[1]
     measured_um = np.array([each.amplitude_um_pp for each in points])

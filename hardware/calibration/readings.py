@@ -1,7 +1,7 @@
-"""Vibrometer readings from files: amplitudes, velocities, or traces of an oscilloscope.
+"""Read vibrometer readings from files: amplitudes, velocities, or oscilloscope traces.
 
-A CSV file with a row a reading: ``sweep``, ``frequency_hz``, ``voltage_v``, and one column that
-says what was read (`QUANTITIES`).
+The file is a CSV with one row per reading: ``sweep``, ``frequency_hz``, ``voltage_v``, and one
+column for the measured quantity (`QUANTITIES`).
 """
 
 from __future__ import annotations
@@ -29,31 +29,31 @@ DRIVE_COLUMNS = ("sweep", "frequency_hz", "voltage_v")
 UM_PER_MM = 1000.0
 PERIODS_MIN = 5.0
 SAMPLES_PER_PERIOD_MIN = 4.0
-UNEVEN = 0.01  # of the samples' distance: instruments print times with few digits
+UNEVEN = 0.01  # fraction of the sample interval: instruments print times with few digits
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trace:
-    """What an oscilloscope recorded, evenly in time.
+    """An oscilloscope's recording, evenly sampled.
 
     Parameters
     ----------
     times_s, volts_v : ndarray, shape (n,)
-        Of each sample.
+        Time and voltage of each sample.
     """
 
     times_s: NDArray[np.float64]
     volts_v: NDArray[np.float64]
 
     def amplitude_v_peak(self, frequency_hz: float) -> float:
-        """Return the amplitude of the sine of one frequency, by least squares.
+        """Return the amplitude of the sine at one frequency, by least squares.
 
-        An offset and whatever lies at other frequencies (noise, hum) do not count.
+        An offset and components at other frequencies (noise, hum) are ignored.
 
         Raises
         ------
         ValueError
-            The samples are too far apart, uneven, or too few periods long.
+            The samples are too far apart or uneven, or cover too few periods.
         """
         steps_s = np.diff(self.times_s)
         step_s = float(np.mean(steps_s))
@@ -73,7 +73,7 @@ class Trace:
 
 
 def um_pp_from_velocity(velocity_mm_s_peak: float, frequency_hz: float) -> float:
-    """Return the peak-to-peak displacement of a sine of this peak velocity, 2 v / (2π f).
+    """Convert a sine's peak velocity to peak-to-peak displacement, 2 v / (2π f).
 
     >>> round(um_pp_from_velocity(100.0, 30_500.0), 4)
     1.0436
@@ -84,13 +84,14 @@ def um_pp_from_velocity(velocity_mm_s_peak: float, frequency_hz: float) -> float
 def read_trace(path: Path) -> Trace:
     """Read an oscilloscope's CSV file.
 
-    Makes differ in what they write above and before the samples. Read is what they share: each
-    sample's line ends in time and voltage; all lines before the first such line are a heading.
+    Makes differ in the header and in the columns before the samples. The reader relies on what
+    they share: each sample's line ends in time and voltage, and all lines before the first such
+    line are a header.
 
     Raises
     ------
     ValueError
-        The file cannot be read or holds no samples; a line between samples is none.
+        The file cannot be read or contains no samples, or a line between samples is invalid.
     """
     try:
         lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
@@ -120,7 +121,7 @@ def _sample(line: str) -> tuple[float, float] | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Reading:
-    """A cell, and what is needed to make an amplitude of it."""
+    """A cell, and the information needed to convert it to an amplitude."""
 
     text: str
     frequency_hz: float
@@ -152,7 +153,7 @@ def _of_a_trace(reading: _Reading) -> float:
     return um_pp_from_velocity(volts_v * reading.mm_s_per_v, reading.frequency_hz)
 
 
-# The column that says what was read -> µm peak to peak of it.
+# Column of the measured quantity -> conversion to µm peak to peak.
 QUANTITIES: dict[str, Callable[[_Reading], float]] = {
     "amplitude_um_pp": _number,
     "velocity_mm_s_peak": _of_a_velocity,
@@ -166,14 +167,15 @@ def read_points(path: Path, *, mm_s_per_v: float | None = None) -> tuple[Point, 
     Parameters
     ----------
     path : Path
-        The file. Traces that it names are looked for beside it.
+        The file. Traces that it names are expected in the same folder.
     mm_s_per_v : float
-        Velocity per volt of the vibrometer's output; needed for traces.
+        Velocity per volt of the vibrometer's output; required for traces.
 
     Raises
     ------
     UserError
-        No such file, not one column of `QUANTITIES`, or an impossible value, with its line.
+        The file does not exist, does not have exactly one column of `QUANTITIES`, or contains an
+        impossible value (reported with its line).
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
@@ -198,7 +200,7 @@ def _point(
 ) -> Point:
     values: dict[str, object] = {key: row.get(key) for key in DRIVE_COLUMNS}
     try:
-        # Frequency and voltage first: an amplitude is made with the frequency.
+        # Frequency and voltage first: the amplitude's conversion requires the frequency.
         drive = Point.model_validate({**values, "amplitude_um_pp": 0})
         reading = _Reading(
             text=row[column] or "",

@@ -1,7 +1,7 @@
-"""A plate's calibration: the record, its file, and what it allows.
+"""A plate's calibration: the record, its file, and the limits that follow from it.
 
-The file is TOML, written by ``slipscale plate calibrate`` and readable by hand. It is validated
-whole; what is wrong in it is told at once, with the place.
+The file is human-readable TOML, written by ``slipscale plate calibrate``. It is validated as a
+whole, and all errors are reported together with their positions.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from slipscale.hardware.limits import PlateLimits
     from slipscale.hardware.records import PlateIdentity
 
-OLD_DAYS = 180  # older is noted
-EXPIRED_DAYS = 365  # older is refused
-MISFIT = 0.05  # of the largest reading: how far the readings may lie from resonance and gain
+OLD_DAYS = 180  # older ones are noted
+EXPIRED_DAYS = 365  # older ones are rejected
+MISFIT = 0.05  # fraction of the largest reading: allowed deviation from resonance and gain
 CHECKSUM = "sha256"  # the file's key
 PEAK_OF = {"V peak": 1.0, "V peak-to-peak": 0.5, "V RMS": math.sqrt(2)}
 
@@ -36,15 +36,16 @@ VoltageConvention = Literal["V peak", "V peak-to-peak", "V RMS"]
 
 
 class CalibrationTable(BaseModel):
-    """A part of the file: frozen, without unknown keys."""
+    """A table of the file: immutable, and without unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class Device(CalibrationTable):
-    """Which plate: what its backend and ``*IDN?`` said, and the plate's own number if it has one.
+    """The plate's device: answers of backend and ``*IDN?``, and the plate's own number (if any).
 
-    A board is one with its plate; behind a generator plates can be changed, and only `plate` tells.
+    A board and its plate are one unit. Plates behind a generator can be exchanged, and only
+    `plate` distinguishes them.
     """
 
     backend: str
@@ -56,7 +57,7 @@ class Device(CalibrationTable):
 
 
 class Provenance(CalibrationTable):
-    """When, by whom, with what, and under which circumstances."""
+    """When, by whom, with what and under which conditions the calibration was made."""
 
     date: date
     by: str
@@ -67,28 +68,28 @@ class Provenance(CalibrationTable):
 
 
 class DriveChain(CalibrationTable):
-    """How volts are meant: the convention, and what follows the generator.
+    """The voltage convention, and what follows the generator.
 
-    All volts of the file are volts at the plate, after the amplifier.
+    All volts in the file are volts at the plate, after the amplifier.
     """
 
     voltage_convention: VoltageConvention = "V peak"
     amplifier_gain: Positive = 1.0
-    # The largest voltage before the amplifier: a gain that was changed later contradicts it.
+    # The largest voltage before the amplifier; it reveals a gain that was changed later.
     source_max_v: Positive | None = None
 
     @property
     def v_peak_per_volt(self) -> float:
-        """V peak for a volt of the convention; both at the plate."""
+        """V peak per volt in the file's convention; both at the plate."""
         return PEAK_OF[self.voltage_convention]
 
 
 class Resonance(CalibrationTable):
-    """The fitted resonance; ``_ci95`` are half widths of 95 % confidence intervals."""
+    """The fitted resonance; ``_ci95`` are half-widths of 95 % confidence intervals."""
 
     frequency_hz: Positive
     frequency_ci95_hz: NotNegative
-    # At 5,000 and 30.5 kHz a plate takes 0.4 s to settle; no tactile plate comes near.
+    # With 5,000 at 30.5 kHz, a plate takes 0.4 s to settle; tactile plates are far below.
     quality_factor: Annotated[float, Field(gt=1, le=5_000)]
     quality_factor_ci95: NotNegative
     residual_um: NotNegative
@@ -114,13 +115,13 @@ class Point(CalibrationTable):
 
 
 class Calibration(CalibrationTable):
-    """What relates volts to micrometres for one plate.
+    """The relation between volts and micrometres for one plate.
 
     Raises
     ------
     ValidationError
-        Values are impossible, or the readings do not follow from resonance and gain: a file whose
-        numbers were changed is refused even with a new checksum.
+        Values are impossible, or the readings do not match resonance and gain: a file with edited
+        numbers is rejected even if its checksum was updated.
     """
 
     device: Device
@@ -163,7 +164,7 @@ class Calibration(CalibrationTable):
         linear = [each for each in self.points if each.sweep == "voltage"]
         for readings in (fine or coarse, linear):
             misfit = self._misfit(readings)
-            # Of numbers beyond all measure the distance is nan.
+            # For extremely large numbers, the distance is nan.
             if misfit > MISFIT or math.isnan(misfit):
                 raise ValueError(
                     f"the readings of the {readings[0].sweep} sweep lie {misfit:.0%} from what "
@@ -172,11 +173,11 @@ class Calibration(CalibrationTable):
         return self
 
     def _misfit(self, readings: list[Point]) -> float:
-        """Return the RMS distance between readings and fit, as a part of the largest reading."""
+        """Return the RMS distance between readings and fit, relative to the largest reading."""
         largest_um_pp = max((each.amplitude_um_pp for each in readings), default=0.0)
         if largest_um_pp == 0:
             return math.inf if readings else 0.0
-        # hypot takes numbers of any size, which a square does not.
+        # hypot does not overflow, unlike squaring.
         apart = math.hypot(*(each.amplitude_um_pp - self.expected_um_pp(each) for each in readings))
         return apart / math.sqrt(len(readings)) / largest_um_pp
 
@@ -188,7 +189,7 @@ class Calibration(CalibrationTable):
         return self.gain.um_pp_per_v * point.voltage_v / lost
 
     def characteristics(self) -> dict[str, float]:
-        """Return the values that a plate is known by, under their names in a plate file."""
+        """Return the plate's characteristic values, under their names in a plate file."""
         return {
             "resonance_hz": self.resonance.frequency_hz,
             "quality_factor": self.resonance.quality_factor,
@@ -197,7 +198,7 @@ class Calibration(CalibrationTable):
 
     @property
     def um_pp_per_v_peak(self) -> float:
-        """Amplitude at resonance for one volt peak at the plate."""
+        """Amplitude at resonance per volt peak at the plate."""
         return self.gain.um_pp_per_v / self.drive.v_peak_per_volt
 
     def voltage_v_peak(self, amplitude_um_pp: float) -> float:
@@ -205,12 +206,12 @@ class Calibration(CalibrationTable):
         return amplitude_um_pp / self.um_pp_per_v_peak
 
     def narrow(self, limits: PlateLimits) -> PlateLimits:
-        """Return the limits, narrowed to what was calibrated: nothing is extrapolated.
+        """Return the limits narrowed to the calibrated range; nothing is extrapolated.
 
         Raises
         ------
         UserError
-            The resonance lies outside the band in which the plate may be driven.
+            The resonance is outside the band in which the plate may be driven.
         """
         frequency_hz = self.resonance.frequency_hz
         if not limits.frequency_min_hz <= frequency_hz <= limits.frequency_max_hz:
@@ -226,7 +227,7 @@ class Calibration(CalibrationTable):
         )
 
     def mismatches(self, identity: PlateIdentity, *, backend: str) -> tuple[str, ...]:
-        """Return in what the device it was made on differs from the one that is there."""
+        """Return the differences between the calibrated device and the connected one."""
         compared = (
             ("backend", self.device.backend, backend),
             ("device", self.device.serial, identity.serial),
@@ -238,9 +239,9 @@ class Calibration(CalibrationTable):
         )
 
     def check_date(self, today: date) -> None:
-        """Raise `UserError` if it is too old to be used, or dated after today."""
+        """Raise `UserError` if the calibration is too old, or dated after today."""
         made = self.made.date
-        if made > today + timedelta(days=1):  # it may be tomorrow already where it was made
+        if made > today + timedelta(days=1):  # it may already be tomorrow in another time zone
             raise UserError(
                 f"calibration: it is dated {made}, after today ({today}); set this computer's "
                 "clock, or calibrate anew"
@@ -252,14 +253,14 @@ class Calibration(CalibrationTable):
             )
 
     def notes(self, today: date) -> tuple[str, ...]:
-        """Return what the operator should know: that it is old."""
+        """Return notes for the operator, for example that the calibration is old."""
         age_days = (today - self.made.date).days
         if age_days > OLD_DAYS:
             return (f"the calibration is {age_days} days old; calibrate anew",)
         return ()
 
     def summary(self) -> dict[str, Any]:
-        """Return all but the points, and the checksum of everything, ready for JSON."""
+        """Return everything except the points, and the checksum of everything, ready for JSON."""
         return {**self.model_dump(mode="json", exclude={"points"}), CHECKSUM: checksum(self)}
 
 
@@ -269,13 +270,13 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
 
 
 def checksum(calibration: Calibration) -> str:
-    """Return the SHA-256 of a calibration's content, whatever its file's layout."""
+    """Return the SHA-256 of a calibration's content, independent of the file's layout."""
     content = json.dumps(calibration.model_dump(mode="json", exclude_none=True), sort_keys=True)
     return hashlib.sha256(content.encode("utf-8")).hexdigest()
 
 
 def to_toml(calibration: Calibration) -> str:
-    """Return the file's text, with its checksum; reading it gives an equal calibration."""
+    """Return the file's text with its checksum; reading it gives an equal calibration."""
     import tomlkit  # noqa: PLC0415 - not needed where no calibration is
 
     document = tomlkit.document()

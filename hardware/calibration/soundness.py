@@ -1,8 +1,8 @@
-"""Whether a calibration's readings are those of a sound plate, and its values plausible. Pure.
+"""Check that a calibration's readings come from a sound plate and its values are plausible. Pure.
 
-A line through the origin can be fitted to any readings. These rules find what such a fit hides: a
-plate that saturates, an instrument with an offset, a plate that changed between the way up and the
-way down, two resonances instead of one, a unit that was mistaken.
+A line through the origin can be fitted to any readings. These rules detect problems that such a
+fit hides: a plate that saturates, an instrument with an offset, a plate that changed between the
+upward and the downward sweep, two resonances instead of one, or a wrong unit.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 OFFSET = 0.05  # of the largest reading
 FALLS = 0.02  # of the largest reading, from one voltage to the next
 DRIFT = 0.03  # of the readings on the way up
-LOWEST = 0.2  # of the largest voltage: below, noise hides a drift
-CURVED = 0.08  # how far the slope of the upper half may differ from that of the lower half
-SECOND_PEAK = 0.1  # of the peak's height: a bump that one resonance does not explain
+LOWEST = 0.2  # of the largest voltage: below it, noise hides a drift
+CURVED = 0.08  # allowed relative difference between the slopes of the upper and the lower half
+SECOND_PEAK = 0.1  # of the peak's height: a bump not explained by one resonance
 FEWEST = 4
 
-# What a calibrated plate may be if its plate file does not say more: (name, lowest, highest, unit).
+# Plausible values if the plate file does not define any: (name, lowest, highest, unit).
 BOUNDS: Mapping[str, tuple[float, float]] = {
     "resonance_hz": (15_000.0, 100_000.0),
     "quality_factor": (5.0, 2_000.0),
     "um_pp_per_v_peak": (0.005, 2.0),
 }
-# Factors that mistaken units bring, as the ratio of a wrong gain to the right one.
+# Ratios of a wrong gain to the right one that result from mistaken units.
 MISTAKES: tuple[tuple[float, str], ...] = (
     (1000.0, "nanometres taken for micrometres, or millivolts for volts"),
     (0.001, "micrometres per second taken for millimetres per second"),
@@ -43,8 +43,8 @@ MISTAKES: tuple[tuple[float, str], ...] = (
     (math.sqrt(2), "peak taken for RMS"),
     (1 / math.sqrt(2), "RMS taken for peak"),
 )
-MISTAKEN = 0.08  # how near to such a factor
-CHANGED = 0.2  # of the gain, between two calibrations of one plate
+MISTAKEN = 0.08  # relative tolerance of such a factor
+CHANGED = 0.2  # relative change of the gain between two calibrations of one plate
 
 
 class Sweep(NamedTuple):
@@ -55,7 +55,7 @@ class Sweep(NamedTuple):
 
 
 def unsound(calibration: Calibration) -> list[str]:
-    """Return what is wrong with a calibration's readings, a sentence each."""
+    """Return what is wrong with a calibration's readings, one sentence per problem."""
     linear = [each for each in calibration.points if each.sweep == "voltage"]
     sweep = Sweep(
         np.array([each.voltage_v for each in linear]),
@@ -116,7 +116,7 @@ RULES: tuple[Callable[[Sweep], Iterator[str]], ...] = (_saturates, _falls, _offs
 
 
 def _second_peak(calibration: Calibration) -> Iterator[str]:
-    """Yield a bump of the frequency sweep that the fitted resonance does not explain."""
+    """Yield a bump in the frequency sweep that the fitted resonance does not explain."""
     fine = [each for each in calibration.points if each.sweep == "fine"]
     swept: Sequence[Point] = fine or [each for each in calibration.points if each.sweep == "coarse"]
     if len(swept) < FEWEST:
@@ -144,13 +144,13 @@ def _second_peak(calibration: Calibration) -> Iterator[str]:
 def implausible(
     calibration: Calibration, expected: Mapping[str, tuple[float, float] | None]
 ) -> list[str]:
-    """Return which values lie outside what is expected of the plate, a sentence each.
+    """Return the values outside the range expected for the plate, one sentence per value.
 
     Parameters
     ----------
     calibration : Calibration
     expected : mapping
-        Bounds by name, as in a plate file's ``[expected]``; for what is missing `BOUNDS` holds.
+        Bounds by name, as in a plate file's ``[expected]``; missing ones default to `BOUNDS`.
     """
     found = []
     for name, value in calibration.characteristics().items():
@@ -162,7 +162,7 @@ def implausible(
 
 
 def mistake(ratio: float, amplifier_gain: float) -> str:
-    """Return which mistake of units explains a ratio of two gains; "" if none does.
+    """Return the mistake of units that explains a ratio of two gains; "" if there is none.
 
     >>> mistake(0.5, 1.0)
     'peak taken for peak to peak'
@@ -177,7 +177,7 @@ def mistake(ratio: float, amplifier_gain: float) -> str:
 
 
 def changed(calibration: Calibration, before: Calibration) -> str:
-    """Return how a calibration differs from the plate's last one; "" if it agrees."""
+    """Describe how a calibration differs from the plate's previous one; "" if it agrees."""
     ratio: float = calibration.um_pp_per_v_peak / before.um_pp_per_v_peak
     if 1 / (1 + CHANGED) <= ratio <= 1 + CHANGED:
         return ""

@@ -1,4 +1,4 @@
-"""Calibration files, read: whole, unchanged, and with results that follow from their readings."""
+"""Read calibration files: complete, unchanged, and with results that match their readings."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from slipscale.hardware.calibration.sweep import fitted
 if TYPE_CHECKING:
     from pathlib import Path
 
-REFITTED = 1e-6  # how far stored results may lie from those of the stored readings
+REFITTED = 1e-6  # allowed relative deviation of stored from refitted results
 
 
 class _Signed(Calibration):
@@ -27,8 +27,8 @@ def read_calibration(path: Path) -> Calibration:
     Raises
     ------
     UserError
-        There is no such file, it is no TOML, values are missing or impossible (all are named), or
-        it was changed after it was written.
+        The file does not exist, is not valid TOML, was changed after it was written, or values are
+        missing or impossible (all are listed).
     """
     signed = read_toml(path, _Signed)
     calibration = Calibration.model_validate(signed.model_dump(exclude={CHECKSUM}))
@@ -43,7 +43,7 @@ def read_calibration(path: Path) -> Calibration:
 
 
 def _require_refit(calibration: Calibration, path: Path) -> None:
-    """Raise `UserError` unless the stored results are those of the stored readings."""
+    """Raise `UserError` unless a new fit of the stored readings gives the stored results."""
     resonance, gain = fitted(calibration.points)
     for table, stored, found in (
         ("resonance", calibration.resonance, resonance),

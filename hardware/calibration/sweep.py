@@ -1,7 +1,8 @@
-"""The calibration's measurement: coarse and fine frequency sweep, then a voltage sweep.
+"""The calibration measurement: a coarse and a fine frequency sweep, then a voltage sweep.
 
-Each sweep goes up and down again, low voltage first, so that warming and hysteresis show in the
-residuals instead of hiding in the fit. Nothing here knows a driver: a ``measure`` does.
+Each sweep goes up and down again, starting at low voltage, so that warming and hysteresis appear
+in the residuals instead of being hidden in the fit. The sweep does not depend on a driver; it
+calls ``measure``.
 """
 
 from __future__ import annotations
@@ -32,12 +33,12 @@ if TYPE_CHECKING:
     Measure = Callable[[float, float], float]  # Hz, V -> µm p-p
 
 COARSE_POINTS, FINE_POINTS, VOLTAGE_POINTS = 41, 21, 12
-FINE_WIDTHS = 1.5  # resonance ± so many half-power widths
+FINE_WIDTHS = 1.5  # half-power widths on either side of the resonance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SweepPlan:
-    """Where to look: centre and half span in Hz, the frequency sweep's and the largest voltage.
+    """Range of the sweeps: centre and half span in Hz, frequency-sweep voltage and largest voltage.
 
     Volts are in the calibration's convention, at the plate.
     """
@@ -54,9 +55,9 @@ def sweep(plan: SweepPlan, measure: Measure) -> tuple[Point, ...]:
     Parameters
     ----------
     plan : SweepPlan
-        Where to look.
+        Range of the sweeps.
     measure : callable
-        Drives the plate at a frequency in Hz and a voltage in V, returns the reading in µm p-p.
+        Drives the plate at a frequency in Hz and a voltage in V; returns the reading in µm p-p.
     """
 
     def measured(kind: str, drives: Iterable[tuple[float, float]]) -> list[Point]:
@@ -97,12 +98,12 @@ def there_and_back(steps: Iterable[float]) -> list[float]:
 
 
 def fitted(points: Sequence[Point]) -> tuple[Resonance, Gain]:
-    """Return resonance and gain of a calibration's points.
+    """Return resonance and gain from a calibration's points.
 
     Raises
     ------
     UserError
-        The points do not hold a resonance or a voltage sweep.
+        The points do not contain a resonance or a voltage sweep.
     """
     fine = [each for each in points if each.sweep == "fine"]
     coarse = [each for each in points if each.sweep == "coarse"]
@@ -113,13 +114,13 @@ def fitted(points: Sequence[Point]) -> tuple[Resonance, Gain]:
 def calibration_from(
     points: Sequence[Point], *, device: Device, made: Provenance, drive: DriveChain
 ) -> Calibration:
-    """Fit all of a calibration's points.
+    """Fit all points of a calibration.
 
     Raises
     ------
     UserError
-        The points do not hold a resonance or a voltage sweep, the plate changed between them, or
-        the readings are not those of a sound plate.
+        The points do not contain a resonance or a voltage sweep, the plate changed between them,
+        or the readings are not those of a sound plate.
     """
     resonance, gain = fitted(points)
     source_max_v = gain.voltage_max_v / drive.amplifier_gain

@@ -1,1 +1,1 @@
-"""The commands `slipscale plate ...`, one module each, loaded when called."""
+"""The commands `slipscale plate ...`, one module each, loaded on demand."""

@@ -118,7 +118,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def without_calibration(spec: str) -> str:
-    """Return a plate's SPEC without its calibration, which is about to be made.
+    """Return a plate's SPEC without its calibration, which is about to be replaced.
 
     >>> without_calibration("serial:/dev/ttyACM0,calibration=plate.toml,limit=2")
     'serial:/dev/ttyACM0,limit=2'
@@ -127,8 +127,8 @@ def without_calibration(spec: str) -> str:
 
 
 def run(arguments: Namespace) -> int:
-    """Measure or read, fit, write the file and its plot."""
-    # SciPy, pydantic and matplotlib load here: `slipscale plate --help` stays instant.
+    """Measure or read a sweep, fit it, and write the calibration and its plot."""
+    # SciPy, pydantic and matplotlib are imported here to keep `slipscale plate --help` fast.
     from slipscale.figure_style import save  # noqa: PLC0415
     from slipscale.hardware.calibration.plot import draw  # noqa: PLC0415
     from slipscale.hardware.calibration.readings import read_points  # noqa: PLC0415
@@ -188,7 +188,7 @@ def run(arguments: Namespace) -> int:
 
 
 def _check_plausible(calibration: Calibration, plate: PlateDriver, *, changed_plate: bool) -> None:
-    """Raise `UserError` if the calibration is not one of this plate: a unit, mostly."""
+    """Raise `UserError` if the calibration does not fit this plate, usually due to a wrong unit."""
     from slipscale.hardware.calibration.soundness import changed, implausible  # noqa: PLC0415
 
     expected = plate.plate_file.expected.model_dump() if plate.plate_file else {}
@@ -204,7 +204,7 @@ def _check_plausible(calibration: Calibration, plate: PlateDriver, *, changed_pl
 
 
 def _check_out(path: Path) -> None:
-    """Raise `UserError` where the file could not be written, before anybody reads an instrument."""
+    """Raise `UserError` if the file cannot be written, before anybody reads an instrument."""
     if path.exists():
         raise UserError(f"--out {path}: exists already; data may rest on it, so name a new file")
     if not (path.parent.is_dir() and os.access(path.parent, os.W_OK)):
@@ -223,7 +223,7 @@ def _open(arguments: Namespace) -> PlateDriver:
 
 
 def _agreed_gain(plate: PlateDriver, given: float | None) -> float:
-    """Return the gain by which the driver drives; what was given besides must not differ."""
+    """Return the driver's gain; an additional value must not differ from it."""
     if given is not None and not math.isclose(given, plate.amplifier_gain):
         raise UserError(
             f"--amplifier-gain {given:g}: plate '{plate.name}' drives with a gain of "
@@ -234,7 +234,7 @@ def _agreed_gain(plate: PlateDriver, given: float | None) -> float:
 
 
 def _plate_serial(plate: PlateDriver, given: str) -> str:
-    """Return the plate's own number: by its plate file, if there is one, which must agree."""
+    """Return the plate's own number; a value from the plate file must agree."""
     filed = plate.plate_file.identity.serial if plate.plate_file else ""
     if given and filed and given != filed:
         raise UserError(f"--plate-serial {given}: the plate file says '{filed}'")
@@ -242,7 +242,7 @@ def _plate_serial(plate: PlateDriver, given: str) -> str:
 
 
 def _device(plate: PlateDriver, arguments: Namespace) -> Device:
-    """Return which device readings from a file were taken on."""
+    """Return the device on which readings from a file were taken."""
     from slipscale.hardware.calibration.record import Device  # noqa: PLC0415
 
     if not arguments.serial and not plate.simulated:
@@ -292,14 +292,14 @@ def measured(plate: PlateDriver, readback: Readback) -> float:
 
 
 def prompted(plate: PlateDriver, drive: str) -> float:
-    """Ask the operator for the vibrometer's reading in µm p-p; the plate is kept alive meanwhile.
+    """Ask the operator for the vibrometer's reading in µm p-p, keeping the plate alive meanwhile.
 
     Raises
     ------
     UserError
         Standard input has ended.
     PlateFault
-        The plate has silenced itself, say.
+        For example, the plate has silenced itself.
     """
 
     def alive() -> None:

@@ -41,13 +41,13 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    """Check a board against its protocol, another backend against the driver's contract."""
+    """Check a board against its protocol, or another backend against the driver's contract."""
     spec = arguments.plate or ""
     backend, _, address = spec.partition(":")
     if not backend:
         raise UserError("plate conform: expected a SPEC; slipscale plate list shows ports")
     if backend == "serial":
-        port = address.partition(",")[0]  # calibration and limits are not the protocol's
+        port = address.partition(",")[0]  # calibration and limits are not part of the protocol
         if not port:
             raise UserError("plate conform: expected serial:PORT; slipscale plate list shows ports")
         with _bench(port, long=arguments.long) as bench:
@@ -99,7 +99,7 @@ def _backend(spec: str) -> Iterator[Verdict]:
 
 
 def _told(verdicts: Iterable[Verdict], *, as_json: bool) -> int:
-    """Print what becomes of each rule; return the exit status."""
+    """Print the result of each rule; return the exit status."""
     told = []
     for verdict in verdicts:
         told.append(verdict)

@@ -1,4 +1,4 @@
-"""`slipscale plate design`: from a brief in TOML to half waves, plate sizes and figures."""
+"""`slipscale plate design`: from a TOML brief to half waves, plate sizes and figures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from slipscale.faults import ANSWER_IS_NO, DONE
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Describe the command line of ``slipscale plate design``."""
+    """Fill the parser of ``slipscale plate design``."""
     parser.add_argument(
         "brief",
         nargs="?",
@@ -38,8 +38,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    """Run the command; exit status 0, or 1 if no plate meets the brief."""
-    # Imported here so that `slipscale plate --help` needs neither pydantic nor NumPy.
+    """Run the command; return 0, or 1 if no plate meets the brief."""
+    # Imported here so that `slipscale plate --help` does not load pydantic and NumPy.
     from slipscale.hardware.plate.design import requirements as briefs  # noqa: PLC0415
     from slipscale.hardware.plate.design.sizing import design  # noqa: PLC0415
     from slipscale.hardware.plate.design.verdict import judge  # noqa: PLC0415

@@ -102,7 +102,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    """Emulate until told to end."""
+    """Emulate a board or a generator until told to end."""
     if arguments.generator:
         return _serve_generator(arguments.generator)
     parse = partial(parse_injections, faults=FAULT_NAMES, phases=PHASES)
@@ -168,7 +168,7 @@ def run(arguments: Namespace) -> int:
 
 
 def _serve_generator(make: str) -> int:
-    """Serve a simulated generator; print what its outputs put on a plate."""
+    """Serve a simulated generator; print the voltages that its outputs apply to a plate."""
     from slipscale.hardware.emulator.generator_server import GeneratorServer  # noqa: PLC0415 - PyVISA
     from slipscale.hardware.signals import EndedBySignal, signals_raise  # noqa: PLC0415
 
@@ -189,7 +189,7 @@ def _serve_generator(make: str) -> int:
 
 
 def _check_numbers(arguments: Namespace) -> None:
-    """Raise `UserError` for noise or a watchdog that cannot be."""
+    """Raise `UserError` for an impossible noise or watchdog time."""
     from slipscale.hardware.backends.serial_board.protocol import WATCHDOG_MS  # noqa: PLC0415
 
     if not (isfinite(arguments.noise) and arguments.noise >= 0):

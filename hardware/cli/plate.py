@@ -1,4 +1,4 @@
-"""The commands `slipscale plate ...`: a table; each is loaded only when called."""
+"""The commands `slipscale plate ...` as a table; each is loaded only when called."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from slipscale.faults.parser import Parser
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-# name: (module that holds it, what it does)
+# name -> (module, what it does)
 SUBCOMMANDS: dict[str, tuple[str, str]] = {
     "list": (
         "slipscale.hardware.cli.ports",
@@ -70,5 +70,5 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    """Run the subcommand that was parsed."""
+    """Run the parsed subcommand."""
     return int(arguments.call(arguments))

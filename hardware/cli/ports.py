@@ -33,7 +33,7 @@ def run(arguments: Namespace) -> int:
 def listing(
     backends: Iterable[str], ports: Callable[[], Iterable[ListPortInfo]]
 ) -> dict[str, list[dict[str, str]]]:
-    """Return what there is: backends by name, serial ports with the SPEC that opens each."""
+    """Return the backends by name, and the serial ports with the SPEC that opens each."""
     return {
         "backends": [{"name": name} for name in backends],
         "ports": [
@@ -49,7 +49,7 @@ def listing(
 
 
 def as_text(found: dict[str, list[dict[str, str]]]) -> str:
-    """Return the listing for people."""
+    """Format the listing for people."""
     lines = ["backends: " + ", ".join(each["name"] for each in found["backends"])]
     width = max((len(port["spec"]) for port in found["ports"]), default=0)
     lines += [

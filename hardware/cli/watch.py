@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
     from slipscale.hardware.records import Readback
 
-LOOKS_S = 0.02  # between two looks at the plate: a session looks as often
-COLUMNS = 60  # of the plot
+LOOKS_S = 0.02  # interval between two checks of the plate, as in a session
+COLUMNS = 60  # width of the plot
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -52,7 +52,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    """Present an amplitude; print a line of the plot for each readback, until told to end."""
+    """Present an amplitude and print one line of the plot per readback, until told to end."""
     from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
     from slipscale.hardware.registry import open_plate  # noqa: PLC0415
     from slipscale.hardware.signals import silent_on_signals  # noqa: PLC0415
@@ -84,7 +84,7 @@ def run(arguments: Namespace) -> int:
 def readbacks(
     plate: PlateDriver, clock: Clock, every_s: float, duration_s: float | None
 ) -> Iterator[Readback]:
-    """Yield what the plate says, at intervals; in between look after it as a session does."""
+    """Yield readbacks at intervals; in between, check the plate as a session does."""
     begun_s = due_s = clock.now()
     while duration_s is None or clock.now() - begun_s < duration_s:
         plate.check()

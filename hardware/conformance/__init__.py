@@ -1,1 +1,1 @@
-"""Whether a driver board follows docs/reference/board-protocol.md: `slipscale plate conform`."""
+"""Check that a driver board follows docs/reference/board-protocol.md: `slipscale plate conform`."""

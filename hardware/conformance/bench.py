@@ -1,7 +1,7 @@
-"""A board on a bench: it is sent bytes, and what it answers is held against the protocol.
+"""A test bench for a board: sends bytes and checks the answers against the protocol.
 
-Nothing here knows a port or the machine's clock: tests run the same checks on emulated boards in
-virtual time.
+It depends neither on a port nor on the machine's clock: tests run the same checks on emulated
+boards in virtual time.
 """
 
 from __future__ import annotations
@@ -18,32 +18,32 @@ if TYPE_CHECKING:
     from slipscale.hardware.clock import Clock
 
 ANSWER_S = 0.08  # a host waits no longer before it repeats a command
-LATEST_S = 0.32  # and no longer in all
-ALIVE_S = 0.1  # a host asks for the status so often
+LATEST_S = 0.32  # total waiting time
+ALIVE_S = 0.1  # interval at which a host queries the status
 SETTLING_S = 2.0
 GREETING_S = 3.5
-SHOWN = 60  # characters of what came
+SHOWN = 60  # characters of an unexpected answer
 
 
 class Departure(Exception):
-    """The board departs from the protocol: what was expected, and what came."""
+    """The board departs from the protocol; contains what was expected and what was received."""
 
 
 class NotApplicable(Exception):
-    """The rule is about something that the board does not have."""
+    """The rule concerns a feature that the board does not have."""
 
 
 class Bench:
-    """Sends lines to a board and requires answers of it.
+    """Sends lines to a board and checks its answers.
 
     Parameters
     ----------
     line : Line
         An open line.
     clock : Clock
-        The line's time.
+        Time base of the line.
     long : bool
-        Whether rules that take minutes are checked too.
+        Whether to include rules that take minutes.
     """
 
     def __init__(self, line: Line, clock: Clock, *, long: bool = False) -> None:
@@ -55,12 +55,12 @@ class Bench:
         self.limits = wire.BoardLimits()
 
     def greet(self) -> None:
-        """Wait until a board answers that has just been connected, and learn its limits.
+        """Wait until a newly connected board answers, and read its limits.
 
         Raises
         ------
         Departure
-            It does not answer, or tells limits that cannot be.
+            The board does not answer, or reports impossible limits.
         """
         end_s = self._clock.now() + GREETING_S
         while not any(map(wire.parse_reply, self.answers_to(self.frame("*IDN?")))):
@@ -73,7 +73,7 @@ class Bench:
             raise Departure(f"LIM?: {error}") from error
 
     def frame(self, body: str, sequence: int | None = None) -> bytes:
-        """Return a command's frame, under the next sequence number or one of its own."""
+        """Return a command's frame with the given or the next sequence number."""
         if sequence is None:
             self._sequence = self._sequence % wire.LAST_SEQUENCE + 1
             sequence = self._sequence
@@ -91,7 +91,7 @@ class Bench:
                 return lines
 
     def drain(self) -> None:
-        """Drop what still comes, so that no late answer is taken for that of another rule."""
+        """Discard late lines, so that they are not taken for answers to another rule."""
         end_s = self._clock.now() + SETTLING_S
         while self.answers_to(b"") and self._clock.now() < end_s:
             pass
@@ -102,7 +102,7 @@ class Bench:
         self.drain()
 
     def send(self, data: bytes) -> None:
-        """Send bytes that get no answer, and wait for none."""
+        """Send bytes without waiting for an answer."""
         self._line.write(data)
 
     def expect_silence(self, data: bytes, why: str) -> None:
@@ -111,7 +111,7 @@ class Bench:
             differs(f"no answer to {why}, {_shown(data)}", _shown(lines[0]))
 
     def reply_to(self, data: bytes, what: str | None = None) -> wire.BoardReply:
-        """Send bytes that hold one correct frame; return the one answer to it."""
+        """Send bytes with one correct frame; return the only answer."""
         what = what or _shown(data)
         lines = self.answers_to(data, at_most=1)
         reply = wire.parse_reply(lines[0]) if lines else None
@@ -128,12 +128,12 @@ class Bench:
         return reply
 
     def ask(self, body: str) -> str:
-        """Send a command that the board must obey; return the value of its answer."""
+        """Send a command that the board must accept; return the value of its answer."""
         self.expect_code(body, wire.OK)
         return self._value
 
     def expect_code(self, body: str, code: int) -> None:
-        """Send a command that must be answered with a code, and with its text."""
+        """Send a command that must be answered with a given code and its text."""
         reply = self.run(body)
         if reply.code != code:
             differs(f"code {code} for '{body}'", str(reply.code))
@@ -150,21 +150,21 @@ class Bench:
             differs("six values of STAT?", f"'{value}'")
 
     def expect_state(self, *states: str) -> wire.BoardStatus:
-        """Return the status, whose state must be one of these."""
+        """Return the status; its state must be one of ``states``."""
         status = self.status()
         if status.state not in states:
             differs(f"state {' or '.join(states)}", status.state)
         return status
 
     def wait(self, duration_s: float, meanwhile: Callable[[], object] | None = None) -> None:
-        """Let time pass; every 0.1 s do something, or ask for the status as a host does."""
+        """Wait; every 0.1 s call ``meanwhile``, or query the status as a host does."""
         end_s = self._clock.now() + duration_s
         while self._clock.now() < end_s:
             (meanwhile or self.status)()
             self._clock.sleep(min(ALIVE_S, max(end_s - self._clock.now(), 0.0)))
 
     def settle(self, amplitude_um_pp: float) -> wire.BoardStatus:
-        """Command an amplitude; return the first status in which it is held."""
+        """Command an amplitude; return the first status that reports it as held."""
         self.ask(f"AMPL {amplitude_um_pp:.4f}")
         return self.wait_for("HOLD" if amplitude_um_pp else "OFF")
 
@@ -181,11 +181,11 @@ class Bench:
 
     @property
     def some_um_pp(self) -> float:
-        """An amplitude for checks: 1 µm peak to peak, or half of what the board allows."""
+        """Amplitude for checks: 1 µm peak to peak, or half of the board's limit."""
         return round(min(1.0, 0.5 * self.limits.amplitude_um_pp), 4)
 
     def lists(self) -> wire.ListLimits:
-        """Return the limits of lists; NotApplicable if the board plays none."""
+        """Return the limits of lists; raise NotApplicable if the board does not support lists."""
         reply = self.run("LIST:LIM?")
         if reply.code == wire.UNDEFINED_HEADER:
             raise NotApplicable("the board plays no lists")
@@ -195,7 +195,7 @@ class Bench:
             raise Departure(f"LIST:LIM?: {error}") from error
 
     def expect_unchanged(self, body: str, status: wire.BoardStatus) -> None:
-        """Require that the plate still does what an earlier status told."""
+        """Check that the plate is still in the state of an earlier status."""
         now = self.status()
         unchanged = replace(
             now, amplitude_um_pp=status.amplitude_um_pp, temperature_c=status.temperature_c,
@@ -206,7 +206,7 @@ class Bench:
 
 
 def differs(expected: str, got: str) -> NoReturn:
-    """Raise a `Departure` in the words of all of them."""
+    """Raise a `Departure` with a uniform message."""
     raise Departure(f"expected {expected}; got {got}")
 
 

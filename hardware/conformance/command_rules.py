@@ -1,4 +1,4 @@
-"""Rules of commands, their arguments, and errors."""
+"""Rules for commands, their arguments, and errors."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _surplus(bench: Bench) -> None:
 
 def _no_numbers(bench: Bench) -> None:
     for text in NO_NUMBERS:
-        # An argument that is empty is none where it is the only one.
+        # A single empty argument counts as no argument.
         body = f"AMPL {text}" if text else f"DRIV ,{text}"
         bench.expect_code(body, wire.DATA_TYPE)
 

@@ -1,7 +1,7 @@
-"""The driver's contract: what `slipscale.hardware.driver` promises, tried on any backend.
+"""The driver's contract: tests whether a backend keeps the promises of `slipscale.hardware.driver`.
 
-For plug-ins: `slipscale plate conform SPEC`. The plate vibrates. What a readback of the kind
-"commanded" or "none" reports is no evidence; such a backend is told which rules prove nothing.
+For plug-ins: `slipscale plate conform SPEC`. The plate vibrates. Readbacks of the kind "commanded"
+or "none" are not evidence; for such a backend, the report lists the rules that prove nothing.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SHARES = (0.2, 0.5, 0.35)  # of the largest amplitude
 
 
 class Rig:
-    """A plate under examination.
+    """A plate under test.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class Rig:
         self.clock = clock
 
     def surface(self, share: float) -> VirtualSurface:
-        """Return a surface with a share of the largest amplitude."""
+        """Return a surface with a fraction of the largest amplitude."""
         return VirtualSurface(level=round(share * self.plate.limits.level, 4))
 
 
@@ -73,7 +73,7 @@ def _presents(rig: Rig) -> None:
             _expect_output(plate, Output.MAY_BE_ON, "present")
             rig.clock.sleep(STEADY_S)
             told = plate.read_back()
-            plate.confirm(surface.level, told)  # still, and so it had settled
+            plate.confirm(surface.level, told)  # still the same, so it had settled
 
 
 def _readback_proves(rig: Rig) -> None:
@@ -122,7 +122,7 @@ def _silence_repeats(rig: Rig) -> None:
 
 
 class _Ends(Exception):
-    """A caller's own exception."""
+    """An exception raised by the caller."""
 
 
 def _exception_ends_off(rig: Rig) -> None:
@@ -207,7 +207,7 @@ RULES: tuple[tuple[str, Callable[[Rig], None]], ...] = (
 
 
 def examine_backend(rig: Rig) -> Iterator[Verdict]:
-    """Try a backend against each rule; the plate is closed after each."""
+    """Test a backend against each rule; close the plate after each."""
     for rule, check in RULES:
         try:
             with _closed(rig):

@@ -1,7 +1,8 @@
-"""The guided part: what a board could fake on the wire, seen with a load and a second instrument.
+"""The guided tests: what a board could fake on the wire, checked with a load and instruments.
 
-A person loads the plate and reads a vibrometer and an oscilloscope; `Assistant` is who does. The
-plate vibrates, so the load is no finger: a soft pad that lowers the reading by some 10 to 20 %.
+A person loads the plate and reads a vibrometer and an oscilloscope; `Assistant` represents this
+person. The plate vibrates, so the load is not a finger but a soft pad that lowers the reading by
+about 10 to 20 %.
 """
 
 from __future__ import annotations
@@ -20,23 +21,23 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.conformance.bench import Bench
 
-SEEN, SEEN_UM = 0.1, 0.05  # agreement with a second instrument: it may have its own calibration
+SEEN, SEEN_UM = 0.1, 0.05  # agreement with a second instrument, which may have its own calibration
 SWING_S = 2.0
 LIMIT_SHARE = 0.95  # of the largest voltage
 STEP_MS = 200.0
 
 
 class Assistant(Protocol):
-    """Who handles the load and reads the second instruments; time may pass meanwhile."""
+    """Handles the load and reads the second instruments; time may pass meanwhile."""
 
     def load(self, *, on: bool) -> None:
-        """Put the load on the plate, or take it away."""
+        """Put the load on the plate, or remove it."""
 
     def amplitude_um_pp(self) -> float:
         """Return a vibrometer's reading at the plate's antinode, µm peak to peak."""
 
     def swing_um_pp(self, duration_s: float) -> tuple[float, float]:
-        """Return the smallest and the largest reading within a time."""
+        """Return the smallest and the largest reading during ``duration_s``."""
 
     def volts_peak(self) -> float:
         """Return an oscilloscope's reading at the plate, V peak."""
@@ -49,7 +50,7 @@ class Terminal:
         self._bench = bench
 
     def load(self, *, on: bool) -> None:
-        """Ask for the load, or for its removal."""
+        """Ask the person to put the load on the plate, or to remove it."""
         act = "put the soft load on the plate" if on else "take the load off the plate"
         self._typed(f"{act}, then press Enter: ")
 
@@ -119,7 +120,7 @@ def _loaded(bench: Bench, assistant: Assistant) -> None:
 
 
 def _saturates(bench: Bench, assistant: Assistant) -> None:
-    """At the largest amplitude a loaded plate is held, or SAT is reported."""
+    """Check that at the largest amplitude a loaded plate is held or reports SAT."""
     largest_um_pp = bench.limits.amplitude_um_pp
     assistant.load(on=True)
     try:
@@ -155,12 +156,12 @@ STEPS: tuple[tuple[str, Callable[[Bench, Assistant], None]], ...] = (
 
 
 def guide(bench: Bench, assistant: Assistant) -> Iterator[Verdict]:
-    """Go through the steps with an assistant, from silence to silence.
+    """Perform the guided tests with an assistant; begin and end with the plate off.
 
     Raises
     ------
     PlateFault
-        The line broke.
+        The line failed.
     """
     bench.greet()
     for rule, step in STEPS:

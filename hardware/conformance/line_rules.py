@@ -1,4 +1,4 @@
-"""Rules of lines, frames, repetitions and the stop byte."""
+"""Rules for lines, frames, repetitions and the stop byte."""
 
 from __future__ import annotations
 

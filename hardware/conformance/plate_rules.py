@@ -1,4 +1,4 @@
-"""Rules of what the plate does: settling, stopping, watchdog, open loop, lists. It vibrates."""
+"""Rules for the plate: settling, stopping, watchdog, open loop and lists. The plate vibrates."""
 
 from __future__ import annotations
 
@@ -197,7 +197,7 @@ def _stop_ends_a_list(bench: Bench) -> None:
 
 
 def _list_command(bench: Bench) -> str:
-    """Fill a list about the amplitude of the checks; return what has it played."""
+    """Fill a list around the test amplitude; return the command that plays it."""
     lists = bench.lists()
     bench.ask("*RST")
     bench.ask(f"LIST:AMPL 1,{1.2 * bench.some_um_pp:.4f},{0.8 * bench.some_um_pp:.4f}")

@@ -1,4 +1,4 @@
-"""All rules in one table, and what a board makes of each."""
+"""The table of all rules, and a board's verdict on each."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Outcome = Literal["conforms", "departs", "not applicable"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """What a board makes of a rule; ``detail`` says how it departs, or why it does not apply."""
+    """A board's result for a rule; ``detail`` explains a departure, or why it does not apply."""
 
     rule: str
     outcome: Outcome
@@ -28,12 +28,12 @@ class Verdict:
 
 
 def examine(bench: Bench) -> Iterator[Verdict]:
-    """Check a board against each rule, from silence to silence.
+    """Check a board against each rule; begin and end each with the plate off.
 
     Raises
     ------
     PlateFault
-        The line broke.
+        The line failed.
     """
     try:
         bench.greet()

@@ -1,9 +1,9 @@
-"""Rules of what is true: ramps, silence, drive and lists are what the board reports. It vibrates.
+"""Rules for truthful reports: ramps, silence, drive and lists are as reported. The plate vibrates.
 
 They compare two of the board's own reports with each other: the sensor's amplitude with the drive
-voltage, and both with what was commanded. A board without a vibration sensor is held to those that
-need the voltage only. What a board can fake in all of its reports at once is left to the guided
-part (`slipscale.hardware.conformance.guided`).
+voltage, and both with the command. For a board without a vibration sensor, only rules that need
+the voltage apply. What a board can fake in all of its reports at once is left to the guided part
+(`slipscale.hardware.conformance.guided`).
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ if TYPE_CHECKING:
 
 READINGS = 12
 RANG_DOWN_S = 0.25  # 7 time constants of a plate with Q = 3,400 at 30.5 kHz
-SILENT_SHARE = 0.05  # of the amplitude that was commanded, or 0.05 µm: what a sensor's noise may be
+SILENT_SHARE = 0.05  # of the commanded amplitude, or 0.05 µm: allowed sensor noise
 SILENT_UM = 0.05
-AGREES = 0.1  # as a fraction: two drives that should give the same amplitude
+AGREES = 0.1  # relative tolerance of two drives that should give the same amplitude
 BAND, BAND_UM = (
     0.025,
     0.025,
 )  # of the mean of many readings in HOLD, as in docs/reference/board-protocol.md
-RAMP_SHARE = 0.8  # of the settled voltage: less is on the plate while a ramp has just begun
+RAMP_SHARE = 0.8  # of the settled voltage; it is lower at the start of a ramp
 STEP_MS = 200.0
 PROBES_S = (0.1, 0.3, 0.5, 0.7)  # the middles of a list's points
-LIST_SHARES = (1.6, 0.4, 1.0, 1.0)  # of the mean: not the same upside down, nor cut, nor flat
+LIST_SHARES = (1.6, 0.4, 1.0, 1.0)  # of the mean: not the same if inverted, cut or flat
 PROBE_AGREES = 0.25
 LONG_LATE_S = 2.0
 
 
 def mean_amplitude_um_pp(bench: Bench) -> float:
-    """Return the mean of some readings. Raises NotApplicable without a sensor."""
+    """Return the mean of several readings; raise NotApplicable without a sensor."""
     readings = [bench.status().amplitude_um_pp for _ in range(READINGS)]
     known = [each for each in readings if each is not None]
     if len(known) < len(readings):
@@ -45,7 +45,7 @@ def mean_amplitude_um_pp(bench: Bench) -> float:
 
 
 def expect_silent(bench: Bench, after: str) -> None:
-    """Require that voltage and amplitude are gone once the plate has rung down."""
+    """Check that voltage and amplitude are zero once the plate has rung down."""
     bench.wait(RANG_DOWN_S)
     status = bench.status()
     if status.voltage_v:
@@ -58,7 +58,7 @@ def expect_silent(bench: Bench, after: str) -> None:
 
 
 def expect_held(bench: Bench, amplitude_um_pp: float) -> None:
-    """Require that the mean of many readings in HOLD lies within the band of settling."""
+    """Check that the mean of many readings in HOLD is within the settling band."""
     mean_um_pp = mean_amplitude_um_pp(bench)
     if abs(mean_um_pp - amplitude_um_pp) > max(BAND * amplitude_um_pp, BAND_UM):
         differs(f"a mean of {amplitude_um_pp:g} µm p-p in HOLD, within 2.5 %", f"{mean_um_pp:.3f}")
@@ -112,7 +112,7 @@ def _watchdog_in_a_list(bench: Bench) -> None:
 
 
 def _watchdog_on_a_ramp(bench: Bench) -> None:
-    """Fall silent directly after AMPL: the ramp ends, and then the watchdog comes."""
+    """Stop sending directly after AMPL: the ramp must end, and then the watchdog must act."""
     bench.ask(f"AMPL {bench.some_um_pp:.4f}")
     _unheard(bench)
 
@@ -155,7 +155,7 @@ def _open_loop_is_true(bench: Bench) -> None:
 
 
 def _list_reaches_its_largest(bench: Bench) -> None:
-    """Each point, at its place in a list that is longer than one command holds."""
+    """Check each point at its position in a list that is longer than one command can hold."""
     for shares in ([1.6, *[0.4] * 2, 1.6], [*[0.6] * 12, *[1.8] * 6]):
         held = bench.settle(bench.some_um_pp)
         play(bench, shares)
@@ -167,7 +167,7 @@ def _list_reaches_its_largest(bench: Bench) -> None:
 
 
 def _list_keeps_time(bench: Bench) -> None:
-    """End a list in the middle of each point: the ramp begins at the amplitude that is due."""
+    """End a list in the middle of each point: the ramp must begin at the amplitude due then."""
     for share, probe_s in zip(LIST_SHARES, PROBES_S, strict=True):
         held = bench.settle(bench.some_um_pp)
         due_um_pp = share * bench.some_um_pp
@@ -191,7 +191,7 @@ def _on_time(bench: Bench) -> None:
 
 
 def _unheard(bench: Bench) -> None:
-    """Let the watchdog's time pass without a correct frame."""
+    """Wait for the watchdog's time without sending a correct frame."""
     bench.wait(bench.limits.watchdog_ms / 1000 + 0.15, lambda: bench.answers_to(b"*IDN?\n"))
     bench.expect_state("WDOG")
 
@@ -210,7 +210,7 @@ def _open_loop(bench: Bench) -> None:
 def play(
     bench: Bench, shares: list[float] | tuple[float, ...], *, step_ms: float | None = None
 ) -> None:
-    """Settle at a list's mean, and play it: shares of the amplitude of the checks."""
+    """Settle at a list's mean and play it; ``shares`` are fractions of the test amplitude."""
     lists = bench.lists()
     mean_um_pp = bench.some_um_pp * sum(shares) / len(shares)
     points = [f"{share * bench.some_um_pp:.4f}" for share in shares]

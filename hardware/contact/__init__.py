@@ -1,1 +1,1 @@
-"""What the finger does on the plate: where it is, and the forces between the two."""
+"""The finger on the plate: its position and the contact forces."""

@@ -1,16 +1,17 @@
-"""Forces from a National Instruments data acquisition device, through their own library.
+"""Forces from a National Instruments data acquisition device, through the manufacturer's library.
 
 SPEC: ``daq:normal=Dev1/ai0,lateral=Dev1/ai1,normal_scale=10,lateral_scale=5`` with
 
 =================================  ============================================================
 ``normal``, ``lateral``            the device's voltage channels; required
 ``normal_scale``, ...              N per volt; required: the load cell's own calibration
-``normal_zero``, ...               volts at no force (0)
-``rate``                           samples a second (1000)
+``normal_zero``, ...               volts without force (0)
+``rate``                           samples per second (1000)
 =================================  ============================================================
 
-The library (``nidaqmx``) is an extra: ``pip install slipscale[daq]``; it needs NI's driver. **It
-was never tried on a device**: the tests put a stand-in in the library's place.
+The library (``nidaqmx``) is an extra: ``pip install slipscale[daq]``; it requires NI's driver.
+**This source has not been tested on a real device**; the tests replace the library with a
+stand-in.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from slipscale.hardware.contact.source import Surroundings
 
 RATE_HZ = 1000.0
-BUFFER_S = 10.0  # what the device keeps for us
+BUFFER_S = 10.0  # length of the device's buffer
 FIRST_TRIES, FIRST_WAIT_S = 50, 0.02
 NAMES = ("normal", "lateral")
 
@@ -49,7 +50,7 @@ for _name in NAMES:
 
 
 class DaqForces(ContactSource):
-    """Two voltage channels, as forces.
+    """Two voltage channels, converted to forces.
 
     Parameters
     ----------
@@ -92,13 +93,13 @@ class DaqForces(ContactSource):
         raise SensorFault("daq: no reading came")
 
     def begin(self) -> None:
-        """Drop what came before; open a lost device again."""
+        """Discard earlier samples; reopen a lost device."""
         if self._lost:
             self.connect()
         self.take()
 
     def take(self) -> list[Sample]:
-        """Return the samples since the last call; the last was taken now."""
+        """Return the samples since the last call; the last one was taken now."""
         if self._task is None:
             raise SensorFault("daq: not connected")
         try:
@@ -122,7 +123,7 @@ class DaqForces(ContactSource):
         ]
 
     def close(self) -> None:
-        """Let go of the device."""
+        """Release the device."""
         task, self._task = self._task, None
         if task is not None:
             task.close()
@@ -137,7 +138,7 @@ def _first_line(error: Exception) -> str:
 
 
 def open_force(address: str, surroundings: Surroundings) -> ContactSource:
-    """Return the device's forces: the entry point ``daq``. Raises `UserError`."""
+    """Return the device's forces (entry point ``daq``). Raises `UserError`."""
     _, options = addresses.split_address(address, OPTIONS, what="--force daq")
     needed = [key for name in NAMES for key in (name, f"{name}_scale")]
     if missing := [key for key in needed if key not in options]:

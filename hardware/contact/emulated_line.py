@@ -2,8 +2,8 @@
 
     python -m slipscale.hardware.contact.emulated_line [--rate 100]
 
-prints the port's name and then sends place and forces of a finger that strokes to and fro, until it
-is ended: ``x,y,normal,lateral`` in mm and N, so that one port tries
+prints the port's name and then, until it is ended, sends position and forces of a finger that
+strokes back and forth: ``x,y,normal,lateral`` in mm and N. A single port thus serves
 ``--position lasers:PORT`` and ``--force load_cells:PORT,normal=3,lateral=4``.
 """
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from types import TracebackType
 
-STROKE_MM, STROKES_HZ = 40.0, 1.0  # to and fro
+STROKE_MM, STROKES_HZ = 40.0, 1.0  # back and forth
 NORMAL_N, FRICTION = 0.5, 0.6
 
 
 def stroking(time_s: float) -> bytes:
-    """Return the line of a finger that strokes to and fro, at a time."""
+    """Return the line sent at a time for a finger that strokes back and forth."""
     turn = 2 * math.pi * STROKES_HZ * time_s
     lateral = math.copysign(FRICTION * NORMAL_N, math.sin(turn))
     along = -STROKE_MM / 2 * math.cos(turn)
@@ -40,16 +40,16 @@ class EmulatedLine:
     Parameters
     ----------
     line : callable
-        Returns what is sent at a time, in seconds since the start.
+        Returns the line for a time, in seconds since the start.
     rate_hz : float
-        How often.
+        Lines per second.
 
     Attributes
     ----------
     port : str
-        What to open.
+        The port to open.
     sends : bool
-        Set it to False, and the sensor falls silent.
+        Set to False to stop sending.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class EmulatedLine:
     def __enter__(self) -> Self:
         self._ours, self._theirs = os.openpty()
         tty.setraw(self._theirs)
-        os.set_blocking(self._ours, False)  # nobody may read
+        os.set_blocking(self._ours, False)  # there may be no reader
         self.port = os.ttyname(self._theirs)
         self._thread.start()
         return self
@@ -79,7 +79,7 @@ class EmulatedLine:
                     os.write(self._ours, self._line(number / self._rate_hz))
 
     def unplug(self) -> None:
-        """Close the port, as if the cable were pulled."""
+        """Close the port, as if the cable had been pulled."""
         self._stop.set()
         self._thread.join()
         for end in (self._ours, self._theirs):

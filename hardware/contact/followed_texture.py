@@ -1,7 +1,7 @@
-"""A texture under a finger whose place is known: which amplitude is due now.
+"""A texture under a finger with known position: computes the amplitude due now.
 
-A command takes some time to reach the plate, and holds until the next one. So the amplitude is that
-of the place where the finger will be by then, by its speed over the last samples.
+A command takes some time to reach the plate and holds until the next one. The amplitude is
+therefore that of the predicted finger position at that time, from its speed over the last samples.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
     from slipscale.stimuli.surface import Surface
 
-SPEED_OVER_S = 0.04  # shorter, and noise passes for speed; longer, and a turn is seen late
+SPEED_OVER_S = 0.04  # a shorter time mistakes noise for speed; a longer one detects turns late
 LONGEST_HELD_S = 0.05  # between frames
-LOST_S = 0.2  # older, and the finger's place is not known
+LOST_S = 0.2  # after this, the finger's position is unknown
 
 
 class FollowedTexture:
@@ -31,7 +31,7 @@ class FollowedTexture:
     ----------
     grating : Grating
     lag_s : float
-        From a command to the plate's amplitude.
+        Delay from a command to the plate's amplitude.
     """
 
     def __init__(self, grating: Grating, lag_s: float) -> None:
@@ -42,18 +42,18 @@ class FollowedTexture:
 
     @property
     def mean(self) -> VirtualSurface:
-        """The plain surface at which the plate settles before it follows."""
+        """The plain surface at which the plate settles before it follows the finger."""
         return VirtualSurface(level=self._grating.mean_level, label=self._grating.label)
 
     def see(self, samples: Iterable[Sample]) -> None:
-        """Take note of where the finger is."""
+        """Update the finger's position from samples."""
         for each in samples:
             self._last.append((each.time_s, each.values[0]))
         while len(self._last) > 2 and self._last[-1][0] - self._last[1][0] >= SPEED_OVER_S:  # noqa: PLR2004 - two tell a speed
             self._last.popleft()
 
     def level(self, now_s: float) -> float:
-        """Return the amplitude to command now; the mean where the finger's place is not known."""
+        """Return the amplitude to command now; the mean if the finger's position is unknown."""
         asked_s, self._asked_s = self._asked_s, now_s
         held_s = min(now_s - asked_s, LONGEST_HELD_S) if asked_s is not None else 0.0
         if not self._last or now_s - self._last[-1][0] > LOST_S:
@@ -67,7 +67,7 @@ class FollowedTexture:
 
 
 def followed_texture(surface: Surface, plate: PlateDriver) -> FollowedTexture | None:
-    """Return what follows the finger over a surface; None for a plain one, or if a plate cannot."""
+    """Return an object that follows the finger; None for a plain surface or an incapable plate."""
     if not isinstance(surface, Grating) or surface.depth_level == 0 or plate.follow_lag_s is None:
         return None
     return FollowedTexture(surface, plate.follow_lag_s)

@@ -1,7 +1,7 @@
-"""What an exploration's samples say: how fast, how many strokes, how much friction. Pure.
+"""Measures of an exploration from its samples: speed, number of strokes, friction. Pure.
 
-Speed and strokes are taken from places some 50 ms apart: between neighbouring samples a sensor's
-noise would pass for movement.
+Speed and strokes are computed from positions about 50 ms apart; between neighbouring samples, a
+sensor's noise would be mistaken for movement.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ if TYPE_CHECKING:
     from slipscale.hardware.contact.source import Sample
 
 APART_S = 0.05
-LONGEST_GAP_S = 0.5  # longer, and the finger was lifted meanwhile
-STROKE_MM = 5.0  # a stroke is at least so long: less is a tremble
-MOVES_MM_S = 10.0  # slower, and the finger may stick
-PRESSES_N = 0.05  # less, and the finger may be off the plate
-FEWEST = 10  # samples of sliding for a coefficient
+LONGEST_GAP_S = 0.5  # a longer gap means that the finger was lifted
+STROKE_MM = 5.0  # shortest stroke; shorter movements are tremor
+MOVES_MM_S = 10.0  # a slower finger may stick
+PRESSES_N = 0.05  # with less force, the finger may be off the plate
+FEWEST = 10  # fewest samples of sliding for a coefficient
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Movement:
-    """How a finger moved.
+    """A finger's movement.
 
     Parameters
     ----------
     speed_mm_s : float or None
-        Length of its way divided by the time that it touched; None where it was never seen twice.
+        Path length divided by contact time; None if there are fewer than two samples.
     strokes : int
-        How often it went one way along x for 5 mm or more.
+        Number of movements of 5 mm or more in one direction along x.
     """
 
     speed_mm_s: float | None
@@ -44,12 +44,12 @@ class Movement:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Friction:
-    """What was measured of the forces while the finger slid.
+    """Forces measured while the finger slid.
 
     Parameters
     ----------
     coefficient : float or None
-        Median of the size of the lateral force divided by the normal one.
+        Median of the absolute lateral force divided by the normal force.
     normal_n : float or None
         Mean normal force.
     """
@@ -59,7 +59,7 @@ class Friction:
 
 
 def movement(samples: Sequence[Sample]) -> Movement:
-    """Return how a finger moved, from samples of x and y in mm."""
+    """Return a finger's movement from samples of x and y in mm."""
     kept = apart(samples)
     way_mm = time_s = 0.0
     for before, after in pairwise(kept):
@@ -81,8 +81,8 @@ def friction(forces: Sequence[Sample], places: Sequence[Sample] = ()) -> Frictio
     forces : sequence of Sample
         Normal and lateral force, N.
     places : sequence of Sample
-        Where the finger was, if that is known: only what was measured while it moved along x
-        counts. Otherwise all that was measured while it pressed does.
+        The finger's positions, if known: only forces during movement along x are used. Otherwise,
+        all forces during contact are used.
     """
     pressed = [each for each in forces if each.values[0] >= PRESSES_N]
     slid = [each for each in pressed if _moves(places, each.time_s)] if places else pressed
@@ -95,7 +95,7 @@ def friction(forces: Sequence[Sample], places: Sequence[Sample] = ()) -> Frictio
 
 
 def apart(samples: Sequence[Sample]) -> list[Sample]:
-    """Return the first sample and each that comes 50 ms or more after the one before."""
+    """Return the first sample, and each that is 50 ms or more after the previous one returned."""
     kept: list[Sample] = []
     for each in samples:
         if not kept or each.time_s - kept[-1].time_s >= APART_S - 1e-9:
@@ -104,11 +104,11 @@ def apart(samples: Sequence[Sample]) -> list[Sample]:
 
 
 def _strokes(along_mm: Sequence[float]) -> int:
-    """Count the runs in one direction that are long enough."""
+    """Count the sufficiently long movements in one direction."""
     if not along_mm:
         return 0
     count, direction = 0, 0
-    turned = along_mm[0]  # the last turning point, as far as it has got
+    turned = along_mm[0]  # the extreme position of the current stroke
     for place in along_mm[1:]:
         moved = place - turned
         if direction and moved * direction > 0:
@@ -119,7 +119,7 @@ def _strokes(along_mm: Sequence[float]) -> int:
 
 
 def _moves(places: Sequence[Sample], time_s: float) -> bool:
-    """Return whether the finger moved along x about a time."""
+    """Return whether the finger moved along x around a time."""
     after = bisect_left(places, time_s + APART_S / 2, key=lambda each: each.time_s)
     before = bisect_left(places, time_s - APART_S / 2, key=lambda each: each.time_s)
     last, first = min(after, len(places) - 1), max(before - 1, 0)

@@ -1,7 +1,7 @@
-"""Whether an exploration's samples can be those of a finger. Pure.
+"""Check whether an exploration's samples can come from a finger. Pure.
 
-A wrong column, unit or wire gives numbers too. Each rule names what no finger does; a trial of
-which one holds is flagged, and its samples stay.
+A wrong column, unit or wire also produces numbers. Each rule describes something that a finger
+never does. A trial that violates one is flagged; its samples are kept.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.contact.source import Sample
 
-FEWEST = 20  # samples: fewer tell nothing
-LONGEST_MM = 300.0  # no plate is larger; a converter's 65535 is off the plate
+FEWEST = 20  # fewest samples for a check
+LONGEST_MM = 300.0  # larger than any plate; a converter's 65535 exceeds it
 FASTEST_MM_S = 1_500.0  # faster than a finger explores
-FROZEN_S = 1.0  # so long without the last digit changing: sensors have noise
-EVEN = 0.01  # of the steps: time rises evenly, a finger does not
+FROZEN_S = 1.0  # longest time without any change: sensors have noise
+EVEN = 0.01  # relative variation of the steps: time is even, a finger is not
 LARGEST_N = 30.0
-NEGATIVE_N = -0.2  # a load cell that is pulled
-LARGEST_COEFFICIENT = 3.0  # of friction: above, the forces are swapped
+NEGATIVE_N = -0.2  # a load cell under tension
+LARGEST_COEFFICIENT = 3.0  # of friction; above it, the forces are swapped
 
 
 def implausible_places(samples: Sequence[Sample]) -> list[str]:
@@ -55,7 +55,7 @@ def _too_far(samples: Sequence[Sample]) -> Iterator[str]:
 def _too_fast(samples: Sequence[Sample]) -> Iterator[str]:
     speeds = [
         math.dist(before.values, after.values) / (after.time_s - before.time_s)
-        for before, after in pairwise(apart(samples))  # a sensor's noise is no movement
+        for before, after in pairwise(apart(samples))  # a sensor's noise does not count as movement
     ]
     if speeds and median(speeds) > FASTEST_MM_S:
         yield f"a median speed of {median(speeds):.0f} mm/s"
@@ -68,7 +68,7 @@ def _frozen(samples: Sequence[Sample]) -> Iterator[str]:
 
 
 def _counts(samples: Sequence[Sample]) -> Iterator[str]:
-    """Yield that x rises in even steps, as a time or a counter does."""
+    """Yield a message if x rises in even steps, as a time or a counter does."""
     steps = [after.values[0] - before.values[0] for before, after in pairwise(samples)]
     mean = sum(steps) / len(steps)
     if mean > 0 and all(abs(step - mean) <= EVEN * mean for step in steps):

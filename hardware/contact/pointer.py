@@ -3,13 +3,13 @@
 SPEC: ``mouse:mm_per_pixel=0.25`` with
 
 ================  ===============================================================
-``mm_per_pixel``  how far the finger goes while the pointer goes by one pixel;
-                  required: measure it, with the pointer's acceleration off
+``mm_per_pixel``  finger movement per pixel of pointer movement; required:
+                  measure it with the pointer's acceleration switched off
 ``angle``         direction of the stroke on the screen, degrees (0: to the right)
 ================  ===============================================================
 
-It has one sample a frame. A mouse knows only where it moves, so that place 0 is the middle of the
-window; a touch panel is tied to the plate.
+It provides one sample per frame. A mouse reports only movement, so position 0 is the middle of the
+window; a touch panel is fixed to the plate.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ OPTIONS: dict[str, Callable[[str], Any]] = {
 
 
 class WindowPointer(ContactSource):
-    """Where the pointer is, in mm along and across the stroke.
+    """The pointer's position, in mm along and across the stroke.
 
     Parameters
     ----------
     surroundings : Surroundings
-        Its finger is a window's.
+        Its finger is that of a window.
     mm_per_pixel : float
     angle_deg : float
         Direction of the stroke on the screen.
@@ -59,10 +59,10 @@ class WindowPointer(ContactSource):
         self._angle_deg = angle_deg
 
     def connect(self) -> None:
-        """Do nothing: the window is the participant's."""
+        """Do nothing: the window belongs to the participant."""
 
     def take(self) -> list[Sample]:
-        """Return where the pointer is now."""
+        """Return the pointer's current position."""
         now_s = self._clock.now()
         touch = self._finger.at(now_s)
         if touch is None:
@@ -85,7 +85,7 @@ class WindowPointer(ContactSource):
 
 
 def open_position(address: str, surroundings: Surroundings) -> ContactSource:
-    """Return the pointer: the entry point ``mouse``. Raises `UserError`."""
+    """Return the pointer (entry point ``mouse``). Raises `UserError`."""
     _, options = addresses.split_address(address, OPTIONS, what="--position mouse")
     if "mm_per_pixel" not in options:
         raise UserError(

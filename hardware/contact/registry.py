@@ -1,6 +1,6 @@
-"""The sources of position and force that are installed, found by entry point as backends are.
+"""The installed sources of position and force; like backends, they are registered as entry points.
 
-SPEC: ``NAME`` or ``NAME:ADDRESS``; ``none`` is no source.
+SPEC: ``NAME`` or ``NAME:ADDRESS``; ``none`` means no source.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ GROUPS: dict[Kind, str] = {"position": "slipscale.positions", "force": "slipscal
 
 
 class SourceFactory(Protocol):
-    """What an entry point of these groups is: it makes a source, not yet connected."""
+    """An entry point of these groups: it creates a source that is not yet connected."""
 
     def __call__(self, address: str, surroundings: Surroundings) -> ContactSource:
-        """Return the source of an address: what follows the colon of the SPEC."""
+        """Return the source for an address, the part of the SPEC after the colon."""
 
 
 def open_source(kind: Kind, spec: str, surroundings: Surroundings) -> ContactSource:
@@ -30,7 +30,7 @@ def open_source(kind: Kind, spec: str, surroundings: Surroundings) -> ContactSou
     Raises
     ------
     UserError
-        No source of that name is installed, or its address holds what it does not know.
+        No source of that name is installed, or its address is invalid.
     """
     name, _, address = spec.partition(":")
     found = {point.name: point for point in entry_points(group=GROUPS[kind])}

@@ -1,7 +1,7 @@
-"""A finger whose way is written in a file: for demonstrations, and to try a texture.
+"""A finger that moves as written in a file, for demonstrations and to try a texture.
 
-SPEC: ``scripted:FILE``, a CSV with the columns ``time_s,x_mm,y_mm`` in order of time. Time 0 is
-the beginning of each exploration; after the last row the finger stays where it is.
+SPEC: ``scripted:FILE``, a CSV with the columns ``time_s,x_mm,y_mm``, sorted by time. Time 0 is the
+beginning of each exploration; after the last row, the finger stays at its position.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from slipscale.hardware.contact.source import Surroundings
 
 COLUMNS = ("time_s", *POSITION)
-LAST_S = 0.01  # the finger that stays is told so often
+LAST_S = 0.01  # sample interval after the last row
 
 
 class ScriptedPosition(ContactSource):
-    """Where a script says that the finger is.
+    """The finger position from a script.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class ScriptedPosition(ContactSource):
     way : sequence of Sample
         Times from the beginning of an exploration, ascending.
     file : str
-        Where it comes from, for the record.
+        The script's file, for the record.
     """
 
     name: ClassVar[str] = "scripted"
@@ -49,11 +49,11 @@ class ScriptedPosition(ContactSource):
         """Do nothing."""
 
     def begin(self) -> None:
-        """Begin the way anew."""
+        """Restart the script."""
         self._begun_s, self._next, self._told_s = self._clock.now(), 0, -math.inf
 
     def take(self) -> list[Sample]:
-        """Return what was due since the last call; at the end of the way, where the finger is."""
+        """Return the samples since the last call; after the script's end, the last position."""
         now_s = self._clock.now()
         due = []
         while self._next < len(self._way):
@@ -77,7 +77,7 @@ class ScriptedPosition(ContactSource):
 
 
 def read_way(path: Path) -> list[Sample]:
-    """Return the samples of a file. Raises `UserError` that names file and line."""
+    """Return the samples in a file. Raises `UserError` with file and line."""
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             rows = list(csv.reader(stream))
@@ -107,7 +107,7 @@ def read_way(path: Path) -> list[Sample]:
 
 
 def open_position(address: str, surroundings: Surroundings) -> ContactSource:
-    """Return the script's finger: the entry point ``scripted``. Raises `UserError`."""
+    """Return the script's finger (entry point ``scripted``). Raises `UserError`."""
     if not address:
         raise UserError("--position scripted: expected scripted:FILE")
     return ScriptedPosition(surroundings, read_way(Path(address)), address)

@@ -1,22 +1,22 @@
-"""Sensors that send lines of numbers over a serial port: laser distances, load cells.
+"""Sensors that send lines of numbers over a serial port: laser distance sensors and load cells.
 
-SPEC of a position: ``lasers:PORT,option=value,...``; of a force: ``load_cells:PORT,...``. Each line
-is one reading: numbers separated by commas, semicolons, tabs or spaces, ended by a line feed.
+SPEC of a position: ``lasers:PORT,option=value,...``; of a force: ``load_cells:PORT,...``. Each
+line is one reading: numbers separated by commas, semicolons, tabs or spaces, ended by a line feed.
 
 =================================  ============================================================
-``x``, ``y`` (``normal``,          which number of the line it is, from 1; 1 and 2 by default.
-``lateral``)                       ``y=0``: there is no second laser, and y is told as 0
-``x_scale``, ...                   mm (or N) for each unit that the sensor sends (1)
-``x_zero``, ...                    what the sensor sends at place 0 (at no force) (0)
-``tare``                           load cells: seconds at the start with no finger on the plate,
-                                   whose mean becomes the zero (0: none)
+``x``, ``y`` (``normal``,          position of the number in the line, from 1; default 1 and 2.
+``lateral``)                       ``y=0``: no second laser; y is reported as 0
+``x_scale``, ...                   mm (or N) per unit that the sensor sends (1)
+``x_zero``, ...                    the sensor's value at position 0 (without force) (0)
+``tare``                           load cells: seconds at the start without a finger on the plate;
+                                   their mean becomes the zero (0: none)
 ``baud``                           of the port (115200)
 =================================  ============================================================
 
-So any microcontroller that prints its converters' counts will do. Two sensors with a line each need
-one that joins them. Numbers may have decimal commas if another character separates them. A line
-that cannot be read, or has another number of fields, is left out and counted in the journal; half
-a second without a reading is a fault.
+Any microcontroller that prints its converters' counts is suitable. Two sensors that send separate
+lines require a device that joins them. Numbers may have decimal commas if another character
+separates them. Lines that cannot be read, or have a different number of fields, are skipped and
+counted in the journal. Half a second without a reading is a fault.
 """
 
 from __future__ import annotations
@@ -49,10 +49,10 @@ if TYPE_CHECKING:
 
 FIRST_S = 3.0  # some boards restart when their port is opened
 SILENT_S = 0.5
-AMPLITUDE = ("amplitude_um_pp",)  # what a vibrometer tells
-KEPT = 100_000  # samples that nobody took
+AMPLITUDE = ("amplitude_um_pp",)  # quantity of a vibrometer
+KEPT = 100_000  # most samples kept until they are taken
 SEPARATORS = re.compile(r"[,;\t ]+")
-# Where another character parts the numbers, a comma between digits is a decimal point.
+# If another character separates the numbers, a comma between digits is a decimal point.
 NUMBER = r"[+-]?\d+(,\d+)?"
 DECIMAL_COMMA = re.compile(rf"{NUMBER}([;\t ]+{NUMBER})+")
 LONGEST_LINE = 400
@@ -60,7 +60,7 @@ TARE_TRIES_S = 0.02
 
 
 def numbers_of(text: str) -> list[float]:
-    """Return the numbers of a line. Raises ValueError if one is none.
+    """Return the numbers in a line. Raises ValueError if one is invalid.
 
     >>> numbers_of("12,5;3,4"), numbers_of("12.5,3.4"), numbers_of("12,5 3,4")
     ([12.5, 3.4], [12.5, 3.4], [12.5, 3.4])
@@ -71,18 +71,18 @@ def numbers_of(text: str) -> list[float]:
 
 
 class Channel:
-    """One number of the line, made a quantity."""
+    """One number of the line, converted to a quantity."""
 
     def __init__(self, place: int, scale: float, zero: float) -> None:
         self.place, self.scale, self.zero = place, scale, zero
 
     def value(self, numbers: list[float]) -> float:
-        """Return the quantity; IndexError where the line is too short."""
+        """Return the quantity; raise IndexError if the line is too short."""
         return (numbers[self.place - 1] - self.zero) * self.scale if self.place else 0.0
 
 
 class SerialColumns(ContactSource):
-    """A port that sends lines of numbers, read by a thread of its own.
+    """A port that sends lines of numbers, read in a separate thread.
 
     Parameters
     ----------
@@ -90,12 +90,12 @@ class SerialColumns(ContactSource):
         For records: ``lasers`` or ``load_cells``.
     port : str
     clock : Clock
-        Stamps each reading when its line has come.
+        Provides the time of each reading, when its line has arrived.
     quantities : tuple of str
     channels : sequence of Channel
-        One for each quantity.
+        One per quantity.
     tare_s : float
-        At the start, the mean of so many seconds becomes the zero.
+        Duration at the start over which readings are averaged to obtain the zero.
     baud : int
     """
 
@@ -128,10 +128,10 @@ class SerialColumns(ContactSource):
         self._fault: PlateFault | None = None
         self._heard_s = 0.0
         self._last_unreadable = ""
-        self._fields = 0  # numbers in a line, once one was read
+        self._fields = 0  # numbers per line, once a line was read
 
     def connect(self) -> None:
-        """Open the port, wait for the first reading, and take the tare once."""
+        """Open the port, wait for the first reading, and measure the tare once."""
         self.close()
         self._fault = None
         self._samples.clear()
@@ -147,7 +147,7 @@ class SerialColumns(ContactSource):
             self._tare()
 
     def begin(self) -> None:
-        """Drop what came before; connect a lost port again."""
+        """Discard earlier samples; reconnect a lost port."""
         if self._fault is not None:
             self.connect()
         self._samples.clear()
@@ -167,7 +167,7 @@ class SerialColumns(ContactSource):
         self._line = self._thread = None
 
     def describe(self) -> dict[str, object]:
-        """Return name, port and how numbers become quantities."""
+        """Return name, port and the conversion of numbers to quantities."""
         return {
             "name": self.kind,
             "port": self.port,
@@ -188,7 +188,7 @@ class SerialColumns(ContactSource):
             raise self._fault
 
     def _tare(self) -> None:
-        """Take what is read with no finger on the plate for the zero."""
+        """Use the mean of readings without a finger on the plate as the zero."""
         self._samples.clear()
         end_s = self._clock.now() + self._tare_s
         taken: list[Sample] = []
@@ -218,7 +218,7 @@ class SerialColumns(ContactSource):
                     self._heard_s = max(now_s, self._heard_s)
 
     def _values(self, line: bytes) -> tuple[float, ...] | None:
-        """Return a line's quantities; None, counted, where it is no reading."""
+        """Return a line's quantities; count the line and return None if it is not a reading."""
         text = line.decode("ascii", "replace").strip()
         try:
             numbers = numbers_of(text)
@@ -298,12 +298,12 @@ def _source(
 
 
 def open_vibrometer(spec: str, clock: Clock) -> ContactSource:
-    """Return what tells the plate's amplitude, of a SPEC ``vibrometer:PORT,amplitude_scale=...``.
+    """Return the amplitude sensor for a SPEC ``vibrometer:PORT,amplitude_scale=...``.
 
     Raises
     ------
     UserError
-        The SPEC is none, or holds what is not known.
+        The SPEC is invalid or contains an unknown option.
     """
     name, _, address = spec.partition(":")
     if name != "vibrometer":
@@ -315,14 +315,14 @@ def open_vibrometer(spec: str, clock: Clock) -> ContactSource:
 
 
 def open_lasers(address: str, surroundings: Surroundings) -> ContactSource:
-    """Return two laser distance sensors: the entry point ``lasers``. Raises `UserError`."""
+    """Return two laser distance sensors (entry point ``lasers``). Raises `UserError`."""
     return _source(
         "lasers", address, surroundings, what="--position", names=("x", "y"), quantities=POSITION
     )
 
 
 def open_load_cells(address: str, surroundings: Surroundings) -> ContactSource:
-    """Return two load cells: the entry point ``load_cells``. Raises `UserError`."""
+    """Return two load cells (entry point ``load_cells``). Raises `UserError`."""
     return _source(
         "load_cells", address, surroundings, what="--force", names=("normal", "lateral"),
         quantities=FORCE,

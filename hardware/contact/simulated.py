@@ -1,22 +1,23 @@
-"""The simulated participant's finger: where it is, and the forces that the squeeze film leaves.
+"""The simulated participant's finger: its position, and the forces that the squeeze film leaves.
 
-SPEC of a position: ``simulated`` or ``simulated:rate=100,noise=0.02`` (samples a second; standard
-deviation of a reading, mm). SPEC of a force: ``simulated`` or ``simulated:friction=0.8,...`` with
+SPEC of a position: ``simulated`` or ``simulated:rate=100,noise=0.02`` (samples per second;
+standard deviation of a reading, mm). SPEC of a force: ``simulated`` or
+``simulated:friction=0.8,...`` with
 
 ==============  ==================================================================
 ``friction``    coefficient of friction on the plate at rest (0.8: our assumption)
-``film``        ``reynolds`` (2007), or ``shared_load``: each simulated participant has a skin of
-                their own within the ranges of `slipscale.stimuli.shared_load` (not validated)
+``film``        ``reynolds`` (2007), or ``shared_load``: each simulated participant has individual
+                skin within the ranges of `slipscale.stimuli.shared_load` (not validated)
 ``roughness``   average roughness h_r of the film ``reynolds``, µm (0.6, Section IV-A)
-``rate``        samples a second (100)
+``rate``        samples per second (100)
 ``noise``       standard deviation of a reading of either force, N (0.005)
 ==============  ==================================================================
 
-The film carries a part of the finger, and friction is that of the rest; where the model lets the
-finger levitate there is none.
+The film carries part of the finger's load, and friction acts on the rest. If the model predicts
+that the finger levitates, there is no friction.
 
-A reading depends on the seed, the finger and the time, never on how often it was asked for: an
-interrupted and resumed pilot measures what an undisturbed one would have.
+A reading depends on the seed, the finger and the time, but not on the number of queries: an
+interrupted and resumed pilot measures the same values as an undisturbed one.
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ if TYPE_CHECKING:
 RATE_HZ = 100.0
 POSITION_NOISE_MM, FORCE_NOISE_N = 0.02, 0.005
 FRICTION, ROUGHNESS_UM = 0.8, 0.6
-AMPLITUDE_DIGITS = 1  # the film is solved for so many decimals of a µm: a solution takes 50 ms
-FORCE_DIGITS = 1  # and of a N, if its share depends on the force
+AMPLITUDE_DIGITS = 1  # decimals of a µm for which the film is solved: a solution takes 50 ms
+FORCE_DIGITS = 1  # and decimals of a N, if the film's share depends on the force
 WORD = (1 << 64) - 1
 
 POSITION_OPTIONS: dict[str, Callable[[str], Any]] = {
@@ -64,7 +65,7 @@ FORCE_OPTIONS: dict[str, Callable[[str], Any]] = {
 
 
 class _Simulated(ContactSource):
-    """Readings on a grid of time, each with its noise."""
+    """Readings on a regular time grid, each with its noise."""
 
     name: ClassVar[str] = "simulated"
     virtual = True
@@ -87,11 +88,11 @@ class _Simulated(ContactSource):
         """Do nothing."""
 
     def begin(self) -> None:
-        """Begin the grid of time anew: it counts from here."""
+        """Restart the time grid at the current time."""
         self._begun_s, self._taken = self._surroundings.clock.now(), 0
 
     def take(self) -> list[Sample]:
-        """Return the readings of the grid since the last call, while the finger touches."""
+        """Return the grid's readings since the last call, while the finger touches the plate."""
         now_s = self._surroundings.clock.now()
         until = math.floor((now_s - self._begun_s) * self._rate_hz + 1e-6)
         found = []
@@ -107,11 +108,11 @@ class _Simulated(ContactSource):
         return found
 
     def _exact(self, time_s: float, touch: Touch) -> tuple[float, float]:
-        """Return what a sensor without noise would read."""
+        """Return the reading of a sensor without noise."""
         raise NotImplementedError
 
     def _deviates(self, number: int) -> tuple[float, float]:
-        """Return two standard normal numbers that belong to a reading."""
+        """Return the two standard normal numbers of a reading."""
         import numpy as np  # noqa: PLC0415 - a session that simulates nothing needs none of it
 
         milliseconds = round(self._begun_s * 1000)
@@ -129,7 +130,7 @@ class _Simulated(ContactSource):
 
 
 class SimulatedPosition(_Simulated):
-    """Where the simulated finger is; see the module for its options."""
+    """The simulated finger's position; see the module for its options."""
 
     quantities: Quantities = POSITION
 
@@ -138,9 +139,10 @@ class SimulatedPosition(_Simulated):
 
 
 class SimulatedForce(_Simulated):
-    """What the film leaves of friction; see the module for its options.
+    """The friction left by the film; see the module for its options.
 
-    The film is that of the amplitude at the moment of asking: ask often while it changes.
+    The film is computed for the amplitude at the time of the query, so query often while it
+    changes.
     """
 
     quantities: Quantities = FORCE
@@ -161,7 +163,7 @@ class SimulatedForce(_Simulated):
         self._vibration_um_pp = surroundings.vibration_level
         self._friction = friction
         self._film = film
-        # Reynolds' film has a roughness, a shared load has a skin; each is one number.
+        # One number: the roughness for Reynolds' film, the skin for a shared load.
         self._surface = roughness_um if film == "reynolds" else _place_in_band(surroundings)
 
     def _exact(self, time_s: float, touch: Touch) -> tuple[float, float]:
@@ -184,7 +186,7 @@ class SimulatedForce(_Simulated):
 
 @cache
 def _film_force_n(amplitude_um_pp: float, roughness_um: float) -> float:
-    """Return the force by which Reynolds' film carries the finger, whatever its weight."""
+    """Return the force with which Reynolds' film carries the finger, whatever its weight."""
     if amplitude_um_pp == 0:
         return 0.0
     relative = VirtualSurface(level=amplitude_um_pp).predicted_relative_friction(
@@ -194,7 +196,7 @@ def _film_force_n(amplitude_um_pp: float, roughness_um: float) -> float:
 
 
 def _shared_force_n(amplitude_um_pp: float, place: float, normal_n: float) -> float:
-    """Return the force by which the film carries a finger that asperities carry too."""
+    """Return the force with which the film carries a finger that asperities also carry."""
     from slipscale.stimuli.shared_load import skin_between, solve  # noqa: PLC0415 - SciPy
 
     force_n = max(round(normal_n, FORCE_DIGITS), 10.0**-FORCE_DIGITS)
@@ -211,7 +213,7 @@ FILMS: dict[str, Callable[[float, float, float], float]] = {
 
 
 def _place_in_band(surroundings: Surroundings) -> float:
-    """Return a simulated participant's place in the band, 0 to 1."""
+    """Return a simulated participant's position in the band, 0 to 1."""
     import numpy as np  # noqa: PLC0415 - as above
 
     person = zlib.crc32(surroundings.participant.encode())
@@ -219,7 +221,7 @@ def _place_in_band(surroundings: Surroundings) -> float:
 
 
 def open_position(address: str, surroundings: Surroundings) -> ContactSource:
-    """Return the simulated finger's place: the entry point ``simulated``. Raises `UserError`."""
+    """Return the simulated finger's position (entry point ``simulated``). Raises `UserError`."""
     _, options = addresses.split_address(address, POSITION_OPTIONS, what="--position simulated")
     return SimulatedPosition(
         surroundings,
@@ -229,7 +231,7 @@ def open_position(address: str, surroundings: Surroundings) -> ContactSource:
 
 
 def open_force(address: str, surroundings: Surroundings) -> ContactSource:
-    """Return the simulated forces: the entry point ``simulated``. Raises `UserError`."""
+    """Return the simulated forces (entry point ``simulated``). Raises `UserError`."""
     _, options = addresses.split_address(address, FORCE_OPTIONS, what="--force simulated")
     return SimulatedForce(
         surroundings,

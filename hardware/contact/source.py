@@ -1,8 +1,7 @@
-"""A source of what the finger does: its place, or its forces. What every source offers.
+"""The interface of a source of finger position or force.
 
-A source is asked at every frame of a participant's step for the samples that came since it was
-last asked. Each sample carries the session's time, so that one that samples faster than the frames
-loses nothing.
+At every frame of a participant's step, a source is queried for the samples since the last query.
+Each sample has the session's time, so a source that samples faster than the frames loses nothing.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
     from slipscale.hardware.clock import Clock
 
 Quantities = tuple[str, ...]
-# What a position source and a force source measure. x runs along the stroke, y across.
+# Quantities of position and force sources. x is along the stroke, y across.
 POSITION: Quantities = ("x_mm", "y_mm")
 FORCE: Quantities = ("normal_n", "lateral_n")
 Kind = Literal["position", "force"]
@@ -28,14 +27,14 @@ QUANTITIES: dict[Kind, Quantities] = {"position": POSITION, "force": FORCE}
 
 
 class SensorFault(PlateFault):
-    """A source of position or force has gone, or tells nothing that can be read."""
+    """A source of position or force has disappeared, or sends nothing readable."""
 
     code = "sensor"
     remedy = "Check the sensor's cable and its SPEC: slipscale check shows what it tells."
 
 
 class Sample(NamedTuple):
-    """One reading: the session's time, and the source's quantities in their order."""
+    """One reading: the session's time, and the source's quantities in order."""
 
     time_s: float
     values: tuple[float, ...]
@@ -44,8 +43,8 @@ class Sample(NamedTuple):
 class Touch(NamedTuple):
     """A finger on the plate.
 
-    ``x`` and ``y`` are in mm, or for a window's pointer in pixels from its middle; the force is
-    known of a simulated finger only.
+    ``x`` and ``y`` are in mm or, for a window's pointer, in pixels from its middle. The force is
+    known only for a simulated finger.
     """
 
     x: float
@@ -54,32 +53,32 @@ class Touch(NamedTuple):
 
 
 class Finger(Protocol):
-    """Who has the finger: a window knows its pointer, a simulated participant its own."""
+    """Provides the finger's position: a window's pointer, or a simulated participant's finger."""
 
     unit: Literal["mm", "px"]
 
     def at(self, time_s: float) -> Touch | None:
-        """Return where it is at a time of the session; None where it does not touch.
+        """Return the finger's state at a session time; None if it does not touch.
 
-        A window knows only now. A simulated finger can be asked of all the time since its
-        exploration began.
+        A window only has the current position. For a simulated finger, any time since the
+        beginning of its exploration is possible.
         """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Surroundings:
-    """What a source may need of the session that it is used in.
+    """The session's properties that a source may require.
 
     Parameters
     ----------
     clock : Clock
-        Its samples are on this clock.
+        Time base of the samples.
     seed : int
-        For a source that simulates.
+        For a simulated source.
     participant : str
-        Whom it simulates.
+        The simulated participant.
     finger : Finger or None
-        For the sources that ask who has the finger.
+        For sources that obtain the position from the window or the simulated participant.
     vibration_level : callable or None
         Returns what a finger on the plate feels now, µm peak to peak; for a simulated force.
     """
@@ -92,14 +91,14 @@ class Surroundings:
 
 
 class ContactSource(ABC):
-    """A source of position or force. A context manager that lets go of the device on every path.
+    """A source of position or force. A context manager that always releases the device.
 
     Attributes
     ----------
     quantities : tuple of str
-        What a sample's values are, with their units: `POSITION` or `FORCE`.
+        Names and units of a sample's values: `POSITION` or `FORCE`.
     unreadable : int
-        How many readings could not be read so far; they are no samples.
+        Number of unreadable readings so far; they are not samples.
     virtual : bool
         Whether it works in a pilot's virtual time.
     """
@@ -114,7 +113,7 @@ class ContactSource(ABC):
         """Open the device and wait for its first reading. Raises `SensorFault`."""
 
     def begin(self) -> None:
-        """Begin to sample: what came before is dropped. A lost device is connected again."""
+        """Start sampling and discard earlier samples. A lost device is reconnected."""
         self.take()
 
     @abstractmethod
@@ -123,10 +122,10 @@ class ContactSource(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of the device; may be called at any time."""
+        """Release the device; may be called at any time."""
 
     def describe(self) -> dict[str, object]:
-        """Return what a record of the session should say of the source, ready for JSON."""
+        """Return the source's entry in the session's record, ready for JSON."""
         return {"name": self.name}
 
     def __enter__(self) -> Self:

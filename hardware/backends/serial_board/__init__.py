@@ -1,1 +1,1 @@
-"""The driver board on a serial line: protocol, link, supervision, driver."""
+"""The driver board on a serial line: protocol, link, supervision and driver."""

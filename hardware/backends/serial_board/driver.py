@@ -5,15 +5,15 @@ SPEC: ``serial:PORT`` or ``serial:PORT,option=value,...`` with
 ================  ===============================================================
 ``calibration``   a file written by ``slipscale plate calibrate``
 ``plate``         a file written by ``slipscale plate new``: limits and calibration
-``attention``     seconds (5); a session that neither commands nor checks for so
-                  long is taken to hang, and the plate falls silent; 0: never
+``attention``     seconds (5); if a session neither commands nor checks for this
+                  long, it is assumed to hang and the plate is silenced; 0: never
 ================  ===============================================================
 
-The heartbeat asks the board for its status ten times a second; the board silences itself when it
-has heard nothing for its watchdog's time. What the heartbeat learns, `check` raises.
+The heartbeat queries the board's status ten times per second. The board silences itself if it
+receives nothing for its watchdog time. `check` raises the faults that the heartbeat finds.
 
-The board plays textures by itself, from a list of amplitudes that it is sent; older firmware does
-not know lists, and then textures are refused.
+The board plays textures autonomously from a list of amplitudes that it receives. Older firmware
+does not support lists; textures are then rejected.
 """
 
 from __future__ import annotations
@@ -60,11 +60,11 @@ HEARTBEAT_S = 0.1
 ATTENTION_S = 5.0
 POLL_S = 0.002
 LONGEST_SETTLING_S = 2.0
-# From `follow` to the plate: the board's ramp of 25 ms, begun anew at each command, and the line;
-# measured; see the table in docs/how-to/finger.md.
+# Delay from `follow` to the plate: the board's 25 ms ramp, restarted at each command, and the line.
+# Measured; see the table in docs/how-to/finger.md.
 FOLLOW_LAG_S = 0.017
-# As good as none: at 0 the board would open its output stage, and at less than its sensor's noise
-# it would correct its voltage by what is only noise.
+# Practically zero. At 0 the board would open its output stage; below its sensor's noise it would
+# correct its voltage according to noise.
 FOLLOWED_UM_PP = 0.05
 OPEN_LOOP_SETTLING_S = 0.05  # five time constants of a plate with Q = 1000
 
@@ -81,15 +81,15 @@ class SerialBoard(PlateDriver):
     port : str
         The serial port.
     clock : Clock
-        Stamps the readbacks. The wire's time-outs are the machine's.
+        Provides the readbacks' times; time-outs of the line use the machine's clock.
     limits : PlateLimits
-        Narrowed to the board's own on `connect`.
+        Narrowed to the board's own limits on `connect`.
     calibration : Calibration
-        Narrows the limits; the board holds the amplitude by its own sensor.
+        Narrows the limits. The board controls the amplitude with its own sensor.
     plate_file : PlateFile
-        Kept with the data.
+        Stored with the data.
     attention_s : float
-        Without a command or `check` for so long the heartbeat stops; 0 keeps it up for ever.
+        The heartbeat stops after this time without a command or `check`; 0 keeps it up forever.
     """
 
     name = "serial"
@@ -133,7 +133,7 @@ class SerialBoard(PlateDriver):
         return identity
 
     def _open_line(self) -> tuple[Line, BoardLink]:
-        """Open the port; a simulated board's line takes its place in campaigns."""
+        """Open the port. In test campaigns, a simulated board's line replaces it."""
         line = SerialLine(self.port)
         return line, BoardLink(line)
 
@@ -169,11 +169,11 @@ class SerialBoard(PlateDriver):
         )
 
     def _predicted_v(self, amplitude_um_pp: float) -> float | None:
-        """Return the voltage that the calibration predicts, if there is one."""
+        """Return the voltage that the calibration predicts; None without a calibration."""
         return self.calibration.voltage_v_peak(amplitude_um_pp) if self.calibration else None
 
     def _rings(self, amplitude_um_pp: float, status: wire.BoardStatus) -> bool:
-        """Return whether a plate that shall be silent still moves: it goes on for some of its Q."""
+        """Return whether a plate that should be silent is still ringing down."""
         return amplitude_um_pp == 0 and (status.amplitude_um_pp or 0) > self.limits.deviation_level
 
     def _play(self, loop: Loop) -> None:
@@ -236,7 +236,7 @@ class SerialBoard(PlateDriver):
         self._line = self._link = self._heart = None
 
     def _beat(self, link: BoardLink) -> None:
-        """Ask for the status until told to stop; leave the first fault for `check`."""
+        """Query the status until told to stop; leave the first fault for `check`."""
         watched, reached_s = None, 0.0
         while not self._stop_heart.wait(HEARTBEAT_S):
             now_s = self._machine.now()
@@ -247,7 +247,7 @@ class SerialBoard(PlateDriver):
                 watched, reached_s = active, now_s
             try:
                 status = self._status(link)
-                # Only if no command came in between is the status one of that presentation.
+                # The status belongs to that presentation only if no command came in between.
                 if active is not None and active is self._active:
                     watch.check_status(status, active, self.limits, port=self.port)
                 reached_s = now_s
@@ -260,7 +260,7 @@ class SerialBoard(PlateDriver):
                 return
 
     def _attend(self) -> BoardLink:
-        """Tell the heartbeat that the session is alive; return the link unless a fault is known."""
+        """Signal to the heartbeat that the session is alive; return the link or raise a fault."""
         self._attended_s = self._machine.now()
         if self._fault is not None:
             raise self._fault
@@ -281,7 +281,7 @@ class SerialBoard(PlateDriver):
         )
 
     def _learn_lists(self, link: BoardLink, firmware: str) -> None:
-        """Ask how fast the board plays a list, and for how long a one it has room."""
+        """Query how fast the board plays a list, and how long a list may be."""
         try:
             lists = _parsed(wire.parse_list_limits, link.ask("LIST:LIM?"))
         except NotKnown:
@@ -305,7 +305,7 @@ class SerialBoard(PlateDriver):
         )
 
     def _narrow_limits(self, board: wire.BoardLimits) -> None:
-        """Narrow the limits to the board's."""
+        """Narrow the limits to the board's own."""
         ours = self.limits
         if not (
             board.frequency_min_hz < ours.frequency_max_hz
@@ -346,12 +346,12 @@ def _parsed(parse: Callable[[str], T], value: str) -> T:
 
 
 def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa: ARG001 - real
-    """Return a driver for a board: the entry point ``serial``.
+    """Return a driver for a board (entry point ``serial``).
 
     Raises
     ------
     UserError
-        The address names no port, or an option that the backend does not have.
+        The address names no port, or contains an unknown option.
     """
     port, options, plate = addresses.opened(address, SerialBoard.name, OPTIONS)
     if not port:

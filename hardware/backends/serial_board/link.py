@@ -1,8 +1,8 @@
-"""Commands to the driver board, each acknowledged, checked, and run once.
+"""Commands to the driver board, each acknowledged, checked, and executed once.
 
-A command that gets no readable answer is repeated under the *same* sequence number; the board
-answers a repetition from its memory. The boot number in each answer tells a repetition that was
-answered by the same run of the firmware from one that met a board fresh from a reset.
+A command without a readable answer is repeated with the *same* sequence number; the board answers
+a repetition from memory. Each answer contains the boot number, which reveals whether the board was
+reset between the command and its repetition.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
     from slipscale.hardware.clock import Clock
 
 REPLY_TIMEOUT_S = 0.08
-ATTEMPTS = 4  # in all less than the board's watchdog takes
+ATTEMPTS = 4  # together shorter than the board's watchdog time
 GREETING_S = 3.0  # many boards restart when their port is opened
-CHATTER_S = 1.0  # and say anything while they start
-FOREIGN_LINES = 3  # so many later lines that are no replies: this is another kind of device
+CHATTER_S = 1.0  # and send arbitrary text while they start
+FOREIGN_LINES = 3  # this many later lines that are not replies: another kind of device
 
 
 class NotKnown(PlateRefused):
-    """The board's firmware does not know the command."""
+    """The board's firmware does not support the command."""
 
 
 REFUSALS: dict[int, type[PlateFault]] = {
@@ -45,7 +45,7 @@ REFUSALS: dict[int, type[PlateFault]] = {
 
 
 class Line(Protocol):
-    """What the link needs of a line."""
+    """The interface of a line that the link requires."""
 
     port: str
 
@@ -53,21 +53,21 @@ class Line(Protocol):
         """Send bytes."""
 
     def close(self) -> None:
-        """Let go of it."""
+        """Release the line."""
 
     def read(self) -> bytes:
-        """Return the bytes that are there, waiting a little for the first."""
+        """Return the available bytes, waiting briefly for the first one."""
 
 
 class BoardLink:
-    """Asks the board, one command at a time, from any thread.
+    """Sends commands to the board one at a time, from any thread.
 
     Parameters
     ----------
     line : Line
         An open line.
     clock : Clock
-        The line's time; by default the machine's, whatever clock the session runs on.
+        Time base of the line; by default the machine's clock, whatever clock the session uses.
     """
 
     def __init__(self, line: Line, clock: Clock | None = None) -> None:
@@ -85,7 +85,7 @@ class BoardLink:
         Raises
         ------
         WrongDevice
-            What answers does not speak the protocol.
+            The device does not use the board's protocol.
         PlateTimeout, GarbledReply, ConnectionLost, PlateBusy
             As for `ask`.
         """
@@ -111,13 +111,13 @@ class BoardLink:
         Raises
         ------
         PlateTimeout
-            No answer, however often it was asked.
+            No answer, although the command was repeated.
         GarbledReply
-            Answers, but none that could be read.
+            Answers were received, but none could be read.
         ConnectionLost
-            The device went away, or it restarted since `greet`.
+            The device disappeared, or it has restarted since `greet`.
         OverLimit, PlateBusy, PlateRefused
-            The board understood and said no.
+            The board understood the command and rejected it.
         """
         with self._lock:
             self._sequence = self._sequence % wire.LAST_SEQUENCE + 1
@@ -133,14 +133,14 @@ class BoardLink:
         raise PlateTimeout(f"{self._line.port}: no answer to '{body}'")
 
     def stop_now(self) -> None:
-        """Send the stop byte at once, even while another thread waits for an answer."""
+        """Send the stop byte immediately, even while another thread waits for an answer."""
         self._line.write(wire.STOP)
 
     def _await(self) -> wire.BoardReply | None:
-        """Return the reply to the current command; drop all else that comes meanwhile.
+        """Return the reply to the current command; discard everything else received meanwhile.
 
-        What has come is looked at before the time is: a thread that was kept waiting by the rest
-        of its process finds its reply all the same.
+        Received bytes are processed before the time-out is checked, so that a thread that was
+        delayed by the rest of its process still finds its reply.
         """
         end_s = self._clock.now() + REPLY_TIMEOUT_S
         while True:

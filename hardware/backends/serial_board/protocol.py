@@ -1,6 +1,6 @@
-"""The driver board's language (docs/reference/board-protocol.md): frames, checks, status, codes.
+"""The driver board's protocol (docs/reference/board-protocol.md): frames, checks, status, codes.
 
-Pure: bytes in, records out. Both ends use it, the serial backend and the emulated board.
+Pure functions from bytes to records and back, used by the serial backend and the emulated board.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ if TYPE_CHECKING:
     from slipscale.stimuli.modulation import Loop
 
 PROTOCOL: Final = "slipscale-plate-1"  # the model field of *IDN?
-STOP: Final = b"!"  # one byte, anywhere: silence at once
-LONGEST_LINE: Final = 96  # bytes, its line feed not counted
+STOP: Final = b"!"  # single byte, valid anywhere: silence immediately
+LONGEST_LINE: Final = 96  # bytes without the line feed
 LAST_SEQUENCE: Final = 65_535
-WATCHDOG_MS: Final = (400, 2_000)  # shorter, and three lost commands in a row would silence
-POINTS_A_LINE: Final = 8  # of LIST:AMPL: so many fit, however large their numbers
+WATCHDOG_MS: Final = (400, 2_000)  # any shorter, and three lost commands would silence it
+POINTS_A_LINE: Final = 8  # points per LIST:AMPL that fit even with the largest numbers
 
 VIBRATING: Final = ("RAMP", "HOLD", "SAT", "LIST", "OPEN")  # states with the output on
 
 OK: Final = 0
-DATA_TYPE, MISSING_PARAMETER, UNDEFINED_HEADER = -104, -109, -113  # SCPI's own, as the next
+DATA_TYPE, MISSING_PARAMETER, UNDEFINED_HEADER = -104, -109, -113  # defined by SCPI, like the next
 SETTINGS_CONFLICT, OUT_OF_RANGE = -221, -222
 TOO_HOT, BUSY = 101, 102  # positive: the device's
 
@@ -44,7 +44,7 @@ REPLY = re.compile(rb"<([1-9]\d{0,4}) ([0-9A-F]{8}) (-?\d{1,4}) ([ -~]*)\*([0-9A
 
 
 class ImpossibleValue(ValueError):
-    """A value that can be read and that no board may tell."""
+    """A readable value that a board must not report."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,12 +59,12 @@ class BoardReply:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoardStatus:
-    """What ``STAT?`` tells.
+    """The answer to ``STAT?``.
 
-    ``state``: OFF, RAMP (on its way, or not settled), HOLD (settled), LIST (plays a list; target
-    and amplitude are means over its period, the voltage is the largest), SAT (the voltage does not
-    suffice), OPEN (open loop); or why it is silent: WDOG, HOT, LONG. ``amplitude_um_pp`` and
-    ``temperature_c`` are None when the board has no sensor for them.
+    ``state``: OFF, RAMP (ramping, or not settled), HOLD (settled), LIST (plays a list; target and
+    amplitude are means over its period, the voltage is the largest), SAT (the voltage is
+    insufficient), OPEN (open loop); or the reason for silence: WDOG, HOT, LONG.
+    ``amplitude_um_pp`` and ``temperature_c`` are None if the board has no sensor for them.
     """
 
     state: str
@@ -77,7 +77,7 @@ class BoardStatus:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoardLimits:
-    """What ``LIM?`` tells: the board's own limits and its watchdog's time."""
+    """The answer to ``LIM?``: the board's own limits and its watchdog time."""
 
     amplitude_um_pp: float = 2.5
     voltage_v: float = 16.5
@@ -89,7 +89,7 @@ class BoardLimits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ListLimits:
-    """What ``LIST:LIM?`` tells: how long a list may be, its shortest step and shortest edge."""
+    """The answer to ``LIST:LIM?``: a list's maximum length, its shortest step and shortest edge."""
 
     points: int = 64
     step_ms: float = 4.0
@@ -106,7 +106,7 @@ def crc16(data: bytes) -> int:
 
 
 def command_frame(sequence: int, body: str) -> bytes:
-    """Return a command as it goes over the wire.
+    """Return a command as sent over the line.
 
     >>> command_frame(7, "STAT?").decode().rstrip()
     '>7 STAT?*EF7F'
@@ -116,13 +116,13 @@ def command_frame(sequence: int, body: str) -> bytes:
 
 
 def reply_frame(reply: BoardReply) -> bytes:
-    """Return a reply as it goes over the wire."""
+    """Return a reply as sent over the line."""
     payload = f"{reply.sequence} {reply.boot} {reply.code} {reply.value}".encode("ascii")
     return b"<%b*%04X\n" % (payload, crc16(payload))
 
 
 def parse_command(line: bytes) -> tuple[int, str] | None:
-    """Return sequence number and body of a line without its end, or None if it is no command."""
+    """Return sequence number and body of a line without its end, or None if it is not a command."""
     match = _checked(COMMAND, line, b">")
     if not match or int(match[1]) > LAST_SEQUENCE:
         return None
@@ -130,7 +130,7 @@ def parse_command(line: bytes) -> tuple[int, str] | None:
 
 
 def parse_reply(line: bytes) -> BoardReply | None:
-    """Return the reply in a line without its end, or None; what precedes its ``<`` is dropped."""
+    """Return the reply in a line without its end, or None; text before its ``<`` is dropped."""
     match = _checked(REPLY, line, b"<")
     if not match:
         return None
@@ -156,7 +156,7 @@ def format_status(status: BoardStatus) -> str:
 
 
 def parse_status(value: str) -> BoardStatus:
-    """Read the value of a ``STAT?`` reply; ValueError if it is none."""
+    """Parse the value of a ``STAT?`` reply; raise ValueError if it is invalid."""
     state, target, amplitude, frequency, voltage, temperature = value.split(",")
     return BoardStatus(
         state=state,
@@ -177,14 +177,14 @@ def format_limits(limits: BoardLimits) -> str:
 
 
 def parse_limits(value: str) -> BoardLimits:
-    """Read the value of a ``LIM?`` reply.
+    """Parse the value of a ``LIM?`` reply.
 
     Raises
     ------
     ImpossibleValue
         Limits that no board may have.
     ValueError
-        It is none.
+        The value is not a ``LIM?`` reply.
     """
     amplitude, voltage, lowest, highest, watchdog, on_time = map(_finite, value.split(","))
     shortest_ms, longest_ms = WATCHDOG_MS
@@ -215,14 +215,14 @@ def format_list_limits(limits: ListLimits) -> str:
 
 
 def parse_list_limits(value: str) -> ListLimits:
-    """Read the value of a ``LIST:LIM?`` reply.
+    """Parse the value of a ``LIST:LIM?`` reply.
 
     Raises
     ------
     ImpossibleValue
         Limits that no board may have.
     ValueError
-        It is none.
+        The value is not a ``LIST:LIM?`` reply.
     """
     points, step, edge = value.split(",")
     limits = ListLimits(points=int(points), step_ms=_finite(step), edge_ms=_finite(edge))
@@ -245,7 +245,7 @@ def _require(condition: bool, otherwise: str) -> None:
 
 
 def list_commands(loop: Loop) -> list[str]:
-    """Return what has the board play a loop about the amplitude at which it has settled.
+    """Return the commands that play a loop around the settled amplitude.
 
     >>> from slipscale.stimuli.modulation import Loop
     >>> list_commands(Loop(levels=(2, 0.4), step_s=0.025, edge_s=0.002, mean_level=1.2))

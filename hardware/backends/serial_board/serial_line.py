@@ -1,7 +1,7 @@
-"""A serial line whose every failure is a `PlateFault`: opened exclusively, read without waiting.
+"""A serial line opened exclusively and read without blocking; every failure is a `PlateFault`.
 
-pyserial reports one and the same unplugged device in half a dozen ways, some of them not even
-OSErrors; they all become `ConnectionLost` here.
+pyserial reports an unplugged device in half a dozen different ways, some of which are not even
+OSErrors. This module converts all of them to `ConnectionLost`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 try:
-    from termios import error as termios_error  # pyserial lets it through, and it is no OSError
+    from termios import error as termios_error  # passed through by pyserial; not an OSError
 except ImportError:  # Windows has no termios
     termios_error = OSError  # type: ignore[misc, assignment]  # the same name, for the table below
 
@@ -33,7 +33,7 @@ UNPLUGGED = (OSError, termios_error, TypeError)
 T = TypeVar("T")
 
 BAUD = 115_200
-SLICE_S = 0.01  # one read waits no longer: deadlines are kept by the caller
+SLICE_S = 0.01  # longest wait of one read; the caller handles deadlines
 
 OPENING: dict[int, tuple[type[PlateFault], str]] = {
     errno.ENOENT: (PlateNotFound, "no such port"),
@@ -53,9 +53,9 @@ class SerialLine:
     Parameters
     ----------
     port : str
-        ``/dev/ttyACM0``, ``COM3``, or any URL that pyserial opens (``spy://`` logs the wire).
+        ``/dev/ttyACM0``, ``COM3``, or any URL that pyserial opens (``spy://`` logs the traffic).
     baud : int
-        Of the line.
+        Baud rate.
     """
 
     def __init__(self, port: str, *, baud: int = BAUD) -> None:
@@ -74,7 +74,7 @@ class SerialLine:
         self._do(lambda: self._serial.write(data))
 
     def read(self) -> bytes:
-        """Return the bytes that are there, waiting `SLICE_S` for the first. `ConnectionLost`."""
+        """Return the available bytes, waiting `SLICE_S` for the first. Raises `ConnectionLost`."""
         data: bytes = self._do(lambda: self._serial.read(self._serial.in_waiting or 1))
         return data
 
@@ -91,7 +91,7 @@ class SerialLine:
 
 
 def _opening_fault(port: str, error: Exception) -> PlateFault:
-    # On Windows pyserial gives no errno; Windows' own words are in the message.
+    # On Windows, pyserial provides no errno; the message contains the text from Windows.
     number = getattr(error, "errno", None)
     if number in OPENING:
         fault, what = OPENING[number]

@@ -1,4 +1,4 @@
-"""What a driver board's status is checked against while it presents a surface."""
+"""Checks of a driver board's status while it presents a surface."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from slipscale.hardware.backends.serial_board.protocol import BoardStatus
     from slipscale.hardware.limits import PlateLimits
 
-# Why a board that should vibrate does not.
+# Reasons why a board that should vibrate does not.
 SILENCED: dict[str, tuple[type[PlateFault], str]] = {
     "OFF": (ConnectionLost, "the board switched its output off by itself"),
     "WDOG": (PlateTimeout, "the board heard nothing from this computer and silenced the plate"),
@@ -28,25 +28,25 @@ SILENCED: dict[str, tuple[type[PlateFault], str]] = {
 }
 
 
-# How many periods of a list the board may take until its mean is right again: it corrects by 5 % a
-# period (four bring Q from 60 to 50), and a period is read when it is over.
+# Number of periods in which the board must correct a list's mean. It corrects by 5 % per period
+# (four suffice if Q drops from 60 to 50), and reads a period when it is over.
 CORRECTED_PERIODS = 6
-# Not a state of the board: it follows a finger, between ramps, and nothing has settled.
+# Not a state of the board: it follows a finger between ramps, and nothing has settled.
 FOLLOWS = "FOLLOWS"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActivePresentation:
-    """The presentation that the heartbeat checks; each is a new object."""
+    """The presentation that the heartbeat checks. A new object is made for each one."""
 
-    amplitude_um_pp: float  # of a texture the mean
+    amplitude_um_pp: float  # mean, for a texture
     state: str = "HOLD"
-    resettling_s: float = 0.3  # when a finger comes or goes, the board corrects its voltage
-    predicted_v: float | None = None  # by the calibration; of a texture for its largest amplitude
+    resettling_s: float = 0.3  # the board corrects its voltage when a finger comes or goes
+    predicted_v: float | None = None  # by the calibration; for a texture's largest amplitude
 
     @property
     def what(self) -> str:
-        """What was commanded."""
+        """Description of the commanded amplitude."""
         mean = "a texture of mean " if self.state == "LIST" else ""
         return f"{mean}{self.amplitude_um_pp:g} µm p-p"
 
@@ -54,7 +54,7 @@ class ActivePresentation:
 def check_status(
     status: BoardStatus, active: ActivePresentation, limits: PlateLimits, *, port: str
 ) -> None:
-    """Raise a `PlateFault` unless the plate makes what was commanded."""
+    """Raise a `PlateFault` unless the plate presents what was commanded."""
     if status.state in SILENCED:
         fault, why = SILENCED[status.state]
         raise fault(f"{port}: {why}")

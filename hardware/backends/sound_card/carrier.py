@@ -1,4 +1,4 @@
-"""The samples that a sound card is given: a sine whose amplitude only ever ramps. Pure."""
+"""Samples for a sound card: a sine with a ramped amplitude. Pure."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-RAMP_S = 0.025  # from silence to full scale: no click
+RAMP_S = 0.025  # from silence to full scale, to avoid a click
 
 
 class Carrier:
-    """A sine without a jump in phase or amplitude, block after block.
+    """A sine that is continuous in phase and amplitude across blocks.
 
     Parameters
     ----------
@@ -23,11 +23,11 @@ class Carrier:
     Attributes
     ----------
     frequency_hz : float
-        Of the sine; may be changed at any time, the phase goes on.
+        Frequency of the sine. It may be changed at any time; the phase is continuous.
     target : float
-        The amplitude wanted, 0 to 1 (full scale).
+        Target amplitude, 0 to 1 (full scale).
     level : float
-        The amplitude of the last sample that was made.
+        Amplitude of the last sample.
     """
 
     def __init__(self, rate_hz: float) -> None:
@@ -38,7 +38,7 @@ class Carrier:
         self._phase = 0.0
 
     def samples(self, count: int) -> NDArray[np.float32]:
-        """Return the next samples, of which each is at most one ramp's step from its target.
+        """Return the next samples; each moves the amplitude towards the target by at most one step.
 
         Returns
         -------

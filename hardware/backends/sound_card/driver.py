@@ -1,21 +1,21 @@
-"""A sound card and an amplifier: the carrier as samples, for a laboratory without a board.
+"""A sound card and an amplifier: the carrier as samples, for a laboratory without a driver board.
 
 SPEC: ``sound:DEVICE,option=value,...`` where DEVICE is a number or a part of a name, as
 ``python -m sounddevice`` lists them, with
 
 ================  ===============================================================
 ``full_scale``    V peak **at the plate**, after the amplifier, of a full-scale
-                  sine; required, unless a calibration or a plate file says it
+                  sine; required unless a calibration or a plate file defines it
 ``calibration``   a file written by ``slipscale plate calibrate``
 ``plate``         a file written by ``slipscale plate new``
 ``rate``          samples per second (192000)
 ``channel``       1 (left, the default) or 2; the other is silent
-``attention``     seconds (5); a session that neither commands nor checks for so
-                  long is taken to hang, and the carrier falls silent; 0: never
+``attention``     seconds (5); if a session neither commands nor checks for this
+                  long, it is assumed to hang and the carrier stops; 0: never
 ================  ===============================================================
 
-Whatever ends the session normally ramps the carrier down. When this process is killed, the
-system closes the device; when the machine freezes, **nothing** stops a card that repeats its last
+At the end of a session, the carrier is ramped down. If this process is killed, the operating
+system closes the device. If the machine freezes, **nothing** stops a card that repeats its last
 buffer: use a hardware interlock (docs/how-to/sound-card.md). Nothing is measured.
 """
 
@@ -53,11 +53,11 @@ if TYPE_CHECKING:
     from slipscale.hardware.plate_file import PlateFile
 
 RATE_HZ = 192_000.0
-PASSBAND = 0.45  # of the rate: what converters pass without loss
+PASSBAND = 0.45  # fraction of the rate that converters pass without loss
 CHANNELS = 2
 ATTENTION_S = 5.0
 POLL_S = 0.002
-ENDS_S = 1.0  # how long a device may take to ask for a ramp's samples
+ENDS_S = 1.0  # longest time in which a device may request a ramp's samples
 SETTLING_TIME_CONSTANTS = 7  # to 0.1 %
 UNKNOWN_PLATE_SETTLING_S = 0.05
 
@@ -84,26 +84,27 @@ class SoundCard(PlateDriver):
     device : str
         Number or name; "" is the system's default.
     clock : Clock
-        Stamps the readbacks; the waits are the machine's.
+        Provides the readbacks' times; waits use the machine's clock.
     limits : PlateLimits
-        At the plate; the frequencies are narrowed to what the rate can carry.
+        At the plate. The frequencies are limited to those that the rate supports.
     calibration : Calibration
-        Needed to present surfaces; not to `excite`.
+        Required to present surfaces, but not for `excite`.
     plate_file : PlateFile
-        Kept with the data; its ``amplifier_gain`` is the full scale.
+        Stored with the data; its ``amplifier_gain`` is the full scale.
     full_scale_v : float
-        V peak at the plate of a full-scale sine; by default the calibration's.
+        V peak at the plate of a full-scale sine; default: the calibration's.
     rate_hz : float
         Samples per second.
     channel : int
         1 or 2.
     attention_s : float
-        Without a command or `check` for so long the carrier falls silent; 0: never.
+        The carrier stops after this time without a command or `check`; 0: never.
 
     Raises
     ------
     UserError
-        No full scale is known, or two that differ; a rate that cannot carry the frequencies.
+        The full scale is unknown, or two sources disagree; or the rate is too low for the
+        frequencies.
     """
 
     name = "sound"
@@ -149,7 +150,7 @@ class SoundCard(PlateDriver):
         self._stream: Any = None
         self._underflows = 0
         self._unattended = False
-        self._aborted = False  # stopped on our side, so that nothing is played any more
+        self._aborted = False  # stopped here, so that nothing more is played
 
     def _connect(self) -> PlateIdentity:
         self._close()
@@ -189,7 +190,7 @@ class SoundCard(PlateDriver):
                 f"sound device '{self.device}': it cannot be opened for {CHANNELS} channels at "
                 f"{carrier.rate_hz:g} Hz ({error})"
             ) from error
-        # Cards tell no serial number: another card, and the other channel, is another device.
+        # Cards report no serial number: another card or channel counts as another device.
         return PlateIdentity(
             manufacturer="sound card",
             model=str(about["name"]),
@@ -240,7 +241,7 @@ class SoundCard(PlateDriver):
         self._attend()
 
     def _until_ramped(self) -> None:
-        """Wait until the device has asked for the last sample of a ramp."""
+        """Wait until the device has requested the last sample of a ramp."""
         begun_s = self._machine.now()
         while self._carrier.level != self._carrier.target:
             if self._machine.now() - begun_s > RAMP_S + ENDS_S:
@@ -248,7 +249,7 @@ class SoundCard(PlateDriver):
             self._machine.sleep(POLL_S)
 
     def _read_back(self) -> Readback:
-        """Return the amplitude of what is played, by the calibration."""
+        """Return the amplitude of the played carrier according to the calibration."""
         self._attend()
         if self.calibration is None:
             return Readback(level=None, kind="none", time_s=self.clock.now())
@@ -264,7 +265,7 @@ class SoundCard(PlateDriver):
         self._attend()
 
     def _attend(self) -> None:
-        """Tell the carrier that the session is alive; raise what has come up."""
+        """Signal to the carrier that the session is alive; raise a pending fault."""
         name = f"sound device '{self.device}'"
         if self._stream is None:
             raise ConnectionLost(f"{name}: not connected")
@@ -297,7 +298,7 @@ class SoundCard(PlateDriver):
             self._abort()
 
     def _abort(self) -> None:
-        """Drop what the device has not played yet."""
+        """Discard samples that the device has not played yet."""
         import sounddevice  # noqa: PLC0415 - see _connect
 
         try:
@@ -316,12 +317,13 @@ class SoundCard(PlateDriver):
 
 
 def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa: ARG001 - real
-    """Return a driver for a sound card: the entry point ``sound``.
+    """Return a driver for a sound card (entry point ``sound``).
 
     Raises
     ------
     UserError
-        No device, an unknown option, no full scale, or a calibration that cannot be used.
+        The device does not exist, an option is unknown, the full scale is missing, or the
+        calibration cannot be used.
     """
     device, options, plate = addresses.opened(address, SoundCard.name, OPTIONS)
     if not device:
