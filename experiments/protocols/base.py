@@ -67,7 +67,7 @@ class Options(BaseModel):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Context:
-    """What a protocol knows about its run.
+    """The information about a run that its protocol receives.
 
     Parameters
     ----------

@@ -65,7 +65,7 @@ class SimulatedPerson(Protocol):
     def pick(self, strengths: Sequence[float]) -> int:
         """Return the index of the strength that the person judges to be the largest.
 
-        This includes lapses and a bias to one of the intervals.
+        This includes lapses and a bias towards one of the intervals.
         """
 
     def says_yes(self, strength: float) -> bool:

@@ -8,15 +8,15 @@ each is plain data. What a participant is shown never contains an amplitude.
 step          what the session does                                  reply
 ============  =====================================================  ==============
 `Instruct`    shows a text until the participant continues           `Reply`
-`Present`     makes a surface on the plate, settled and read back    `Presented`
+`Present`     presents a surface, settled and read back              `Presented`
 `Explore`     lets the participant stroke the surface                `Reply`
 `Ask`         asks a question                                        `Reply`
-`Adjust`      has the participant turn the surface's amplitude       `Adjusted`
+`Adjust`      lets the participant adjust the surface's amplitude    `Adjusted`
 `Feedback`    shows a text for a fixed time                          `Reply`
 `Silence`     stops the plate                                        None
 `Rest`        shows a break screen with the progress                 `Reply`
-`EndTrial`    closes a trial; replies which trials were voided       `Voided`
-`EndBlock`    shows the screen after a block; replies the same       `Voided`
+`EndTrial`    closes a trial; the reply lists voided trials          `Voided`
+`EndBlock`    shows the screen after a block; same reply             `Voided`
 ============  =====================================================  ==============
 
 A trial may present several surfaces, each in an *interval*: `Present`, `Explore` and `Silence`
@@ -208,7 +208,7 @@ class Explore:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Present:
-    """Make a surface on the plate.
+    """Present a surface on the plate.
 
     ``lead_in`` is the surface that must be felt first, with its exploration, when the question is
     about a difference. The session performs it unless the plate already presents that surface.
@@ -249,7 +249,7 @@ class Silence:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Adjust:
-    """Turn the amplitude of the last surface until it is as ``text`` asks.
+    """Adjust the amplitude of the last surface as ``text`` asks.
 
     Parameters
     ----------
@@ -259,7 +259,7 @@ class Adjust:
         The instruction; it contains no amplitude.
     trial : Trial
     interval : int
-        The interval in which the surface to be turned was presented.
+        The interval in which the surface to be adjusted was presented.
     step_level : float
         The change per notch of the wheel, or per press of a key.
     lowest_level, highest_level : float

@@ -242,10 +242,9 @@ class Mailbox:
 
 
 def read_status(journal: Path) -> LiveStatus | None:
-    """Return the status of a journal's session, or None if no session is running.
+    """Return the published status of a journal's session, or None if there is none.
 
-    A status that a crashed session left behind counts as none, until the session that resumes the
-    run has replaced it.
+    A status that a crashed session left behind is ignored once another process writes the journal.
     """
     try:
         status = LiveStatus.model_validate_json((mailbox_of(journal) / STATUS).read_bytes())

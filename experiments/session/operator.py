@@ -59,7 +59,7 @@ class SessionStatus:
     unblinded : bool
         Whether the operator sees amplitudes.
     warnings : tuple of str
-        Persistent problems: no backup, a journal that was lost.
+        Persistent problems, such as a missing backup or a lost journal.
     """
 
     state: State

@@ -1,11 +1,12 @@
-"""The headphone test before the tasks: whether headphones are worn, and noise heard in both ears.
+"""The headphone test before the tasks: are headphones worn, and is noise audible in both ears.
 
-Tones of 200 Hz, one quieter, one in antiphase (Woods, Siegel, Traer and McDermott 2017,
-doi:10.3758/s13414-017-1361-2): from loudspeakers the tone in antiphase cancels in the air. The test
-detects headphones that are not worn, not plugged in or not selected. Milne and others (2021,
-doi:10.3758/s13428-020-01514-0) admit fewer loudspeakers but reject a fifth of the headphones, which
-does not pay if an operator is present. Antiphase cannot reveal one silent side, so noise is played
-to each ear first. If a participant fails, the operator decides what to do.
+The test plays tones of 200 Hz, one quieter and one in antiphase (Woods, Siegel, Traer and
+McDermott 2017, doi:10.3758/s13414-017-1361-2). With loudspeakers, the tone in antiphase cancels in
+the air. The test detects headphones that are not worn, not plugged in or not selected. The test of
+Milne and others (2021, doi:10.3758/s13428-020-01514-0) passes fewer loudspeakers but rejects a
+fifth of the headphones, which is not worthwhile if an operator is present. Antiphase cannot reveal
+one silent side, so noise is played to each ear first. If a participant fails, the operator decides
+what to do.
 """
 
 from __future__ import annotations

@@ -174,7 +174,7 @@ class Population(BaseModel):
 
     @model_serializer(mode="wrap")
     def _as_before(self, numbers: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        # Without new keys, so that pilots begun before these keys existed can be resumed.
+        # Omits empty new keys, so that pilots begun before these keys existed can be resumed.
         told = {
             IN_UM if name == "levels" and not self.unit else name: value
             for name, value in numbers(self).items()

@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer, SimulatedPerson
     from slipscale.experiments.protocols.steps import Answer, Step, Trial
 
-# What people say has been removed; the first is the paper's ("less slippery", Section IV-B).
+# Answers to what has been removed; the first is the paper's ("less slippery", Section IV-B).
 VERBAL_REPORTS: Mapping[str, tuple[str, ...]] = {
     "en": (
         "less slippery",
@@ -285,7 +285,7 @@ class Respondent:
         )
 
     def pick(self, strengths: Sequence[float]) -> int:
-        """Return the index of the largest strength, with a bias to the last one and lapses."""
+        """Return the index of the largest strength; includes lapses and a bias to the last."""
         if self.lapses():
             return self.stream(self._question, "lapse", "value").below(len(strengths))
         liking = self._people.habits.interval_bias * self._threshold
