@@ -28,8 +28,7 @@ DONE = Box(x=0, y=-0.4, width=1.26, height=0.08, colour="field")
 class Marking:
     """A line between two words, with a mark on it, and a countdown if there is a time limit.
 
-    The answer can be submitted only after the mark was moved: its start position is not an
-    answer.
+    The answer can be submitted only after the mark was set: its start position is not an answer.
     """
 
     single_key = True
