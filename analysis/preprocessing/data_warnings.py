@@ -121,7 +121,13 @@ def too_few_data(cells: pd.DataFrame, quantity: Quantity) -> list[str]:
 
 
 def scales(cells: pd.DataFrame, rule: str) -> list[str]:
-    """Say where one factor for all cannot bring participants to one scale."""
+    """Say where one factor for all cannot bring participants to one scale, or own factors do."""
+    if rule == "modulus_equalisation" and len(cells) >= FEWEST:
+        without = (
+            "Modulus equalisation removes differences in level between participants: Student's "
+            "intervals of means leave them out, and groups' levels cannot be compared."
+        )
+        return [without]
     largest = cells.max(axis=1)
     largest = largest[largest > 0]
     if rule not in ONE_FACTOR or len(largest) < FEWEST:

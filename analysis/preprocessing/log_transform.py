@@ -118,6 +118,17 @@ class Prepared:
         """Amplitudes, µm peak to peak, with a logarithm of anybody."""
         return [float(value) for value in self.logs.columns[self.logs.notna().any()]]
 
+    @property
+    def geometric(self) -> bool:
+        """Whether there are geometric means: somebody has a logarithm, and none is refused."""
+        return not self.refused and bool(self.logged)
+
+    @property
+    def without_log(self) -> frozenset[float]:
+        """Amplitudes, µm peak to peak, at which an estimate of zero is left out of logarithms."""
+        left_out = self.trials["log"].isna()
+        return frozenset(self.trials.loc[left_out, "amplitude_um_pp"].astype(float))
+
 
 def prepare(
     estimates: pd.DataFrame, choices: AnalysisChoices, quantity: Quantity = PLATE_AMPLITUDE

@@ -46,7 +46,7 @@ def test_analyse_writes_what_the_contract_says_where_it_says(dataset, capsys):
     assert digests(out) == first
     page = (out / "report.html").read_text().replace("http://www.w3.org", "")
     assert "http" not in page
-    assert page.count("<svg") == 3
+    assert page.count("<svg") == 4
     identifiers = re.findall(r' id="([^"]+)"', page)
     assert len(identifiers) == len(set(identifiers))
     found = json.loads((out / "inference.json").read_text())

@@ -88,31 +88,34 @@ def _doubts(analysis: Analysis) -> list[str]:
 def _figure(analysis: Analysis, svg: str) -> Markup:
     quantity = analysis.dataset.quantity
     rule = normalisation.RULES[analysis.rule].formula.format(q=quantity)
+    geometric = analysis.prepared is not None and analysis.prepared.geometric
+    kind, column = ("geometric mean", "geometric_mean") if geometric else ("mean", "mean")
+    means = analysis.description[["amplitude_um_pp", column]].itertuples(index=False)
     return html.figure(
         svg,
-        f"{capitalised(quantity.perceived)} against {quantity.in_full}. {_lines(analysis)} "
+        f"{capitalised(quantity.perceived)} against {quantity.in_full}. "
+        f"{_lines(analysis) if geometric else 'Arithmetic means.'} "
         f"Normalisation: {analysis.rule} ({rule}).",
-        f"Line chart of mean {quantity.judged}: "
-        + ", ".join(
-            f"{grouped(mean, 1)} at {quantity.value(amplitude)}"
-            for amplitude, mean in zip(
-                analysis.cells.columns.to_numpy(float), analysis.cells.mean(), strict=True
-            )
-        ),
+        f"Line chart of {kind} {quantity.judged}: "
+        + ", ".join(f"{grouped(mean, 1)} at {quantity.value(level)}" for level, mean in means),
     )
 
 
 def _lines(analysis: Analysis) -> str:
-    """Say what Fig. 15 shows of so many participants."""
+    """Return what Fig. 15 shows of so many participants."""
     people = len(analysis.cells)
     if people == 1:
-        return "One participant's means: no spread and no intervals."
+        return "One participant's geometric means: no spread and no intervals."
     level = 100 * analysis.dataset.choices.confidence
     intervals = (
-        f" Bars: geometric means with {level:g} % within-participant confidence intervals "
-        "(Cousineau-Morey on logarithms), where nobody's estimate is zero."
+        f" Bars: {level:g} % within-participant confidence intervals (Cousineau-Morey on "
+        "logarithms)."
         if analysis.description["within_low"].notna().any()
         else ""
     )
-    each = "each participant's means" if people <= LINES_AT_MOST else "where participants lie"
-    return f"Blue: means of {people} participants. Pale: {each}.{intervals}"
+    each = "each participant" if people <= LINES_AT_MOST else "where participants lie"
+    return (
+        f"Geometric means of {people} participants.{intervals} Thin: {each}, after modulus "
+        "equalisation (multiplied so that all have the same geometric mean, which leaves the "
+        "group's geometric means as they are)."
+    )

@@ -31,6 +31,7 @@ from slipscale.analysis.tasks.estimation.statistics import (
     RM_ANOVA,
     STATISTICS,
 )
+from slipscale.analysis.tasks.groups.statistics import GROUPS, membership
 from slipscale.analysis.tasks.kind import TaskAnalysis
 from slipscale.analysis.tasks.sessions.anova import session_logs
 from slipscale.analysis.writing.numbers import counted, reliable
@@ -68,6 +69,8 @@ def _answers(analysis: Analysis) -> list[str]:
     level, quantity = data.choices.confidence, data.quantity
     texts = primary_sentences(inference, data.choices.primary, level, quantity)
     texts += _equal(analysis)
+    if analysis.prepared.geometric:
+        texts.insert(0, sentences.geometric_means(analysis.description, quantity))
     if (found := inference.found(POWER_LAW)) is not None:
         texts.append(sentences.power_law(found, level, quantity))
     return texts
@@ -110,11 +113,21 @@ def _figures(analysis: Analysis) -> Mapping[str, Figure]:
         return {}
     quantity, level = analysis.dataset.quantity, analysis.dataset.choices.confidence
     unit = normalisation.RULES[analysis.rule].unit.format(q=quantity)
-    drawn = {
-        "fig15": figures.fig15(
-            analysis.cells, prepared.logs, unit=unit, confidence=level, quantity=quantity
-        )
-    }
+    drawn = {}
+    if prepared.geometric:
+        drawn = {
+            "fig15": figures.fig15(
+                prepared.logs,
+                without_log=prepared.without_log,
+                unit=unit,
+                confidence=level,
+                quantity=quantity,
+                groups=_groups(analysis, prepared),
+            )
+        }
+    if not prepared.geometric or figures.in_the_paper(analysis.cells, quantity):
+        name = "table3" if prepared.geometric else "fig15"
+        drawn[name] = figures.table3(analysis.cells, unit=unit, quantity=quantity)
     if inference.found(POWER_LAW) is not None:
         drawn["growth"] = growth_figures.growth(
             prepared.logs, inference[GROWTH], unit=unit, confidence=level, quantity=quantity
@@ -124,6 +137,16 @@ def _figures(analysis: Analysis) -> Mapping[str, Figure]:
     if inference.found(RM_ANOVA) is not None:
         drawn["residuals"] = figures.residuals(prepared.whole_logs, quantity)
     return drawn
+
+
+def _groups(analysis: Analysis, prepared: Prepared) -> pd.Series[str] | None:
+    """Return each participant's group, of the groups that are compared; None without groups."""
+    compared, member = analysis.inference.found(GROUPS), membership(analysis.dataset)
+    if compared is None or isinstance(member, NotComputed):
+        return None
+    people = prepared.logs.index
+    found = member.reindex(people.astype(str)).set_axis(people)
+    return found.where(found.isin(list(compared.n)))
 
 
 def _session_tables(_data: Dataset, prepared: Prepared | None) -> Iterator[SessionTable]:

@@ -1,4 +1,4 @@
-"""Figures of magnitude estimates: Fig. 15, and the residuals of log estimates."""
+"""Figures of magnitude estimates: Fig. 15 in geometric means and as printed, and residuals."""
 
 from __future__ import annotations
 
@@ -6,21 +6,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
 
 from slipscale.analysis.published import biet2007
 from slipscale.analysis.statistics import omnibus
 from slipscale.analysis.statistics.descriptives import within_intervals
-from slipscale.analysis.writing.axes import LINES_AT_MOST, amplitude_axis, over_decades, tip
-from slipscale.figure_style import BLUE, INK, PALE, VERMILION, styled
+from slipscale.analysis.writing.axes import LINES_AT_MOST, amplitude_axis, tip
+from slipscale.figure_style import BLUE, GREEN, ORANGE, PALE, PURPLE, VERMILION, styled
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, capitalised
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     import pandas as pd
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
 
-def _individuals(axes: Axes, cells: pd.DataFrame, amplitudes: NDArray[np.float64]) -> None:
+def _individuals(
+    axes: Axes, cells: pd.DataFrame, amplitudes: NDArray[np.float64], colour: str = PALE
+) -> None:
     """Draw each participant as a thin line; many as bands that hold 50 % and 90 % of them."""
     values = cells.to_numpy(float)
     if len(values) <= LINES_AT_MOST:
@@ -28,109 +33,141 @@ def _individuals(axes: Axes, cells: pd.DataFrame, amplitudes: NDArray[np.float64
             axes.plot(
                 amplitudes,
                 row,
-                color=PALE,
+                color=colour,
                 linewidth=0.8,
                 marker="o",
                 markersize=3,
                 markeredgewidth=0,
-                alpha=0.75,
+                alpha=0.75 if colour == PALE else 0.3,
                 clip_on=False,
                 zorder=1,
-                label="one participant" if number == 0 else None,
+                label="one participant" if number == 0 and colour == PALE else None,
             )
         return
     low, q1, q3, high = np.nanquantile(values, [0.05, 0.25, 0.75, 0.95], axis=0)
-    axes.fill_between(
-        amplitudes, low, high, color="#E4E7EB", linewidth=0, label="90 % of participants"
-    )
-    axes.fill_between(
-        amplitudes, q1, q3, color="#CBD2D9", linewidth=0, label="50 % of participants"
-    )
-
-
-def _geometric(
-    axes: Axes, cells: pd.DataFrame, logs: pd.DataFrame, confidence: float, quantity: Quantity
-) -> None:
-    """Draw geometric means with within-participant intervals, where nobody is left out."""
-    logs = logs.reindex(columns=cells.columns)
-    low, high = within_intervals(logs, confidence)
-    everybody = logs.notna().sum().to_numpy() == cells.notna().sum().to_numpy()
-    here = everybody & np.isfinite(low)
-    if not here.any():
-        return
-    centre = np.exp(logs.mean().to_numpy(float))
-    amplitudes = cells.columns.to_numpy(float)
-    # Beside the mean, which lies close by.
-    beside = amplitudes + 0.018 * (float(np.ptp(amplitudes)) or 1.0)
-    if over_decades(amplitudes, quantity):
-        smallest = amplitudes[amplitudes > 0].min()
-        beside = np.where(amplitudes > 0, 1.12 * amplitudes, 0.05 * smallest)
-    axes.errorbar(
-        beside[here],
-        centre[here],
-        yerr=[(centre - low)[here], (high - centre)[here]],
-        color=INK,
-        linestyle="none",
-        marker="_",
-        markersize=9,
-        capsize=3,
-        elinewidth=1.6,
-        zorder=5,
-        label=f"geometric mean, {100 * confidence:g} % within-participant interval",
-    )
+    for share, bottom, top, alpha in ((90, low, high, 0.2), (50, q1, q3, 0.25)):
+        named = f"{share} % of participants" if colour == PALE else None
+        axes.fill_between(
+            amplitudes, bottom, top, color=colour, alpha=alpha, linewidth=0, zorder=0, label=named
+        )
 
 
 @styled
 def fig15(
-    cells: pd.DataFrame,
-    logs: pd.DataFrame | None = None,
+    logs: pd.DataFrame,
     *,
+    without_log: Collection[float] = (),
     unit: str = "% of the scale",
     confidence: float = 0.95,
-    compare: bool = True,
+    quantity: Quantity = PLATE_AMPLITUDE,
+    groups: pd.Series[str] | None = None,
+) -> Figure:
+    """Draw geometric means of estimates against amplitude, with every participant.
+
+    Participants are drawn after modulus equalisation (Lane, Catania and Stevens 1961): each
+    participant's logarithms are shifted to the mean of all, or of the group, which leaves the
+    geometric means as they are. Means and intervals are both of logarithms.
+
+    Parameters
+    ----------
+    logs : DataFrame, shape (participants, amplitudes)
+        Mean natural logarithms of normalised estimates.
+    without_log : collection of float
+        Amplitudes at which estimates of zero are left out; their means are hollow.
+    unit : str
+        The unit of the estimates.
+    confidence : float
+        Of the within-participant intervals (Cousineau-Morey, on logarithms).
+    quantity : Quantity
+        What the amplitudes are.
+    groups : Series, optional
+        Participant -> group: each group has its own means.
+    """
+    figure = Figure(figsize=(5.6, 4.2), layout="constrained")
+    axes = figure.add_subplot()
+    amplitudes = logs.columns.to_numpy(float)
+    parts = {"": logs} if groups is None else dict(list(logs.groupby(groups)))
+    for number, (name, own) in enumerate(parts.items()):
+        colour = (BLUE, VERMILION, GREEN, ORANGE, PURPLE)[number % 5]
+        if len(logs) > 1:
+            # Against the amplitudes' means: who lacks an amplitude is not shifted by that.
+            equalised = own.sub(own.sub(own.mean()).mean(axis=1), axis=0)
+            _individuals(
+                axes, equalised.map(np.exp), amplitudes, PALE if groups is None else colour
+            )
+        centre = np.exp(own.mean().to_numpy(float))
+        low, high = within_intervals(own, confidence)
+        axes.errorbar(
+            amplitudes,
+            centre,
+            yerr=np.nan_to_num([centre - low, high - centre]),
+            color=colour,
+            linewidth=2,
+            capsize=3,
+            elinewidth=1.6,
+            zorder=4,
+            label=f"geometric mean{f' of {name}' if name else ''}",
+        )
+        for amplitude, mean in zip(amplitudes, centre, strict=True):
+            axes.plot(
+                amplitude,
+                mean,
+                "o",
+                color=colour,
+                markersize=6.5,
+                markerfacecolor="white" if amplitude in without_log else colour,
+                zorder=5,
+                gid=tip(f"{quantity.value(amplitude)}: geometric mean {mean:.2f}"),
+            )
+    if without_log:
+        axes.plot([], "o", color=BLUE, markerfacecolor="white", label="without estimates of zero")
+    # Limits first: a single value has none of its own on a logarithmic axis.
+    axes.set_ylim(axes.dataLim.y0 / 1.2, axes.dataLim.y1 * 1.2)
+    axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 5)))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter("{x:g}")
+    amplitude_axis(axes, amplitudes, quantity)
+    axes.set_ylabel(f"{capitalised(quantity.perceived)}\n({unit})")
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+@styled
+def table3(
+    cells: pd.DataFrame,
+    *,
+    unit: str = "% of the scale",
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Figure:
-    """Draw the paper's Fig. 15: mean slipperiness against amplitude, with every participant.
+    """Draw the paper's Fig. 15 by its convention: arithmetic means, beside the paper's.
 
     Parameters
     ----------
     cells : DataFrame, shape (participants, amplitudes)
         Normalised mean estimates.
-    logs : DataFrame, shape (participants, amplitudes), optional
-        Mean natural logarithms, for the geometric means and their intervals.
     unit : str
         The unit of the estimates.
-    confidence : float
-        Of the within-participant intervals (Cousineau-Morey, on logarithms).
-    compare : bool
-        Show the paper's means where the amplitudes are the paper's.
     quantity : Quantity
         What the amplitudes are.
     """
-    figure = Figure(figsize=(5.6, 4.2), layout="constrained")
+    figure = Figure(figsize=(5.6, 3.6), layout="constrained")
     axes = figure.add_subplot()
     amplitudes = cells.columns.to_numpy(float)
-    alone = len(cells) == 1
-    if not alone:
+    if len(cells) > 1:
         _individuals(axes, cells, amplitudes)
-    means = cells.mean().to_numpy(float)
     axes.plot(
         amplitudes,
-        means,
+        cells.mean().to_numpy(float),
         color=BLUE,
         linewidth=2,
         marker="o",
         markersize=6.5,
         zorder=4,
-        label="the participant's mean" if alone else "mean",
+        label="arithmetic mean",
     )
-    for amplitude, mean in zip(amplitudes, means, strict=True):
-        text = f"{quantity.value(amplitude)}: mean {mean:.2f}"
-        axes.plot(amplitude, mean, "o", color=BLUE, markersize=6.5, zorder=4, gid=tip(text))
-    if logs is not None:
-        _geometric(axes, cells, logs, confidence, quantity)
-    paper = biet2007.published_means()
-    if compare and quantity.of_plate and set(amplitudes) <= set(paper):
+    if in_the_paper(cells, quantity):
+        paper = biet2007.published_means()
         axes.plot(
             amplitudes,
             [paper[value] for value in amplitudes],
@@ -148,6 +185,11 @@ def fig15(
     axes.set_ylim(bottom=0)
     axes.legend(loc="upper left")
     return figure
+
+
+def in_the_paper(cells: pd.DataFrame, quantity: Quantity) -> bool:
+    """Whether the paper has a mean at every amplitude."""
+    return quantity.of_plate and set(cells.columns) <= set(biet2007.published_means())
 
 
 @styled

@@ -21,6 +21,8 @@ from slipscale.analysis.writing.numbers import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    import pandas as pd
+
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
     from slipscale.analysis.statistics.omnibus import Friedman, LinearTrend, PageTrend, RmAnova
     from slipscale.analysis.statistics.pairwise import PairComparison, PairedT
@@ -43,6 +45,8 @@ MODEL_NAMES = {
 }
 
 
+#: Means of more levels than this are not listed in a sentence.
+MOST_LISTED = 6
 #: Bayes factors beyond this, and below one over it, are not told more closely.
 MOST_DECISIVE = 100.0
 
@@ -121,6 +125,14 @@ def linear_trend(found: LinearTrend, confidence: float, quantity: Quantity) -> s
         f"{level_of(confidence)} CI {bracketed(slope.interval, write)}, t({slope.df}) = "
         f"{number(slope.t)}, {p_value(slope.p)} (n = {found.n})."
     )
+
+
+def geometric_means(description: pd.DataFrame, quantity: Quantity) -> str:
+    """Return the sentence of the geometric means; of many levels the first and the last."""
+    rows = description[["geometric_mean", "amplitude_um_pp"]].dropna().to_numpy(float).tolist()
+    shown = rows if len(rows) <= MOST_LISTED else [rows[0], rows[-1]]
+    listed = ", ".join(f"{number(mean)} at {quantity.value(level)}" for mean, level in shown)
+    return f"Geometric means of {quantity.judged}: {listed}."
 
 
 def power_law(found: PowerLaw, confidence: float, quantity: Quantity) -> str:

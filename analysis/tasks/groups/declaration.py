@@ -9,6 +9,9 @@ from slipscale.analysis.tasks.kind import TaskAnalysis
 ANALYSIS = TaskAnalysis(
     name="groups",
     statistics=(GROUPS,),
+    answers=lambda analysis: sentences.answers(
+        analysis.inference[GROUPS], analysis.dataset.choices.confidence
+    ),
     sentences=lambda analysis: {
         "Groups": sentences.group_sentences(
             analysis.inference[GROUPS],

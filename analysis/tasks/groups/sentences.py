@@ -32,6 +32,26 @@ def group_sentences(
         return []
     sizes = ", ".join(f"{name} (n = {n})" for name, n in found.n.items())
     texts = [f"Groups compared, by {found.column}: {sizes}{_left_out(found)}."]
+    texts += answers(found, confidence)
+    anova = found.anova
+    if isinstance(anova, NotComputed):
+        texts.append(f"The mixed analysis of variance was not computed: {anova.reason}.")
+        return texts
+    corrected = f"; Greenhouse-Geisser ε = {unit_number(anova.epsilon_gg)}"
+    texts.append(
+        "In a mixed analysis of variance of log estimates, group "
+        f"{_effect(anova.group, confidence)}; the effect of {quantity.name} "
+        f"{_verb(anova.interaction, confidence)} between groups (interaction), "
+        f"{_statistics(anova.interaction, confidence)}{corrected}."
+    )
+    return texts
+
+
+def answers(found: GroupComparison | NotComputed, confidence: float) -> list[str]:
+    """Return whether exponents and levels differ; none where the participants are in no groups."""
+    if not found:
+        return []
+    texts = []
     if isinstance(found.exponents, NotComputed):
         texts.append(f"Exponents were not compared: {found.exponents.reason}.")
     else:
@@ -48,17 +68,6 @@ def group_sentences(
                 confidence,
             )
         )
-    anova = found.anova
-    if isinstance(anova, NotComputed):
-        texts.append(f"The mixed analysis of variance was not computed: {anova.reason}.")
-        return texts
-    corrected = f"; Greenhouse-Geisser ε = {unit_number(anova.epsilon_gg)}"
-    texts.append(
-        "In a mixed analysis of variance of log estimates, group "
-        f"{_effect(anova.group, confidence)}; the effect of {quantity.name} "
-        f"{_verb(anova.interaction, confidence)} between groups (interaction), "
-        f"{_statistics(anova.interaction, confidence)}{corrected}."
-    )
     return texts
 
 

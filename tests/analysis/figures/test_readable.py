@@ -51,17 +51,39 @@ def test_participants_shares_lie_at_the_size_of_their_step():
     assert sum(float(ring.get_sizes()[0]) for ring in rings) == pytest.approx(4 * 8 * RING)
 
 
-def test_fig_15_has_no_interval_below_zero_and_shows_its_means_under_the_pointer(logs):
+def test_fig_15_shows_geometric_means_with_intervals_above_zero(logs):
     """On raw means Cousineau and Morey's interval of the smallest mean reaches below 0 here."""
     wide = logs + np.random.default_rng(2).normal(0, 0.8, logs.shape)
-    figure = fig15(np.exp(wide), wide)
-    bars = [path for line in figure.axes[0].collections for path in line.get_segments()]
+    figure = fig15(wide, without_log=[0.5])
+    (axes,) = figure.axes
+    bars = [path for line in axes.collections for path in line.get_segments()]
     assert bars
     assert all((np.asarray(bar)[:, 1] > 0).all() for bar in bars)
+    # Bar and mean are of the same kind: each bar is symmetrical about its mean, in logarithms.
+    middles = [float(np.log(np.asarray(bar)[:, 1]).mean()) for bar in bars[-4:]]
+    assert middles == pytest.approx(wide.mean().tolist())
+    assert axes.get_yscale() == "log"
     text = with_tips(svg(figure, salt="fig15"))
     assert text.count("<title>") == 4
-    assert "<title>0.5 µm: mean" in text
+    assert f"<title>0.5 µm: geometric mean {np.exp(wide[0.5].mean()):.2f}" in text
     assert "tip-" not in text
+    assert "without estimates of zero" in text
+
+
+def test_fig_15_of_one_number_has_an_axis():
+    figure = fig15(pd.DataFrame({0.0: [np.log(12)], 0.5: [np.log(12)]}))
+    low, high = figure.axes[0].get_ylim()
+    assert low < 12 < high
+    assert "<svg" in svg(figure, salt="one")
+
+
+def test_fig_15_gives_each_group_its_own_means(logs):
+    groups = pd.Series(["old", "young"] * 4, index=logs.index)
+    (axes,) = fig15(logs, groups=groups).axes
+    labels = axes.get_legend_handles_labels()[1]
+    assert labels == ["geometric mean of old", "geometric mean of young"]
+    means = [container.lines[0].get_ydata() for container in axes.containers]
+    assert np.log(means[1]) == pytest.approx(logs[groups == "young"].mean().to_numpy())
 
 
 def test_the_growth_figure_s_panels_lie_one_above_the_other(logs):

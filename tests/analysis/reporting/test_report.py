@@ -120,7 +120,7 @@ def test_pictures_have_alternative_texts_and_columns_headings(dataset, tmp_path)
         encoding="utf-8"
     )
     pictures = re.findall(r"<svg[^>]*>", text)
-    assert len(pictures) == 4
+    assert len(pictures) == 5
     assert all(re.search(r'role="img" aria-label="[^"]{20,}"', tag) for tag in pictures)
     # HTML forbids a role on a figure with a caption.
     assert "<figure>" in text

@@ -97,6 +97,8 @@ def test_an_out_that_cannot_be_made_is_refused_before_anything_is_computed(
     assert "taken: is a file; expected a folder" in capsys.readouterr().err
 
 
-def test_fig15_of_the_allowed_data_set_shows_intervals():
-    legend = table3.draw_fig15().axes[0].get_legend()
-    assert any("interval" in text.get_text() for text in legend.get_texts())
+def test_fig15_is_reproduced_by_the_papers_convention_without_bars_of_another_mean():
+    (axes,) = table3.draw_fig15().axes
+    legend = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert legend == ["one participant", "arithmetic mean", "mean in the paper (Table III)"]
+    assert not axes.containers
