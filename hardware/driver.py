@@ -1,12 +1,13 @@
-"""The plate driver: what every backend offers, and what is enforced for all of them.
+"""The plate driver: the interface of all backends, and the rules enforced for each of them.
 
-**Limits are checked here, before a backend hears of a command, and every way out ends silent.** A
-command outside the limits raises and leaves the plate as it was; any other fault silences it. A
-backend fills in the methods that begin with an underscore; what callers use is the same for all.
+**Limits are checked here before a backend receives a command, and the plate is always silenced at
+the end.** A command outside the limits raises an error and leaves the plate unchanged; any other
+fault silences it. A backend implements the methods that begin with an underscore; callers use the
+public ones, which are the same for all backends.
 
-`slipscale.hardware.output_state` states and keeps what is known about the drive. One more rule: a
-presentation returns only if the reported amplitude is the commanded one, be it measured or applied,
-and if the reported voltage is what the calibration predicts, within `PlateLimits.voltage_band`. Two
+`slipscale.hardware.output_state` defines and tracks what is known about the drive. In addition, a
+presentation returns only if the reported amplitude (measured or applied) matches the command and
+the reported voltage matches the calibration's prediction within `PlateLimits.voltage_band`. Two
 kinds of readback prove nothing: "commanded" and "none".
 """
 
@@ -29,7 +30,7 @@ from slipscale.hardware.output_state import GuardedOutput
 from slipscale.hardware.records import Output
 from slipscale.stimuli.modulation import DEFAULT_MODULATOR
 
-PROVING = ("measured", "applied")  # kinds of readback
+PROVING = ("measured", "applied")  # kinds of readback that are evidence
 RING_DOWN_TIME_CONSTANTS = 7  # to 0.1 % of what it was
 UNKNOWN_TIME_CONSTANT_S = 0.01  # Q = 1,000 at 30.5 kHz
 
@@ -43,38 +44,40 @@ if TYPE_CHECKING:
 
 
 class PlateDriver(GuardedOutput):
-    """A plate, whatever drives it. A context manager that ends silent on every path.
+    """A plate, whatever drives it. A context manager that always silences the plate on exit.
 
     Parameters
     ----------
     clock : Clock
-        The only clock the driver may read.
+        The only clock that the driver may read.
     limits : PlateLimits
         Enforced here for every backend.
     calibration : Calibration
-        Narrows the limits to what was calibrated: nothing is extrapolated.
+        Narrows the limits to the calibrated range; nothing is extrapolated.
     plate_file : PlateFile
-        The file that limits and calibration come from, if any: kept with the data.
+        The file that defines limits and calibration, if any; stored with the data.
 
     Attributes
     ----------
     notes : tuple of str
-        After `connect`: what the operator should know (calibration old, or of another plate).
+        After `connect`: notes for the operator (calibration old, or of another plate).
     modulator : Modulator or None
-        How fast plate and line follow a texture; None: this backend cannot modulate.
+        How fast plate and line follow a texture; None if this backend cannot modulate.
     why_not_modulated : str
-        Why it cannot.
+        Why it cannot modulate.
     amplifier_gain : float
-        Volts at the plate per volt of what is driven: 1 where the backend's volts are the plate's.
+        Volts at the plate per volt of the backend; 1 if the backend's volts are those at the
+        plate.
     follow_lag_s : float or None
-        How long `follow` takes to reach the plate; None: an amplitude is held until it is settled.
+        Delay from `follow` to the plate; None if an amplitude must be held until it has settled.
     tracks : bool
-        It is driven where the calibration says, so that its resonance can be tracked
-        (`slipscale.hardware.resonance_tracking`); others follow it by themselves.
+        Whether the plate is driven at the calibrated frequency, so that its resonance can be
+        tracked (`slipscale.hardware.resonance_tracking`). Other backends follow it automatically.
     tracked_hz : float or None
-        Where it is driven instead, once its resonance was tracked.
+        The drive frequency after the resonance was tracked.
     simulated : bool
-        No plate is there: a calibration of another one does no harm, and is only noted.
+        Whether the plate is simulated; a calibration of another plate is then harmless and only
+        noted.
     """
 
     name: ClassVar[str]
@@ -103,14 +106,14 @@ class PlateDriver(GuardedOutput):
         self._played: Loop | None = None
 
     def connect(self) -> PlateIdentity:
-        """Open the line, check who answers, leave the plate silent.
+        """Open the line, identify the device, and leave the plate silent.
 
-        After a fault, `close` and `connect` again is how one reconnects.
+        To reconnect after a fault, call `close` and then `connect`.
 
         Raises
         ------
         WrongDevice
-            The calibration is of another device, plate or backend.
+            The calibration is for another device, plate or backend.
         UserError
             The calibration is too old, or dated after today.
         """
@@ -129,17 +132,17 @@ class PlateDriver(GuardedOutput):
         return self.identity
 
     def check_supported(self, surface: Surface, *, place_known: bool = False) -> Loop | None:
-        """Return what the plate plays to make a texture, None for a plain surface; do nothing.
+        """Return the loop that presents a texture, or None for a plain surface, without any action.
 
-        Where the finger's place is known, a backend with a `follow_lag_s` needs no `modulator`: it
-        follows the finger, and plays nothing.
+        If the finger's position is known, a backend with a `follow_lag_s` requires no `modulator`:
+        it follows the finger and plays nothing.
 
         Raises
         ------
         OverLimit
             An amplitude is outside the limits.
         UserError
-            A texture, and this backend cannot modulate, or not as fast as that.
+            The surface is a texture, and this backend cannot modulate, or not fast enough.
         """
         self.limits.check_level(surface.level)
         loop = surface.loop(self.modulator or DEFAULT_MODULATOR)
@@ -162,22 +165,22 @@ class PlateDriver(GuardedOutput):
         )
 
     def present(self, surface: Surface) -> Presentation:
-        """Make the surface: ramp to its amplitude and return once that has settled.
+        """Present a surface: ramp to its amplitude and return once it has settled.
 
         An amplitude of 0 switches the output off. A texture settles at its mean amplitude, which
-        is what the presentation tells; then it is played until the next command.
+        the presentation reports; it is then played until the next command.
 
         Raises
         ------
         OverLimit
-            The amplitude or the duty is outside the limits; the plate was left as it was.
+            The amplitude or the duty is outside the limits; the plate was left unchanged.
         UserError
-            A texture that this backend cannot play, see `check_supported`; the plate was left as
-            it was.
+            This backend cannot play the texture, see `check_supported`; the plate was left
+            unchanged.
         NotReached
-            The plate reports another amplitude than commanded; it was silenced.
+            The reported amplitude differs from the commanded one; the plate was silenced.
         OffCalibration
-            The plate reports another voltage than the calibration predicts; it was silenced.
+            The reported voltage differs from the calibration's prediction; the plate was silenced.
         PlateFault
             Any other fault of the rig; the plate was silenced.
         """
@@ -206,8 +209,8 @@ class PlateDriver(GuardedOutput):
     def confirm(self, commanded_level: float, readback: Readback) -> None:
         """Raise `NotReached` or `OffCalibration` unless a readback shows the commanded amplitude.
 
-        A readback of the kind "commanded" or "none" proves nothing, and passes. The voltage of a
-        simulated plate is not compared: its calibration may be another plate's.
+        A readback of the kind "commanded" or "none" proves nothing and is accepted. The voltage of
+        a simulated plate is not compared, because its calibration may belong to another plate.
         """
         reported_level, reported_v = readback.level, readback.voltage_v_peak
         if readback.kind in PROVING and reported_level is not None:
@@ -223,18 +226,18 @@ class PlateDriver(GuardedOutput):
             )
 
     def follow(self, level: float) -> None:
-        """Go on to another amplitude, without waiting: a texture under a finger that is followed.
+        """Change to another amplitude without waiting: a texture that follows the finger.
 
-        For a plate that vibrates and has a `follow_lag_s`. What is read back meanwhile is
-        momentary; `present` settles again. It does not count as a command that somebody gave:
-        the time for which a plate may vibrate unattended goes on.
+        For a plate that vibrates and has a `follow_lag_s`. Readbacks in the meantime are
+        momentary; `present` settles again. This does not count as a new command: the limit of the
+        time for which a plate may vibrate unattended continues to apply.
 
         Raises
         ------
         OverLimit
-            The amplitude is outside the limits; the plate was left as it was.
+            The amplitude is outside the limits; the plate was left unchanged.
         PlateRefused
-            The plate is off: it follows from a presentation on.
+            The plate is off; a surface must be presented first.
         PlateFault
             Any other fault of the rig; the plate was silenced.
         """
@@ -245,7 +248,7 @@ class PlateDriver(GuardedOutput):
             self._follow(level)
 
     def excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
-        """Drive at one frequency and one voltage, settle, read back: for calibration.
+        """Drive at one frequency and one voltage, settle and read back; for calibration.
 
         Parameters
         ----------
@@ -257,36 +260,36 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         OverLimit
-            Frequency, voltage or duty is outside the limits; the plate was left as it was.
+            Frequency, voltage or duty is outside the limits; the plate was left unchanged.
         PlateRefused
-            The backend keeps frequency and voltage to itself.
+            The backend does not allow control of frequency and voltage.
         """
         self.limits.check_frequency(frequency_hz)
         self.limits.check_voltage(voltage_v)
         if voltage_v > 0:
             self._check_duty()
-        with self._commanding(vibrates=True):  # at 0 V too the output stage is closed
+        with self._commanding(vibrates=True):  # the output stage is closed even at 0 V
             self._played = None
             return self._excite(frequency_hz=frequency_hz, voltage_v=voltage_v)
 
     def read_back(self) -> Readback:
-        """Return what the plate does now. Raises `PlateFault` if it cannot say."""
+        """Return the plate's current state. Raises `PlateFault` if it is unavailable."""
         if not self._opened:
             raise ConnectionLost(f"plate '{self.name}': not connected")
         with self._silent_on_fault():
             return self._read_back()
 
     def vibration_level(self) -> float:
-        """Return what a finger on the plate feels now, in µm p-p: by default the readback."""
+        """Return what a finger on the plate feels now, in µm p-p; by default the readback."""
         return self.read_back().level or 0.0
 
     @property
     def unfelt(self) -> bool:
-        """Whether a finger would feel nothing: the plate is simulated, or the board emulated."""
+        """Whether a finger would feel nothing: the plate is simulated, or the board is emulated."""
         return self.simulated or (self.identity is not None and self.identity.emulated)
 
     def describe(self) -> dict[str, Any]:
-        """Return what a record of the session should say of the plate, ready for JSON."""
+        """Return the plate's entry in the session's record, ready for JSON."""
         file = {"plate_file": self.plate_file.summary()} if self.plate_file else {}
         return {
             **file,
@@ -300,10 +303,11 @@ class PlateDriver(GuardedOutput):
         }
 
     def _after_ring_down(self, presentation: Presentation) -> Presentation:
-        """Wait until a plate that was just switched off has stopped by itself, and read again.
+        """Wait until a plate that was just switched off has rung down, and read it again.
 
-        A plate rings: a backend that commands 0 µm directly after a silence may find it moving.
-        The wait follows from the plate's own Q, so that one that is really driven stays a fault.
+        If a backend commands 0 µm directly after a silence, the plate may still be ringing. The
+        waiting time follows from the plate's own Q, so that a plate that is actually driven
+        remains a fault.
         """
         wait_s = RING_DOWN_TIME_CONSTANTS * self._time_constant_s()
         self.clock.sleep(wait_s)
@@ -314,7 +318,7 @@ class PlateDriver(GuardedOutput):
         )
 
     def _time_constant_s(self) -> float:
-        """Return the plate's, by its calibration; without one that of a plate that rings long."""
+        """Return the plate's time constant from its calibration; otherwise a long default."""
         if self.calibration is None:
             return UNKNOWN_TIME_CONSTANT_S
         resonance = self.calibration.resonance
@@ -322,25 +326,25 @@ class PlateDriver(GuardedOutput):
 
     @abstractmethod
     def _connect(self) -> PlateIdentity:
-        """Open the line, check who answers, leave the plate silent. `_close` follows a failure."""
+        """Open the line, identify the device, silence the plate. `_close` follows a failure."""
 
     @abstractmethod
     def _drive(self, level: float) -> Presentation:
-        """Ramp to a checked amplitude; return when it has settled, at 0 when the drive is off."""
+        """Ramp to a checked amplitude; return when it has settled (0: when the drive is off)."""
 
     @abstractmethod
     def _read_back(self) -> Readback:
-        """Return what the plate does now."""
+        """Return the plate's current state."""
 
     def _check_possible(self, level: float) -> None:
-        """Raise `OverLimit` if the device cannot make an amplitude within the limits."""
+        """Raise `OverLimit` if the device cannot produce an amplitude that is within the limits."""
 
     def _play(self, loop: Loop) -> None:
-        """Modulate the settled plate until the next command; a backend with a `modulator` only."""
+        """Modulate the settled plate until the next command; requires a `modulator`."""
         raise NotImplementedError
 
     def _follow(self, level: float) -> None:
-        """Go on to a checked amplitude; a backend with a `follow_lag_s` only."""
+        """Change to a checked amplitude; requires a `follow_lag_s`."""
         raise NotImplementedError
 
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:

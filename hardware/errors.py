@@ -1,7 +1,6 @@
-"""Everything that can go wrong on the rig: a type each, a code for the journal, a remedy.
+"""Faults of the rig: each type has a code for the journal and a remedy for the operator.
 
-Backends raise these and nothing else for a fault of the rig; `slipscale.hardware.driver` offers
-them too.
+Backends raise only these for faults of the rig; `slipscale.hardware.driver` re-exports them.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from slipscale.faults import RigError
 
 
 class PlateFault(RigError):
-    """Something went wrong on the rig: ``code`` for the journal, ``remedy`` for the operator."""
+    """A fault of the rig: ``code`` is for the journal, ``remedy`` for the operator."""
 
     code: ClassVar[str] = "fault"
     remedy: ClassVar[str] = "See the message."
@@ -22,19 +21,19 @@ class PlateFault(RigError):
         self.message = message
 
     def blinded(self) -> PlateFault:
-        """Return the fault as an operator may read it who must not know the amplitude."""
+        """Return the fault without amplitudes, for operators who must not know them."""
         return self
 
 
 class PlateNotFound(PlateFault):
-    """No device at that address."""
+    """There is no device at that address."""
 
     code = "not_there"
     remedy = "Check the cable and the port's name: slipscale plate list shows the ports."
 
 
 class NoPermission(PlateFault):
-    """The device is there, but this user may not open it."""
+    """The device exists, but this user may not open it."""
 
     code = "no_permission"
     remedy = (
@@ -51,49 +50,49 @@ class WrongDevice(PlateFault):
 
 
 class PlateBusy(PlateFault):
-    """Another program holds the device, or the device does not accept commands."""
+    """Another program is using the device, or the device does not accept commands."""
 
     code = "busy"
     remedy = "Close the other program that uses the plate, then try again."
 
 
 class PlateTimeout(PlateFault):
-    """No answer in the time agreed."""
+    """There was no answer within the agreed time."""
 
     code = "time_out"
     remedy = "Check that the board has power, then unplug and replug it."
 
 
 class GarbledReply(PlateFault):
-    """An answer that cannot be read."""
+    """An answer could not be read."""
 
     code = "garbled"
     remedy = "Check the cable and its distance from the amplifier."
 
 
 class ProtocolViolation(PlateFault):
-    """A board that answers what its protocol rules out."""
+    """A board's answer violates its protocol."""
 
     code = "protocol"
     remedy = "Correct the board's firmware: slipscale plate conform SPEC shows where it departs."
 
 
 class PlateRefused(PlateFault):
-    """The device understood and said no."""
+    """The device understood a command and rejected it."""
 
     code = "refused"
     remedy = "Let the board cool down or clear its error, then try again."
 
 
 class ConnectionLost(PlateFault):
-    """The device went away, or restarted, in the middle."""
+    """The device disappeared, or restarted, during use."""
 
     code = "lost"
     remedy = "Plug the plate in again; the session can reconnect."
 
 
 class StillVibrating(PlateFault):
-    """The plate could not be silenced, and nothing silences it by itself."""
+    """The plate could not be silenced, and no watchdog will silence it."""
 
     code = "still_vibrating"
     remedy = (
@@ -103,7 +102,7 @@ class StillVibrating(PlateFault):
 
 
 class OverLimit(PlateFault):
-    """A command outside the plate's limits; the plate was left as it was."""
+    """A command was outside the plate's limits; the plate was left unchanged."""
 
     code = "over_limit"
     remedy = (
@@ -113,9 +112,9 @@ class OverLimit(PlateFault):
 
 
 class NotReached(PlateFault):
-    """The plate measures another amplitude than was commanded: its drive saturates, most often.
+    """The measured amplitude differs from the commanded one, usually because the drive saturates.
 
-    A finger takes energy out of the plate; at 15 V there is no headroom above the paper's 2.3 µm.
+    A finger takes energy from the plate; at 15 V there is no headroom above the paper's 2.3 µm.
     """
 
     code = "not_reached"
@@ -132,10 +131,10 @@ class NotReached(PlateFault):
 
 
 class OffCalibration(PlateFault):
-    """The plate is driven with another voltage than its calibration predicts for the amplitude.
+    """The drive voltage differs from the calibration's prediction for the amplitude.
 
-    The amplitude that a sensor reports is then not believed: the sensor, the amplifier or the
-    plate has changed.
+    The amplitude reported by a sensor is then not trusted: the sensor, the amplifier or the plate
+    has changed.
     """
 
     code = "off_calibration"

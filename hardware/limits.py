@@ -1,6 +1,7 @@
-"""What a plate may be asked to do, and the record of how long it has vibrated.
+"""Limits of a plate, and a record of how long it has vibrated.
 
-The rules stand here; `slipscale.hardware.driver` enforces them before a backend hears of a command.
+The limits are defined here; `slipscale.hardware.driver` enforces them before a backend receives a
+command.
 """
 
 from __future__ import annotations
@@ -13,40 +14,40 @@ from slipscale.faults import UserError
 from slipscale.hardware.errors import NotReached, OffCalibration, OverLimit
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
-# An applied amplitude is computed from a drive that was read back: it has no sensor's noise.
+# An applied amplitude is computed from the drive that was read back, so it has no sensor noise.
 APPLIED_TOLERANCE = 0.01
 ROUNDING = 4e-7  # of the largest level
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlateLimits:
-    """What a plate may be asked to do, for every backend.
+    """Limits of a plate, for every backend.
 
     Parameters
     ----------
     quantity : Quantity
-        What the plate makes; `level` and `deviation_level` are in it.
+        Quantity that the plate produces; `level` and `deviation_level` are in it.
     level : float
-        Largest level. The default, 2.5 µm peak to peak, leaves the paper's 2.3 µm at 15 V
-        (Section IV-A) in and little above.
+        Largest level. The default, 2.5 µm peak to peak, includes the paper's 2.3 µm at 15 V
+        (Section IV-A) and little more.
     voltage_v : float
         Largest drive voltage, V peak at the plate, after any amplifier (15 V in the paper,
         chosen "in order to avoid dangerous voltages", Section III-B).
     frequency_min_hz, frequency_max_hz : float
         The band in which the plate may be driven.
     duty : float
-        Largest fraction of the last `duty_window_s` seconds that the plate may have vibrated.
+        Largest fraction of the last `duty_window_s` seconds for which the plate may have vibrated.
     duty_window_s : float
         The window of `duty`.
     on_time_s : float
-        Longest vibration after one command: a plate that a hung session forgot falls silent.
+        Longest vibration after one command: a plate left on by a hung session is then silenced.
     tolerance : float
-        How far a *measured* level may lie from the one commanded, as a fraction of it.
+        Allowed deviation of a *measured* level from the commanded one, as a fraction.
     deviation_level : float
-        The same, in the quantity; the larger of the two counts.
+        The same as a level; the larger of the two applies.
     voltage_band : float
-        By which factor the reported drive voltage may exceed, or fall below, the voltage that the
-        calibration predicts. A finger that lowers Q from 60 to 50 needs 1.2.
+        Factor by which the reported drive voltage may be above or below the voltage that the
+        calibration predicts. A finger that reduces Q from 60 to 50 requires 1.2.
     """
 
     quantity: Quantity = PLATE_AMPLITUDE
@@ -76,11 +77,11 @@ class PlateLimits:
             )
 
     def check_level(self, level: float) -> None:
-        """Raise `OverLimit` unless the level is finite, not negative and within bounds."""
+        """Raise `OverLimit` unless the level is finite, not negative and within limits."""
         _check(self.quantity.name, level, 0, self.level, self.quantity.unit_in_short)
 
     def check_voltage(self, voltage_v: float) -> None:
-        """Raise `OverLimit` unless the drive voltage is finite, not negative and within bounds."""
+        """Raise `OverLimit` unless the drive voltage is finite, not negative and within limits."""
         _check("drive voltage", voltage_v, 0, self.voltage_v, "V peak at the plate")
 
     def check_frequency(self, frequency_hz: float) -> None:
@@ -88,11 +89,11 @@ class PlateLimits:
         _check("drive frequency", frequency_hz, self.frequency_min_hz, self.frequency_max_hz, "Hz")
 
     def allowed_level(self, commanded_level: float) -> float:
-        """Return how far a measured level may lie from the one commanded."""
+        """Return the allowed deviation of a measured level from the commanded one."""
         return max(self.tolerance * commanded_level, self.deviation_level)
 
     def held_to(self, *, tolerance: float | None, deviation_level: float | None) -> PlateLimits:
-        """Return the limits with a narrower tolerance, where one is asked for."""
+        """Return the limits with a narrower tolerance, if one is given."""
         return replace(
             self,
             tolerance=min(self.tolerance, tolerance or self.tolerance),
@@ -102,15 +103,15 @@ class PlateLimits:
     def check_reached(
         self, commanded_level: float, reported_level: float, *, applied: bool = False
     ) -> None:
-        """Raise `NotReached` when the reported level differs from the commanded one.
+        """Raise `NotReached` if the reported level differs from the commanded one.
 
         Parameters
         ----------
         commanded_level, reported_level : float
             In the plate's quantity.
         applied : bool
-            The amplitude was computed from the drive that is on, not measured: it is held to
-            `APPLIED_TOLERANCE`.
+            Whether the level was computed from the active drive instead of measured;
+            `APPLIED_TOLERANCE` then applies.
         """
         q = self.quantity
         allowed, how = self.allowed_level(commanded_level), "measured"
@@ -125,7 +126,7 @@ class PlateLimits:
     def check_predicted(
         self, commanded_level: float, *, reported_v: float, predicted_v: float
     ) -> None:
-        """Raise `OffCalibration` when the drive voltage is not what the calibration predicts."""
+        """Raise `OffCalibration` if the drive voltage differs from the calibration's prediction."""
         band = self.voltage_band
         if not predicted_v / band <= reported_v <= predicted_v * band:
             raise OffCalibration(
@@ -141,7 +142,7 @@ def _check(what: str, value: float, lowest: float, highest: float, unit: str) ->
 
 
 class OnTime:
-    """When the plate vibrated: the seconds since the last command, the duty of the last window.
+    """Records when the plate vibrated: time since the last command, and duty in the last window.
 
     >>> on_time = OnTime(window_s=100)
     >>> on_time.command(10, vibrates=True)
@@ -152,13 +153,13 @@ class OnTime:
 
     def __init__(self, *, window_s: float) -> None:
         self._window_s = window_s
-        self._spans: deque[tuple[float, float]] = deque()  # over, and partly in the window
-        self._spans_s = 0.0  # their sum: `duty` is asked in every frame
+        self._spans: deque[tuple[float, float]] = deque()  # ended, and partly in the window
+        self._spans_s = 0.0  # their sum, because `duty` is called at every frame
         self._since: float | None = None
         self._commanded_s = 0.0
 
     def command(self, now_s: float, *, vibrates: bool) -> None:
-        """Note a command at ``now_s`` after which the plate vibrates, or does not."""
+        """Record a command at ``now_s`` and whether the plate vibrates after it."""
         if vibrates and self._since is None:
             self._since = now_s
         elif not vibrates and self._since is not None:
@@ -168,7 +169,7 @@ class OnTime:
         self._commanded_s = now_s
 
     def unattended_s(self, now_s: float) -> float:
-        """Return how long the plate has vibrated since the last command; 0 when it is silent."""
+        """Return how long the plate has vibrated since the last command; 0 if it is silent."""
         return 0.0 if self._since is None else now_s - self._commanded_s
 
     def duty(self, now_s: float) -> float:
@@ -178,8 +179,8 @@ class OnTime:
             begun_s, ended_s = self._spans.popleft()
             self._spans_s -= ended_s - begun_s
         if not self._spans:
-            self._spans_s = 0.0  # no rounding is carried on
+            self._spans_s = 0.0  # discard accumulated rounding errors
         before_s = max(start_s - self._spans[0][0], 0.0) if self._spans else 0.0
         now_on_s = 0.0 if self._since is None else now_s - max(self._since, start_s)
-        # Spans that touch may sum to a rounding more than the window.
+        # Rounding may make the sum of adjacent spans exceed the window.
         return min((self._spans_s - before_s + now_on_s) / self._window_s, 1.0)

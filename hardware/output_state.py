@@ -1,18 +1,18 @@
-"""What is known about a plate's drive, and what switches it off on every way out.
+"""The known state of a plate's drive, and the code that switches it off on every exit.
 
-The state of the output has three values (`Output`), and `GuardedOutput.output` holds it:
+The output has one of three states (`Output`), stored in `GuardedOutput.output`:
 
 ================  ==========================================================================
-*confirmed off*   the device confirmed that its drive is off, and was sent nothing since that
-                  could switch it on
+*confirmed off*   the device confirmed that its drive is off, and has received nothing since
+                  that could switch it on
 *may be on*       from before such a command is sent until off is confirmed
-*unreachable*     off was commanded and not confirmed, or the device was never connected
+*unreachable*     off was commanded but not confirmed, or the device was never connected
 ================  ==========================================================================
 
 1. Only a confirmation leads to *confirmed off*: `connect`, `silence`, a presentation of 0.
-2. A command that raises leaves the output as it was (outside the limits), *confirmed off* or
-   *unreachable*; it never leaves it *may be on*.
-3. From *unreachable* nothing is presented: `connect` or `silence` has to confirm off first.
+2. A command that raises leaves the output unchanged (outside the limits), *confirmed off* or
+   *unreachable*, but never *may be on*.
+3. Nothing is presented from *unreachable*: `connect` or `silence` must first confirm off.
 """
 
 from __future__ import annotations
@@ -34,19 +34,19 @@ if TYPE_CHECKING:
 
 
 class GuardedOutput(ABC):
-    """A plate's output. A context manager's exit leaves it silent on every path.
+    """A plate's output. A context manager that always silences the plate on exit.
 
     Parameters
     ----------
     clock : Clock
         The only clock that may be read.
     limits : PlateLimits
-        Of the time for which the plate may vibrate.
+        Limits of the time for which the plate may vibrate.
 
     Attributes
     ----------
     output : Output
-        What is known about the drive, see the rules of `slipscale.hardware.output_state`.
+        The known state of the drive; see the rules in `slipscale.hardware.output_state`.
     """
 
     name: ClassVar[str]
@@ -55,17 +55,17 @@ class GuardedOutput(ABC):
         self.clock = clock
         self.limits = limits
         self.output = Output.UNREACHABLE
-        self._opened = False  # `_connect` returned, and `_close` was not called since
+        self._opened = False  # `_connect` returned, and `_close` has not been called since
         self._on_time = OnTime(window_s=limits.duty_window_s)
         self._fault_known = False
-        self._vibration_known = False  # that it could not be stopped has been told
+        self._vibration_known = False  # that it could not be stopped was reported
 
     def silence(self) -> None:
         """Stop the vibration. May be called at any time, in any state, more than once.
 
-        Raises `PlateFault` when the plate did not confirm, unless a fault was raised before: that
-        one has already told that the plate may be out of reach. That it may still vibrate
-        (`StillVibrating`) is raised once in any case.
+        Raises `PlateFault` if the plate did not confirm, unless an earlier fault already reported
+        that the plate may be out of reach. `StillVibrating` (the plate may still vibrate) is
+        raised once in any case.
         """
         self._on_time.command(self.clock.now(), vibrates=False)
         try:
@@ -85,9 +85,9 @@ class GuardedOutput(ABC):
                 self.output = Output.OFF
 
     def check(self) -> None:
-        """Raise the `PlateFault` that has come up since the last command, if any.
+        """Raise the pending `PlateFault` since the last command, if there is one.
 
-        Called often (every frame) while a participant explores or answers: it must be cheap.
+        Must be fast, because it is called at every frame while a participant explores or answers.
         """
         now_s = self.clock.now()
         if self._on_time.unattended_s(now_s) > self.limits.on_time_s:
@@ -105,9 +105,9 @@ class GuardedOutput(ABC):
             self._check()
 
     def close(self) -> None:
-        """Silence, then let go of the device.
+        """Silence the plate and release the device.
 
-        Raises no `PlateFault` but `StillVibrating`, and that only where nobody was told before.
+        The only `PlateFault` raised is `StillVibrating`, and only if it was not reported before.
         """
         self._fault_known = True
         try:
@@ -119,7 +119,7 @@ class GuardedOutput(ABC):
 
     @contextmanager
     def _commanding(self, *, vibrates: bool) -> Iterator[None]:
-        """Keep the state of the output around a command, by the rules of this module."""
+        """Update the state of the output around a command, according to this module's rules."""
         if not self._opened or self.output is Output.UNREACHABLE:
             raise ConnectionLost(
                 f"plate '{self.name}': it is not connected, or did not confirm that it is off; "
@@ -144,9 +144,9 @@ class GuardedOutput(ABC):
             except StillVibrating as still:
                 raise still from error
             except PlateFault:
-                pass  # the error that is raised tells enough
+                pass  # the error being raised is sufficient
             raise
-        except BaseException:  # somebody ends the session: `close` tells if the plate vibrates
+        except BaseException:  # the session ends: `close` reports if the plate vibrates
             with suppress(PlateFault):
                 self.silence()
             self._vibration_known = False
@@ -162,14 +162,14 @@ class GuardedOutput(ABC):
 
     @abstractmethod
     def _silence(self) -> None:
-        """Stop the vibration and have that confirmed; do nothing when not connected."""
+        """Stop the vibration and have that confirmed; do nothing if not connected."""
 
     @abstractmethod
     def _close(self) -> None:
-        """Let go of the device; do nothing when not connected."""
+        """Release the device; do nothing if not connected."""
 
     def _check(self) -> None:  # noqa: B027 - most backends learn of faults by commands alone
-        """Raise the fault that has come up since the last command, if any; cheaply."""
+        """Raise the pending fault since the last command, if there is one; must be fast."""
 
     def __exit__(
         self,

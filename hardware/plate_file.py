@@ -1,8 +1,9 @@
-"""A plate's own file: who it is, what it may be asked to do, how it is wired, its calibration.
+"""A plate's file: identity, limits, wiring and calibration.
 
-TOML, written by ``slipscale plate new``, edited by hand, signed by ``slipscale plate sign``. The
-signature is a checksum: an entry that was changed since is refused until somebody signs again.
-Limits wider than the shipped ones need an acknowledgement by name, and go into the journal.
+TOML, written by ``slipscale plate new``, edited by hand, and signed by ``slipscale plate sign``.
+The signature is a checksum: a file that was edited afterwards is rejected until it is signed
+again. Limits wider than the shipped ones require an acknowledgement by name and are copied into
+the journal.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.calibration.record import Calibration
 
-FOLDER = "plates"  # where a plate that is named without a path is looked for
+FOLDER = "plates"  # folder of plates that are named without a path
 SUFFIX = ".toml"
 SHIPPED = PlateLimits()
 CHECKSUM = "sha256"
@@ -37,16 +38,16 @@ Range = tuple[Positive, Positive]
 
 
 class PlateTable(BaseModel):
-    """A part of the file: frozen, without unknown keys."""
+    """A table of the file: immutable, and without unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class Identity(PlateTable):
-    """Which plate: its name, the number on it, and that of the board or generator that drives it.
+    """The plate: its name, its number, and the number of the board or generator that drives it.
 
-    Where ``serial`` is given a calibration must name it (``--plate-serial``); where
-    ``device_serial`` is given the device must answer with it.
+    If ``serial`` is set, a calibration must name it (``--plate-serial``). If ``device_serial`` is
+    set, the device must report it.
     """
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$")]
@@ -55,7 +56,7 @@ class Identity(PlateTable):
 
 
 class Geometry(PlateTable):
-    """Size of the plate and of its ceramics in mm: for the record."""
+    """Size of the plate and of its ceramics in mm, for the record."""
 
     length_mm: Positive | None = None
     width_mm: Positive | None = None
@@ -64,7 +65,7 @@ class Geometry(PlateTable):
 
 
 class LimitsTable(PlateTable):
-    """What the plate may be asked to do, see `PlateLimits`; volts are V peak at the plate."""
+    """The plate's limits, see `PlateLimits`; volts are V peak at the plate."""
 
     level: Positive = SHIPPED.level
     voltage_v_peak: Positive = SHIPPED.voltage_v
@@ -86,7 +87,7 @@ class LimitsTable(PlateTable):
     def beyond_shipped(self) -> dict[str, float]:
         """Return the limits that are wider than the shipped ones, by name.
 
-        A shorter window of the duty is wider where the duty itself is no limit; it is not counted.
+        ``duty_window_s`` is not compared.
         """
         shipped = LimitsTable()
         wider = {}
@@ -97,17 +98,17 @@ class LimitsTable(PlateTable):
         return wider
 
 
-# The fields that hold levels, whose keys follow the quantity.
+# Level fields; their keys in the file depend on the quantity.
 LEVELS = frozenset({"level", "deviation_level"})
-# What a new file does not begin with.
+# Entries that a new file does not have.
 NOT_WRITTEN = ("geometry", CHECKSUM)
 LOWER_BOUNDS = ("frequency_min_hz",)
-# Table, entry and default of what older files do not have.
+# Table, entry and default of entries that older files lack.
 ADDED_LATER = (("limits", "voltage_band", SHIPPED.voltage_band), ("acknowledgement", CHECKSUM, ""))
 
 
 class Expected(PlateTable):
-    """Between which bounds a calibration of this plate is plausible; None: `BOUNDS`."""
+    """Bounds within which a calibration of this plate is plausible; None: `BOUNDS`."""
 
     resonance_hz: Range | None = None
     quality_factor: Range | None = None
@@ -115,9 +116,9 @@ class Expected(PlateTable):
 
 
 class Wiring(PlateTable):
-    """What drives the plate; ``amplifier_gain`` and ``channel`` are those of a generator.
+    """The drive of the plate; ``amplifier_gain`` and ``channel`` are those of a generator.
 
-    ``position`` and ``force`` are SPECs of what measures the finger on it.
+    ``position`` and ``force`` are SPECs of the finger sensors.
     """
 
     backend: str
@@ -129,13 +130,13 @@ class Wiring(PlateTable):
 
 
 class CalibrationPlace(PlateTable):
-    """The calibration's file, beside the plate's."""
+    """The calibration's file, in the plate file's folder."""
 
     file: Annotated[str, Field(min_length=1)]
 
 
 class Acknowledgement(PlateTable):
-    """Who takes responsibility for limits wider than the shipped ones, and for which."""
+    """The person who takes responsibility for limits beyond the shipped ones, and the limits."""
 
     by: Annotated[str, Field(min_length=1)]
     date: date
@@ -143,13 +144,13 @@ class Acknowledgement(PlateTable):
     sha256: str = ""
 
     def checksum(self) -> str:
-        """Return the SHA-256 of name, date and limits: it is written by ``--by`` alone."""
+        """Return the SHA-256 of name, date and limits; only ``--by`` writes it."""
         content = json.dumps(self.model_dump(mode="json", exclude={CHECKSUM}), sort_keys=True)
         return hashlib.sha256(content.encode("utf-8")).hexdigest()
 
 
 class PlateFile(PlateTable):
-    """A plate as its file describes it."""
+    """A plate as described by its file."""
 
     identity: Identity
     wiring: Wiring
@@ -162,7 +163,7 @@ class PlateFile(PlateTable):
     notes: str = ""
 
     def plate_limits(self) -> PlateLimits:
-        """Return the limits as a driver enforces them."""
+        """Return the limits in the form that a driver enforces."""
         table = self.limits.model_dump()
         table["voltage_v"] = table.pop("voltage_v_peak")
         return PlateLimits(quantity=self.quantity.quantity, **table)
@@ -179,7 +180,7 @@ class PlateFile(PlateTable):
     def beyond_shipped(self) -> dict[str, float]:
         """Return the limits that are wider than the shipped ones, by their keys.
 
-        In another quantity no largest level is shipped: each is beyond.
+        For other quantities, no largest level is shipped, so that any largest level is wider.
         """
         quantity, wider = self.quantity.quantity, self.limits.beyond_shipped()
         if not quantity.of_plate:
@@ -192,25 +193,25 @@ class PlateFile(PlateTable):
         table = self.model_dump(mode="json")
         quantity = self.quantity.quantity
         if quantity.of_plate:
-            del table["quantity"]  # files are older than it
+            del table["quantity"]  # older files do not have it
         elif quantity.named("level") in table["limits"]:
             del table["limits"][quantity.named("level")]  # the level is the drive voltage
         return FileNames(quantity, LEVELS, frozenset({"limits"})).to_file(table)
 
     def unacknowledged(self) -> dict[str, float]:
-        """Return the limits that are wider than the shipped ones and that nobody acknowledged."""
+        """Return the limits that are wider than the shipped ones and not acknowledged."""
         known = self.acknowledgement.limits if self.acknowledgement else {}
         return {
             name: each for name, each in self.beyond_shipped().items() if known.get(name) != each
         }
 
     def acknowledged_by_command(self) -> bool:
-        """Return whether the acknowledgement is as ``plate sign --by`` wrote it."""
+        """Return whether the acknowledgement is exactly as ``plate sign --by`` wrote it."""
         known = self.acknowledgement
         return known is not None and known.sha256 == known.checksum()
 
     def implausible(self, calibration: Calibration) -> list[str]:
-        """Return what a calibration says that does not fit this plate."""
+        """Return what does not fit this plate in a calibration."""
         told = [
             ("backend", calibration.device.backend, self.wiring.backend),
             ("plate", calibration.device.plate, self.identity.serial),
@@ -234,10 +235,10 @@ class _Signed(PlateFile):
 
 
 def checksum(plate: PlateFile) -> str:
-    """Return the SHA-256 of a plate's content, whatever its file's layout.
+    """Return the SHA-256 of a plate's content, independent of the file's layout.
 
-    An entry that did not exist in the first release counts only if it differs from its default, so
-    that files signed before it existed stay valid.
+    An entry that was added after the first release counts only if it differs from its default, so
+    that files signed earlier stay valid.
     """
     table = plate.in_file()
     for part, name, default in ADDED_LATER:
@@ -260,7 +261,7 @@ def _without_checksum(signed: _Signed) -> PlateFile:
 
 
 def _stated(table: dict[str, Any]) -> dict[str, Any]:
-    """Return a table without what is None."""
+    """Return a table without entries that are None."""
     return {
         key: _stated(value) if isinstance(value, dict) else value
         for key, value in table.items()
@@ -269,7 +270,7 @@ def _stated(table: dict[str, Any]) -> dict[str, Any]:
 
 
 def path_of(text: str, folder: Path) -> Path:
-    """Return a plate file's path: as it is given, or ``plates/NAME.toml`` for a name alone."""
+    """Return a plate file's path: as given, or ``plates/NAME.toml`` for a name."""
     return folder / text if text.endswith(SUFFIX) else folder / FOLDER / f"{text}{SUFFIX}"
 
 
@@ -279,19 +280,19 @@ def read_plate(path: Path) -> PlateFile:
     Raises
     ------
     UserError
-        It cannot be read, or an entry is missing or impossible.
+        The file cannot be read, or an entry is missing or impossible.
     """
     return _without_checksum(_read_signed(path))
 
 
 def open_plate_file(path: Path) -> tuple[PlateFile, Calibration | None]:
-    """Return a plate as its signed file describes it, and its calibration.
+    """Return a plate as described by its signed file, and its calibration.
 
     Raises
     ------
     UserError
-        The file cannot be read, was changed since it was signed, has limits beyond the shipped
-        ones that nobody acknowledged, or its calibration is not one of this plate.
+        The file cannot be read, was changed after it was signed, has unacknowledged limits beyond
+        the shipped ones, or its calibration is not for this plate.
     """
     signed = _read_signed(path)
     plate = _without_checksum(signed)
@@ -350,16 +351,16 @@ EXAMPLES = {
 
 
 def sign(path: Path, *, beyond_by: str = "", today: date) -> dict[str, float]:
-    """Write the checksum of what a plate file says now, and who acknowledges wide limits.
+    """Write the checksum of a plate file's current content, and an acknowledgement of wide limits.
 
     Parameters
     ----------
     path : Path
-        The plate file; its comments and layout stay.
+        The plate file; its comments and layout are kept.
     beyond_by : str
-        Who acknowledges the limits that are beyond the shipped ones; "" acknowledges none.
+        Name of the person who acknowledges limits beyond the shipped ones; "" acknowledges none.
     today : date
-        Of the acknowledgement.
+        Date of the acknowledgement.
 
     Returns
     -------
@@ -369,7 +370,7 @@ def sign(path: Path, *, beyond_by: str = "", today: date) -> dict[str, float]:
     Raises
     ------
     UserError
-        The file cannot be read or written, or has such limits and nobody acknowledges them.
+        The file cannot be read or written, or has such limits without an acknowledgement.
     """
     import tomlkit  # noqa: PLC0415
 

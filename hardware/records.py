@@ -1,4 +1,7 @@
-"""What a plate reports: identity, output, readback, presentation; `hardware.driver` offers them."""
+"""Records that a plate reports: identity, output, readback and presentation.
+
+`hardware.driver` re-exports them.
+"""
 
 from __future__ import annotations
 
@@ -6,14 +9,14 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Literal
 
-# What an emulated board has for the beginning of its serial number.
+# Prefix of an emulated board's serial number.
 EMULATED = "EMULATED"
 
 ReadbackKind = Literal["measured", "applied", "commanded", "none"]
 
 
 class Output(StrEnum):
-    """What is known about a plate's drive; `slipscale.hardware.output_state` states the rules."""
+    """The known state of a plate's drive; see the rules in `slipscale.hardware.output_state`."""
 
     OFF = "confirmed off"
     MAY_BE_ON = "may be on"
@@ -22,7 +25,7 @@ class Output(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlateIdentity:
-    """Who answers on the line (the four fields of IEEE 488.2 ``*IDN?``)."""
+    """The device's identity (the four fields of IEEE 488.2 ``*IDN?``)."""
 
     manufacturer: str
     model: str
@@ -31,17 +34,17 @@ class PlateIdentity:
 
     @property
     def emulated(self) -> bool:
-        """Whether a program answers in a board's place: a finger would feel nothing."""
+        """Whether a program emulates the board, so that a finger would feel nothing."""
         return self.serial.startswith(EMULATED)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Readback:
-    """What the plate says of itself; ``kind`` tells how far it can be trusted.
+    """The plate's reported state; ``kind`` states how reliable it is.
 
-    "measured" by a sensor; "applied": worked out from the drive that is on; "commanded": only an
-    echo; "none": ``level`` is None. ``time_s`` is the host's clock. The drive voltage at
-    the plate (of a texture the largest) and the temperature are None where they are not known.
+    "measured": by a sensor; "applied": computed from the active drive; "commanded": only an echo;
+    "none": ``level`` is None. ``time_s`` is the host's clock. The drive voltage at the plate (the
+    largest, for a texture) and the temperature are None if unknown.
     """
 
     level: float | None
@@ -53,7 +56,7 @@ class Readback:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Presentation:
-    """A surface that has settled, and how that is known.
+    """A settled surface, with the evidence for it.
 
     ``predicted_v_peak`` is the voltage at the plate that the calibration predicts for the
     amplitude, None without a calibration; ``readback.voltage_v_peak`` is the reported one.

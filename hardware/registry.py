@@ -1,4 +1,4 @@
-"""The backends that are installed, found by entry point; `hardware.driver` offers them too."""
+"""The installed backends, found by entry point; `hardware.driver` re-exports these functions."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ if TYPE_CHECKING:
 
 LOG = logging.getLogger(__name__)
 BACKENDS = "slipscale.backends"  # the entry-point group
-PORT = re.compile(r"(/dev/)?(tty\w|cu\.)|/dev/|COM\d", re.IGNORECASE)  # a SPEC without backend
+PORT = re.compile(r"(/dev/)?(tty\w|cu\.)|/dev/|COM\d", re.IGNORECASE)  # a SPEC without a backend
 
 
 class Backend(Protocol):
-    """What an entry point of the group ``slipscale.backends`` is: it makes a driver."""
+    """An entry point of the group ``slipscale.backends``: it creates a driver."""
 
     def __call__(self, address: str, *, clock: Clock, seed: int) -> PlateDriver:
-        """Return a driver, not yet connected.
+        """Return a driver that is not yet connected.
 
         Parameters
         ----------
         address : str
-            What follows the colon of the plate's SPEC: a port, a VISA resource, or "".
+            The part of the plate's SPEC after the colon: a port, a VISA resource, or "".
         clock : Clock
             The session's clock.
         seed : int
-            For a backend that simulates; others ignore it.
+            For a simulated backend; others ignore it.
         """
 
 
 @cache
 def _installed() -> EntryPoints:
-    # Looking through all installed packages takes some 15 ms; they do not change under a run.
+    # Cached: searching all installed packages takes about 15 ms; they do not change during a run.
     return entry_points(group=BACKENDS)
 
 
@@ -49,7 +49,7 @@ def backend_names() -> list[str]:
 
 
 def unknown_backend(spec: str) -> str:
-    """Return the sentence about a SPEC whose backend is not installed.
+    """Return the error message for a SPEC with a backend that is not installed.
 
     >>> unknown_backend("ttyACM0")
     "no backend 'ttyACM0'; a port is named after its backend: serial:/dev/ttyACM0"

@@ -1,13 +1,13 @@
-"""Where the resonance is now: three points about where it was, and the vertex of a parabola.
+"""Track a drifting resonance: three points around its last frequency, and a parabola's vertex.
 
 Near one resonance the amplitude at a drive of constant voltage is
 
     A(f) = A0 / sqrt(1 + 4 Q² (f - f0)² / f0²),
 
 so that 1/A² is a parabola in f, which three points determine; its vertex is f0. A driver board
-follows its resonance by itself; a function generator or a sound card drives where the calibration
-says, and a plate that warms up leaves it: by 5 Hz a kelvin, and a detuning of 52 Hz costs 2 % of
-the amplitude with Q = 60, 20 % with Q = 200.
+follows its resonance automatically. A function generator or a sound card drives at the calibrated
+frequency, and the resonance of a plate that warms up drifts away from it, by 5 Hz per kelvin. A
+detuning of 52 Hz costs 2 % of the amplitude with Q = 60, and 20 % with Q = 200.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ if TYPE_CHECKING:
     from slipscale.hardware.calibration.record import Resonance
     from slipscale.hardware.driver import PlateDriver
 
-SWEEP_UM_PP = 0.3  # the amplitude at resonance that is swept with: hardly felt
-POINTS = (-0.5, 0.0, 0.5)  # in half widths of the resonance
-AGREES = 0.15  # of the swept amplitude: how far the peak may lie from what the calibration predicts
-LARGEST_SHIFT = 1.0  # from the calibrated resonance, in half widths: more asks for a calibration
+SWEEP_UM_PP = 0.3  # amplitude of the sweep at resonance, hardly felt
+POINTS = (-0.5, 0.0, 0.5)  # in half-widths of the resonance
+AGREES = 0.15  # of the swept amplitude: allowed deviation of the peak from the calibration
+LARGEST_SHIFT = 1.0  # in half-widths from the calibrated resonance; more requires a new calibration
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tracking:
-    """What a re-sweep found.
+    """The result of a new sweep.
 
     Parameters
     ----------
     before_hz, frequency_hz : float
-        Where the plate was driven, and where it is driven from now on: the same if not accepted.
+        Drive frequency before and after; equal if the sweep was rejected.
     points : tuple of (float, float)
         Frequencies in Hz and measured amplitudes in µm peak to peak.
     refused : str
-        Why the points were not believed; empty where they were.
+        Why the points were rejected; empty if they were accepted.
     """
 
     before_hz: float
@@ -52,17 +52,17 @@ class Tracking:
 
 
 def half_width_hz(resonance: Resonance) -> float:
-    """Return how far from resonance the amplitude has fallen to 71 %."""
+    """Return the distance from resonance at which the amplitude has fallen to 71 %."""
     return resonance.frequency_hz / (2 * resonance.quality_factor)
 
 
 def vertex(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Return frequency and amplitude of the resonance on which three points lie.
+    """Return frequency and amplitude of the resonance through three points.
 
     Raises
     ------
     UserError
-        They lie on no resonance: an amplitude is 0, or the one in the middle of a valley.
+        The points do not lie on a resonance: an amplitude is 0, or the points form a valley.
 
     Examples
     --------
@@ -87,22 +87,22 @@ def vertex(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
 
 
 def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
-    """Look where the resonance is, and drive there from now on; the plate is silent afterwards.
+    """Find the current resonance and drive there from now on; the plate is silent afterwards.
 
     Parameters
     ----------
     plate : PlateDriver
-        Connected and calibrated; its limits hold for the sweep as for all else.
+        Connected and calibrated; its limits also apply to the sweep.
     measure_um_pp : callable
-        Returns the amplitude that an instrument measures now, settled, µm peak to peak.
+        Returns the settled amplitude that an instrument measures now, µm peak to peak.
 
     Raises
     ------
     PlateRefused
-        The plate follows its resonance by itself, or is not calibrated.
+        The plate follows its resonance automatically, or is not calibrated.
     OffCalibration
-        At its resonance the plate makes another amplitude than the calibration predicts: the
-        amplifier, the plate or the instrument has changed.
+        At resonance, the amplitude differs from the calibration's prediction: the amplifier, the
+        plate or the instrument has changed.
     PlateFault
         The rig failed; the plate was silenced.
     """

@@ -1,16 +1,17 @@
-"""Signals that end a session become exceptions, so that every `finally` silences the plate.
+"""Convert signals that end a session to exceptions, so that every `finally` silences the plate.
 
-Without this SIGTERM and SIGHUP end Python with no ``with`` block left and no ``finally`` run. What
-silences then: the driver's ``close`` (`slipscale.hardware.driver`), in a session `Session.run`
-before it.
+By default, SIGTERM and SIGHUP end Python without leaving ``with`` blocks or running ``finally``
+clauses. With exceptions, the driver's ``close`` (`slipscale.hardware.driver`) silences the plate;
+in a session, `Session.run` does so before it.
 
-An exception that a handler raises can be lost: in a destructor, in a library's callback, in an
-``except BaseException: pass`` (PsychoPy has one where its window opens). So the signal is noted
-too. `raise_if_ended` raises it again at every frame, wait and prompt, and so does the end of the
-block.
+An exception raised by a handler can be lost: in a destructor, in a library's callback, or in an
+``except BaseException: pass`` (PsychoPy has one where its window opens). The signal is therefore
+also recorded. `raise_if_ended` raises it again at every frame, wait and prompt, and so does the
+end of the block.
 
-A signal that arrives while a block is being left (between two exits of a stack, say) would skip the
-exits that remain. So whoever leaves says so first, and the signal is raised at the block's end.
+A signal that arrives while a block is being left (for example, between two exits of a stack) would
+skip the remaining exits. Code that leaves a block therefore announces it first, and the signal is
+raised at the block's end.
 """
 
 from __future__ import annotations
@@ -30,49 +31,49 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.driver import PlateDriver
 
-# Whoever presses Ctrl-C twice, or closes the terminal (which sends several signals), must not
-# interrupt what silences the plate. No longer: an exception can be lost in a library's callback,
-# and a session must never become unstoppable.
+# Pressing Ctrl-C twice, or closing the terminal (which sends several signals), must not interrupt
+# the code that silences the plate. Signals are not ignored for longer, because an exception can be
+# lost in a library's callback and a session must never become unstoppable.
 IGNORED_S = 2.0
-# Also those that would stop or abort the program with a generator left on: SIGQUIT (Ctrl-\\) and
-# SIGTSTP (Ctrl-Z). SIGBREAK is Windows' own.
+# Includes signals that would stop or abort the program and leave a generator on: SIGQUIT (Ctrl-\\)
+# and SIGTSTP (Ctrl-Z). SIGBREAK is specific to Windows.
 ENDINGS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGBREAK")
 
 
 class EndedBySignal(KeyboardInterrupt):
-    """The operating system, or somebody, asked the program to end."""
+    """The operating system or a user asked the program to end."""
 
 
 class _Noted:
-    """The signal that asked the block in progress to end; empty before it."""
+    """The signal that asked the current block to end; empty before."""
 
     name = ""
 
 
 def note_signal(number: int) -> EndedBySignal:
-    """Note a signal that asked to end; return the exception for its handler to raise."""
+    """Record a signal that asked the program to end; return the exception to raise."""
     _Noted.name = signal.Signals(number).name
     return EndedBySignal(_Noted.name)
 
 
 def raise_if_ended() -> None:
-    """Raise `EndedBySignal` if a signal asked to end and the exception was lost."""
+    """Raise `EndedBySignal` if a signal asked the program to end and the exception was lost."""
     if _Noted.name:
         raise EndedBySignal(_Noted.name)
 
 
 @contextmanager
 def signals_raise() -> Iterator[Callable[[], None]]:
-    """Turn signals that end the program into `EndedBySignal` inside the block.
+    """Convert signals that end the program to `EndedBySignal` inside the block.
 
-    For `IGNORED_S` after the first, others are ignored: the plate is being silenced. A block whose
-    exception was lost ends with it all the same. Only the main thread may call this.
+    For `IGNORED_S` after the first signal, others are ignored while the plate is being silenced. A
+    block that lost the exception still ends with it. Only the main thread may call this.
 
     Yields
     ------
     callable
-        Call it before the block is left: the first signal after it is raised at the block's end,
-        a second at once.
+        Call it before leaving the block: the first signal after it is raised at the block's end, a
+        second one immediately.
     """
     first_s, leaving = -math.inf, False
 
@@ -80,7 +81,7 @@ def signals_raise() -> Iterator[Callable[[], None]]:
         nonlocal leaving
         leaving = math.isinf(first_s)
 
-    if sys.exception() is None:  # unless the block is part of ending
+    if sys.exception() is None:  # unless the block is itself part of ending
         raise_if_ended()
     outside, _Noted.name = _Noted.name, ""
 
@@ -93,7 +94,7 @@ def signals_raise() -> Iterator[Callable[[], None]]:
         ended = note_signal(number)
         if not leaving:
             raise ended
-        leaving = False  # what hangs while it is left can be ended
+        leaving = False  # code that hangs on exit can be ended
 
     numbers = [getattr(signal, name) for name in ENDINGS if hasattr(signal, name)]
     before = {number: signal.signal(number, handle) for number in numbers}
@@ -101,7 +102,7 @@ def signals_raise() -> Iterator[Callable[[], None]]:
         yield leave
         raise_if_ended()
     except Exception as error:
-        # What a library stumbled over after it had swallowed the exception is not the cause.
+        # A library's error after it swallowed the exception is not the cause.
         if isinstance(error, RigError) or _follows(error):
             raise
         raise_if_ended()
@@ -113,7 +114,7 @@ def signals_raise() -> Iterator[Callable[[], None]]:
 
 
 def _follows(error: BaseException | None) -> bool:
-    """Return whether an error came up while `EndedBySignal` was being handled."""
+    """Return whether an error was raised while `EndedBySignal` was being handled."""
     while error is not None and not isinstance(error, EndedBySignal):
         error = error.__context__
     return error is not None
@@ -121,7 +122,7 @@ def _follows(error: BaseException | None) -> bool:
 
 @contextmanager
 def silent_on_signals(driver: PlateDriver) -> Iterator[None]:
-    """Close the plate's driver, which silences it, however the block ends: signals included."""
+    """Close the plate's driver, which silences it, however the block ends, including signals."""
     with signals_raise() as leave:
         try:
             yield

@@ -80,7 +80,7 @@ class Bench:
         return wire.command_frame(sequence, body)
 
     def answers_to(self, data: bytes, *, at_most: int | None = None) -> list[bytes]:
-        """Send bytes; return all lines that come in the time of an answer, or the first so many."""
+        """Send bytes; return all lines received within an answer's time, or `at_most` lines."""
         self._line.write(data)
         lines: list[bytes] = []
         end_s = self._clock.now() + (ANSWER_S if at_most is None else LATEST_S)

@@ -1,4 +1,4 @@
-"""Arguments of the driver board's commands: counted, read, held to their limits."""
+"""Arguments of the driver board's commands: counted, parsed and checked against limits."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Refusal(Exception):
 
 
 def split(text: str, fewest: int, most: int) -> list[str]:
-    """Return the arguments of a command that takes so many."""
+    """Return a command's arguments, whose number must be from ``fewest`` to ``most``."""
     arguments = text.split(",") if text else []
     if len(arguments) < fewest:
         raise Refusal(wire.MISSING_PARAMETER)
@@ -37,7 +37,7 @@ def within(text: str, lowest: float, highest: float) -> float:
 
 
 def whole(text: str, lowest: int, highest: int) -> int:
-    """Return a whole number within bounds."""
+    """Return an integer within bounds."""
     value = within(text, lowest, highest)
     if not value.is_integer():
         raise Refusal(wire.OUT_OF_RANGE)

@@ -1,8 +1,8 @@
 """The compiled firmware behind the interface of the emulated board.
 
-The C++ core of hardware/firmware, built as a library, runs in this process; its electronics are
-the simulated plate. So the real driver is tried on the real rules (`slipscale plate emulate
---firmware LIBRARY`).
+The C++ core of hardware/firmware, built as a library, runs in this process with the simulated
+plate as its electronics. The real driver can thus be tested with the real firmware (`slipscale
+plate emulate --firmware LIBRARY`).
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 FIRMWARE = Path(__file__).parents[1] / "firmware"
 FLAGS = ("-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
-TOO_HOT_C = 75.0  # what the sensor says of a board that is made hot
+TOO_HOT_C = 75.0  # sensor reading of a board with the fault "hot"
 WATCHDOG_MS = 500.0
-MILLISECONDS = 1 << 32  # a board's clock has 32 bits
+MILLISECONDS = 1 << 32  # a board's clock is 32 bits wide
 
 Drives = ctypes.CFUNCTYPE(None, ctypes.c_float, ctypes.c_float)
 Does = ctypes.CFUNCTYPE(None)
@@ -33,7 +33,7 @@ Tells = ctypes.CFUNCTYPE(ctypes.c_float)
 
 
 class PlateCalls(ctypes.Structure):
-    """The electronics, as board_library.cpp declares them."""
+    """The electronics, as declared in board_library.cpp."""
 
     _fields_ = (
         ("drive", Drives),
@@ -50,7 +50,7 @@ def build(folder: Path, *flags: str) -> Path:
     Raises
     ------
     UserError
-        There is no C++ compiler, or it refuses.
+        There is no C++ compiler, or compilation fails.
     """
     compiler = shutil.which("g++") or shutil.which("c++") or shutil.which("clang++")
     if compiler is None:
@@ -76,12 +76,12 @@ def build(folder: Path, *flags: str) -> Path:
 
 
 def load(library: Path) -> ctypes.CDLL:
-    """Load a library that `build` made.
+    """Load a library made by `build`.
 
     Raises
     ------
     UserError
-        It is none.
+        The file is not such a library.
     """
     try:
         code = ctypes.CDLL(str(library.resolve()))
@@ -107,16 +107,16 @@ def load(library: Path) -> ctypes.CDLL:
 
 
 class CompiledBoard:
-    """A board that runs the compiled firmware, its electronics the simulated plate.
+    """A board that runs the compiled firmware, with the simulated plate as its electronics.
 
     Parameters
     ----------
     twin : Twin
         The plate.
     boot : int
-        Differs from one start to the next.
+        Boot number; differs between starts.
     watchdog_ms : float
-        It silences itself when it has heard nothing for so long.
+        The board silences itself if it receives nothing for this time.
     code : ctypes.CDLL
         From `load`.
     """
@@ -158,17 +158,17 @@ class CompiledBoard:
 
     @property
     def state(self) -> str:
-        """The state that ``STAT?`` would tell."""
+        """State that ``STAT?`` would report."""
         state: bytes = self._code.board_state(self._board)
         return state.decode("ascii")
 
     @property
     def target_um_pp(self) -> float:
-        """The amplitude that was commanded, of a list the mean."""
-        return round(float(self._code.board_target_um_pp(self._board)), 6)  # it has 32 bits
+        """Commanded amplitude; the mean, for a list."""
+        return round(float(self._code.board_target_um_pp(self._board)), 6)  # 32-bit float
 
     def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
-        """Take bytes from the line; return (command, reply) for each that was complete."""
+        """Process received bytes; return (command, reply) for each complete command."""
         self._now_s = now_s
         answers = []
         for byte in data:
@@ -183,7 +183,7 @@ class CompiledBoard:
         return answers
 
     def tick(self, now_s: float) -> None:
-        """Let time pass."""
+        """Advance the board to the given time."""
         self._now_s = now_s
         self._code.board_tick(self._board, self._milliseconds())
 
@@ -197,7 +197,7 @@ class CompiledBoard:
         return float(self._code.board_due_um_pp(self._board))
 
     def _milliseconds(self) -> int:
-        # A hair more: 0.057 s must not become 56 ms.
+        # Add a small amount so that 0.057 s does not become 56 ms.
         return math.floor(self._now_s * 1000 + 1e-6) % MILLISECONDS
 
     def _drive(self, frequency_hz: float, voltage_v: float) -> None:

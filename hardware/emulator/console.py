@@ -1,16 +1,16 @@
-"""The run of an emulated board: it prints its port, then standard input controls it.
+"""The main loop of an emulated board: it prints its port, then standard input controls it.
 
-Each line there is answered with one line of JSON, the state after it:
+Each input line is answered with one line of JSON, the state after it:
 
 ==================  ==============================================================
-``state``           only tell, see `Emulator.state`
+``state``           only report, see `Emulator.state`
 ``fault NAME``      at the next command; ``NAME@PHASE/N`` as with ``--fault``
-``no faults``       forget those that are on order
-``unplug``          now
-``back``            plugged in and started anew, now
-``finger``          put a finger on the plate that lowers its Q from 60 to 50
-``no finger``       take it away
-``quit``            end (so does SIGTERM)
+``no faults``       remove pending faults
+``unplug``          unplug the board now
+``back``            plug in and restart the board now
+``finger``          put a finger on the plate that reduces its Q from 60 to 50
+``no finger``       remove the finger
+``quit``            end (as SIGTERM does)
 ==================  ==============================================================
 """
 
@@ -41,7 +41,7 @@ ACTS: dict[str, Callable[[Emulator], None]] = {
 
 
 def run(emulator: Emulator) -> None:
-    """Print the port, then emulate until told to end."""
+    """Print the port, then emulate the board until told to end."""
     print(emulator.port, flush=True)
     control: int | None = sys.stdin.fileno()
     buffer = b""
@@ -51,7 +51,7 @@ def run(emulator: Emulator) -> None:
                 continue
             data = os.read(sys.stdin.fileno(), 4096)
             if not data:
-                control = None  # started without a keyboard: go on
+                control = None  # started without standard input: continue
             *lines, buffer = (buffer + data).split(b"\n")
             for line in lines:
                 if line.strip() == b"quit":
@@ -62,7 +62,7 @@ def run(emulator: Emulator) -> None:
 
 
 def _answer(emulator: Emulator, line: str) -> str:
-    """Carry out a control line; return a line of JSON."""
+    """Execute a control line; return a line of JSON."""
     word, _, rest = line.partition(" ")
     try:
         if word == "fault":

@@ -1,8 +1,8 @@
-"""The driver board's firmware in Python: what `slipscale plate emulate` runs.
+"""The driver board's firmware in Python, as run by `slipscale plate emulate`.
 
-Pure: bytes and the time go in, bytes come out; the plate behind it is the twin. The reference
-firmware (hardware/firmware) does the same in C++, and both are tested against the transcript in
-docs/reference/board-protocol.md.
+It is pure: bytes and the time are inputs, bytes are outputs, and the plate is the twin. The
+reference firmware (hardware/firmware) does the same in C++; both are tested against the transcript
+in docs/reference/board-protocol.md.
 """
 
 from __future__ import annotations
@@ -30,39 +30,39 @@ if TYPE_CHECKING:
     from slipscale.hardware.plate.twin import Twin
 
 RAMP_S = 0.025
-RAMP_DOWN_S = 0.015  # after a ramp to 0, until the output goes off
+RAMP_DOWN_S = 0.015  # delay after a ramp to 0 before the output goes off
 CORRECT_S = 0.010
-FOLLOW_S = 0.005  # the plate follows a correction; only then is it measured
-LARGEST_CORRECTION = 0.05  # of the voltage, at once: no click
-# How far the volts per µm may be corrected from the calibrated value: a finger that lowers Q from
-# 60 to 50 needs 1.2. A dead sensor would otherwise drive the plate to the voltage limit.
+FOLLOW_S = 0.005  # after a correction, wait for the plate before measuring
+LARGEST_CORRECTION = 0.05  # of the voltage per step, to avoid a click
+# Largest correction factor of the calibrated volts per µm. A finger that reduces Q from 60 to 50
+# requires 1.2. Without a limit, a dead sensor would drive the plate to the voltage limit.
 GAIN_BAND = 1.5
 # Settled: so many means in a row lie within the band, a fraction of the target or µm peak to peak.
 BAND = 0.025
 BAND_UM = 0.025
 MEANS_SETTLED = 2
-ROUNDING_S = 1e-9  # a difference of times
+ROUNDING_S = 1e-9  # tolerance of time differences
 HOTTEST_C = 60.0
 ERROR_QUEUE = 8
 IDENTITY = f"Slipscale,{wire.PROTOCOL},EMULATED-1,1.2"
-OLD_IDENTITY = f"Slipscale,{wire.PROTOCOL},EMULATED-1,1.0"  # knew no lists
+OLD_IDENTITY = f"Slipscale,{wire.PROTOCOL},EMULATED-1,1.0"  # does not support lists
 
 
 class Board:
-    """A driver board that holds a plate at resonance.
+    """A driver board that keeps a plate at resonance.
 
     Parameters
     ----------
     twin : Twin
         The plate.
     boot : int
-        Differs from one start to the next.
+        Boot number; differs between starts.
     limits : BoardLimits
-        Checked on the board, whatever the host's own limits are.
+        Checked on the board, whatever the host's limits are.
     identity : str
         The value of ``*IDN?``.
     lists : bool
-        Whether its firmware knows lists of amplitudes.
+        Whether its firmware supports lists of amplitudes.
     """
 
     def __init__(
@@ -93,16 +93,16 @@ class Board:
         self.points_um_pp: list[float] = []
         self.played: Loop | None = None
         self._from_um_pp = 0.0
-        self._now_um_pp = 0.0  # what the ramp has put on the plate
+        self._now_um_pp = 0.0  # amplitude on the ramp now
         self._frequency_hz: float | None = None  # None follows the resonance
         self._heard_s = 0.0
         self._commanded_s = 0.0
-        self._arrived = False  # the end of the ramp is on the plate
+        self._arrived = False  # the ramp's end has reached the plate
         self._nominal_volts_per_um = 1 / twin.resonator.gain_um_pp_per_v  # as calibrated
-        self._volts_per_um = self._nominal_volts_per_um  # of the plate as it is loaded now
+        self._volts_per_um = self._nominal_volts_per_um  # for the current load
         self._limited = False  # the voltage is at its limit
         self._corrected_s = 0.0
-        self._readings_um_pp: list[float] = []  # since the plate followed the last correction
+        self._readings_um_pp: list[float] = []  # since the last correction
         self._means_inside = 0
         self._periods = 0  # of the list that is played
         self._buffer = b""
@@ -115,12 +115,12 @@ class Board:
         return self.state in wire.VIBRATING
 
     def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
-        """Take bytes from the line; return (command, reply) for each that was complete."""
+        """Process received bytes; return (command, reply) for each complete command."""
         answers = []
         for byte in data:
             if byte == wire.STOP[0]:
                 self.silence(now_s)
-                self._buffer = b""  # what came before it can no longer become a command
+                self._buffer = b""  # earlier bytes can no longer become a command
             elif byte == ord("\n"):
                 line, self._buffer = self._buffer, b""
                 if len(line) <= wire.LONGEST_LINE and (answer := self._line(line, now_s)):
@@ -130,7 +130,7 @@ class Board:
         return answers
 
     def tick(self, now_s: float) -> None:
-        """Let time pass: ramp, settle, watchdog, longest on-time, temperature."""
+        """Advance the time: ramp, settling, watchdog, longest on-time, temperature."""
         if not self.vibrates:
             return
         if now_s - self._heard_s > self.limits.watchdog_ms / 1000:
@@ -159,11 +159,11 @@ class Board:
         return self._now_um_pp
 
     def temperature_c(self, now_s: float) -> float:
-        """Return what the board's sensor says."""
+        """Return the board's sensor reading."""
         return HOTTEST_C + 15 if self.hot else self.twin.temperature_c(now_s)
 
     def status(self, now_s: float) -> BoardStatus:
-        """Return what ``STAT?`` tells."""
+        """Return the answer to ``STAT?``."""
         frequency_hz = self._frequency_hz or self.twin.conditions(now_s).resonance_hz
         return BoardStatus(
             state=self.state,
@@ -175,14 +175,14 @@ class Board:
         )
 
     def _line(self, line: bytes, now_s: float) -> tuple[str, bytes] | None:
-        if line.rstrip(b"\r") == b"*IDN?":  # plain, for whoever looks with a terminal
+        if line.rstrip(b"\r") == b"*IDN?":  # unframed, for people with a terminal
             return "*IDN?", self.identity.encode("ascii") + b"\r\n"
         command = wire.parse_command(line)
         if command is None:
-            return None  # no answer: the host repeats the command after its time-out
+            return None  # no answer: the host repeats the command after a time-out
         if self._last and self._last[0] == command:
             self._heard_s = now_s
-            return command[1], self._last[1]  # a repetition: it ran before
+            return command[1], self._last[1]  # a repetition: already executed
         reply = wire.reply_frame(self._answer(*command, now_s))
         if not self.busy:
             self._last = (command, reply)
@@ -280,7 +280,7 @@ class Board:
             raise Refusal(wire.TOO_HOT)
 
     def _ramp(self, now_s: float) -> None:
-        """Go on along the ramp; what follows counts from when its end was really on the plate."""
+        """Advance the ramp; later times count from when its end actually reached the plate."""
         part = min((now_s - self._commanded_s + ROUNDING_S) / RAMP_S, 1)
         self._now_um_pp = along_edge(self._from_um_pp, self.target_um_pp, part)
         self._apply(now_s)
@@ -292,7 +292,7 @@ class Board:
         self._readings_um_pp.clear()
 
     def _hold(self, now_s: float) -> None:
-        """Correct the voltage, by the mean of the readings since the plate followed it."""
+        """Correct the voltage by the mean of the readings since the last correction took effect."""
         elapsed_s = now_s - self._corrected_s + ROUNDING_S
         if self.target_um_pp == 0:
             if elapsed_s >= RAMP_DOWN_S:
@@ -310,7 +310,7 @@ class Board:
         self.state = self._settled(measured_um_pp, was_limited=was_limited)
 
     def _settled(self, measured_um_pp: float, *, was_limited: bool) -> str:
-        """Return what a mean says: within the band often enough, out of reach, or on the way."""
+        """Return the state for a mean: HOLD after several means within the band, SAT or RAMP."""
         short_by_um = self.target_um_pp - measured_um_pp
         if abs(short_by_um) > max(BAND * self.target_um_pp, BAND_UM):
             self._means_inside = 0
@@ -319,7 +319,7 @@ class Board:
         return "HOLD" if self._means_inside >= MEANS_SETTLED else "RAMP"
 
     def _play(self, played: Loop, now_s: float) -> None:
-        """Correct the voltage by the mean of each whole period but the first."""
+        """Correct the voltage by the mean of each complete period except the first."""
         periods = int((now_s - self._commanded_s + ROUNDING_S) / played.period_s)
         if periods > max(self._periods, 1):
             largest_um_pp = max(played.levels)
@@ -329,7 +329,7 @@ class Board:
         self._periods = periods
 
     def _correct(self, measured_um_pp: float, largest_um_pp: float) -> bool:
-        """Return whether the voltage suffices for the largest amplitude that is due."""
+        """Correct the voltage; return whether it suffices for the largest amplitude due."""
         if largest_um_pp <= 0:
             return True
         factor = self.target_um_pp / measured_um_pp if measured_um_pp > 0 else math.inf
@@ -349,7 +349,7 @@ class Board:
         self.twin.set_drive(drive, now_s)
 
 
-# header: (fewest and most arguments, what it does)
+# header -> (fewest arguments, most arguments, action)
 COMMANDS: dict[str, tuple[int, int, Callable[[Board, list[str], float], str]]] = {
     "*IDN?": (0, 0, lambda board, _, __: board.identity),
     "*RST": (0, 0, Board._reset),  # noqa: SLF001 - the table belongs to the class

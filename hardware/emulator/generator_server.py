@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.emulator.generators import SimulatedGenerator
 
-LOOKS_S = 0.1  # how often the server looks whether it is to end
+LOOKS_S = 0.1  # interval at which the server checks whether to end
 
 
 class LocalLine(GeneratorLine):
-    """A line to a simulated generator in this process, which takes no time.
+    """A line to a simulated generator in this process, without delay.
 
     Parameters
     ----------
@@ -30,9 +30,10 @@ class LocalLine(GeneratorLine):
     Attributes
     ----------
     wire : list of str
-        What was sent.
+        Commands that were sent.
     drop_at : int or None
-        The number of the command at which the line drops, unheard; once, or ``for_good``.
+        Number of the command at which the line drops before the generator receives it; once, or
+        ``for_good``.
     """
 
     def __init__(self, generator: SimulatedGenerator) -> None:
@@ -45,7 +46,7 @@ class LocalLine(GeneratorLine):
 
     @property
     def opened(self) -> bool:
-        """Whether it was opened, and not released since."""
+        """Whether the line is open."""
         return self._open
 
     def open(self) -> None:
@@ -55,7 +56,7 @@ class LocalLine(GeneratorLine):
         self._open = True
 
     def release(self) -> None:
-        """Let go of the line."""
+        """Release the line."""
         self._open = False
 
     def write(self, command: str) -> None:
@@ -87,18 +88,18 @@ class GeneratorServer:
     make : str
         One of `slipscale.hardware.emulator.generators.MAKES`.
     command_s : float
-        How long the generator takes for a command.
+        Time that the generator takes per command.
 
     Attributes
     ----------
     generator : SimulatedGenerator
-        What is behind the line.
+        The generator behind the line.
     resource : str
-        The VISA resource to give to ``scpi:RESOURCE``.
+        The VISA resource for ``scpi:RESOURCE``.
     lines : list of str
-        What was received.
+        Lines that were received.
     drop_at : int or None
-        The number of the line at which the connection drops, unread; once, or ``for_good``.
+        Number of the line at which the connection drops before it is read; once, or ``for_good``.
     """
 
     def __init__(self, make: str, *, command_s: float = 0.0) -> None:
@@ -128,7 +129,7 @@ class GeneratorServer:
     def _serve(self) -> None:
         while not self._over:
             connection, _ = self._socket.accept()
-            with connection, suppress(ConnectionError):  # whoever gave up closed it
+            with connection, suppress(ConnectionError):  # the client may have closed it
                 if not (self._over or (self.for_good and self._dropped())):
                     self._talk(connection)
 
@@ -139,7 +140,7 @@ class GeneratorServer:
         buffer = b""
         connection.settimeout(LOOKS_S)
         while not self._over:
-            if hasattr(socket, "TCP_QUICKACK"):  # else each command waits 40 ms for the last's
+            if hasattr(socket, "TCP_QUICKACK"):  # avoids 40 ms of delay per command
                 connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
             try:
                 received = connection.recv(4096)

@@ -1,8 +1,8 @@
-"""Simulated function generators, one for each make: `slipscale plate emulate --generator MAKE`.
+"""Simulated function generators, one per make: `slipscale plate emulate --generator MAKE`.
 
-They share nothing with `slipscale.hardware.backends.generator_dialects`: what a make understands,
-what it refuses and how it answers is written here a second time, from the manuals. What is on the
-plate is modelled too: `GeneratorChannel.plate_vpp`.
+They share nothing with `slipscale.hardware.backends.generator_dialects`: what a make accepts,
+rejects and answers is implemented here independently, from the manuals. The voltage at the plate
+is modelled, too: `GeneratorChannel.plate_vpp`.
 
 =========  ==================================================================================
 make       source of limits and behaviour
@@ -13,7 +13,7 @@ keysight   33500 Series Operating and Service Guide: pages 62 (a change of the l
 33220      as keysight; 33220A data sheet: 20 mVpp to 20 Vpp into an open circuit (page not
            verified)
 rigol      DG1000Z Programming Guide, pages 2-56 (load), 2-184 (offset), 2-185 (range); values
-           outside the range are kept at the bound without an error (a user's report)
+           outside the range are clipped without an error (a user's report)
 siglent    SDG Programming Guide PG02, sections 3.3 (OUTP) and 3.4 (BSWV) and those on MDWV, SWWV
            and BTWV; no error query
 tektronix  Tektronix tm_devices, driver and commands of the AFG3K: 40 mVpp to 20 Vpp at high
@@ -42,10 +42,10 @@ OUT_OF_RANGE = '-222,"Data out of range"'
 
 @dataclass(slots=True)
 class GeneratorChannel:
-    """One output, as after ``*RST``.
+    """One output, in the state after ``*RST``.
 
-    ``open_vpp`` is the voltage into an open circuit; what is set and displayed depends on the load
-    that the generator assumes and on the unit.
+    ``open_vpp`` is the voltage into an open circuit. Set and displayed values depend on the
+    assumed load and on the unit.
     """
 
     function: str = "SIN"
@@ -57,7 +57,7 @@ class GeneratorChannel:
     on: bool = False
     range_auto: bool = True
     active: set[str] = field(default_factory=set)  # modulations, sweep, burst
-    dropouts: int = 0  # how often the attenuator switched while the output was on
+    dropouts: int = 0  # number of attenuator switches while the output was on
 
     @property
     def scale(self) -> float:
@@ -66,41 +66,41 @@ class GeneratorChannel:
         return loaded / (RMS if self.unit == "VRMS" else 1.0)
 
     def plate_vpp(self) -> float:
-        """Return what a plate, which is an open circuit, is driven with at its resonance.
+        """Return the drive of a plate, which is an open circuit, at its resonance.
 
-        A burst that nobody triggers is silent; every other modulation, and a sweep, is taken to
-        leave half of the amplitude at the resonance. Only a sine counts.
+        Only a sine counts. An untriggered burst is silent; any other modulation, and a sweep, is
+        assumed to leave half of the amplitude at the resonance.
         """
         if not self.on or "BURS" in self.active or not self.function.startswith("SIN"):
             return 0.0
         return self.open_vpp * (0.5 if self.active else 1.0)
 
     def set_open_vpp(self, vpp: float) -> None:
-        """Change the voltage, and switch the attenuator where that is automatic."""
+        """Change the voltage, and switch the attenuator if it is automatic."""
         crossed = [each for each in BREAK_POINTS_VPP if (each < vpp) != (each < self.open_vpp)]
         self.dropouts += bool(crossed and self.on and self.range_auto)
         self.open_vpp = vpp
 
 
 class SimulatedGenerator:
-    """What all makes have: channels, limits, errors, words that are looked up in a table."""
+    """Common part of all makes: channels, limits, errors, and a table of commands."""
 
     identity: ClassVar[str]
     smallest_vpp: ClassVar[float] = 0.002  # into an open circuit
     largest_vpp: ClassVar[float] = 20.0
     resolution_vpp: ClassVar[float] = 1e-4
-    clips: ClassVar[bool] = False  # keeps values at the bound without an error
+    clips: ClassVar[bool] = False  # clips values without an error
 
     def __init__(self) -> None:
         self.errors: list[str] = []
         self.channel = {1: GeneratorChannel(), 2: GeneratorChannel()}
 
     def reset(self) -> None:
-        """Forget every setting, as after ``*RST`` or a preset at the front panel."""
+        """Reset every setting, as ``*RST`` or a preset at the front panel does."""
         self.channel = {1: GeneratorChannel(), 2: GeneratorChannel()}
 
     def hear(self, line: str) -> str | None:
-        """Obey a line; return the answer to a query, None to anything else."""
+        """Execute a line; return the answer to a query, or None for a command."""
         common: dict[str, Callable[[], str | None]] = {
             "*IDN?": lambda: self.identity,
             "*OPC?": lambda: "1",
@@ -110,11 +110,11 @@ class SimulatedGenerator:
         return common[line]() if line in common else self.obey(line)
 
     def obey(self, line: str) -> str | None:
-        """Obey a line of the make's own commands."""
+        """Execute a line with a command of this make."""
         raise NotImplementedError
 
     def set_amplitude(self, channel: GeneratorChannel, displayed: float) -> None:
-        """Set an amplitude, rounded to the resolution; refuse or clip what is out of range."""
+        """Set an amplitude, rounded to the resolution; reject or clip values out of range."""
         vpp = displayed / channel.scale
         rounded = round(vpp / self.resolution_vpp) * self.resolution_vpp
         within = min(max(rounded, self.smallest_vpp), self.largest_vpp)
@@ -126,12 +126,12 @@ class SimulatedGenerator:
         channel.set_open_vpp(rounded)
 
     def fail(self, error: str) -> None:
-        """Put an error into the queue."""
+        """Add an error to the queue."""
         self.errors = [*self.errors, error][-ERROR_QUEUE:]
 
 
 class _Scpi(SimulatedGenerator):
-    """A tree of headers: ``table`` maps a pattern of the header to what it sets."""
+    """A tree of headers; ``table`` maps a header's pattern to its setting."""
 
     table: ClassVar[dict[str, str]] = {}
     functions: ClassVar[tuple[str, ...]] = ()  # modulations, sweep, burst
@@ -139,7 +139,7 @@ class _Scpi(SimulatedGenerator):
     words: ClassVar[dict[bool, str]] = {True: "1", False: "0"}
 
     def obey(self, line: str) -> str | None:
-        """Obey a line of the make's own commands."""
+        """Execute a line with a command of this make."""
         if line.lstrip(":").upper() == "SYST:ERR?":
             return self.errors.pop(0) if self.errors else self.no_error
         header, _, value = line.partition(" ")
@@ -169,7 +169,7 @@ class _Scpi(SimulatedGenerator):
         return self.number(float(getattr(channel, name)))
 
     def number(self, value: float) -> str:
-        """Return a number as the make writes it."""
+        """Format a number as this make does."""
         raise NotImplementedError
 
     def _set(self, channel: GeneratorChannel, name: str, value: str) -> None:
@@ -190,7 +190,7 @@ class _Scpi(SimulatedGenerator):
 
 
 class Keysight(_Scpi):
-    """33500 series: numbers with a sign and 15 decimals, words short, outputs 1 and 0."""
+    """33500 series: numbers with a sign and 15 decimals, short words, outputs 1 and 0."""
 
     identity = "Agilent Technologies,33522B,MY57800001,4.00-1.19-2.00-52-00"
     no_error = '+0,"No error"'
@@ -217,19 +217,19 @@ class Keysight(_Scpi):
     }
 
     def number(self, value: float) -> str:
-        """Return a number as the make writes it."""
+        """Format a number as this make does."""
         return "9.9E+37" if value >= OPEN_OHM else f"{value:+.15E}"
 
 
 class Agilent33220(Keysight):
-    """33220A: one channel, no suffix, 20 mVpp at least."""
+    """33220A: one channel, no suffix, at least 20 mVpp."""
 
     identity = "Agilent Technologies,33220A,MY44000001,2.02-2.02-22-2"
     smallest_vpp = 0.02
     functions: ClassVar[tuple[str, ...]] = ("AM", "FM", "PM", "FSK", "PWM", "SWE", "BURS")
 
     def obey(self, line: str) -> str | None:
-        """Obey a line of the make's own commands."""
+        """Execute a line with a command of this make."""
         if re.match(r"(?i):?(SOUR|OUTP)[12]", line):
             self.fail('-114,"Header suffix out of range"')
             return None
@@ -237,7 +237,7 @@ class Agilent33220(Keysight):
 
 
 class Rigol(_Scpi):
-    """DG1000Z: seven digits without a sign, outputs ON and OFF; bounds are kept in silence."""
+    """DG1000Z: seven digits without a sign, outputs ON and OFF; values are clipped silently."""
 
     identity = "Rigol Technologies,DG1022Z,DG1ZA000000001,03.01.12"
     words: ClassVar[dict[bool, str]] = {True: "ON", False: "OFF"}
@@ -255,7 +255,7 @@ class Rigol(_Scpi):
     }
 
     def number(self, value: float) -> str:
-        """Return a number as the make writes it."""
+        """Format a number as this make does."""
         return f"{value:.6E}"
 
 
@@ -277,12 +277,12 @@ class Tektronix(_Scpi):
     }
 
     def number(self, value: float) -> str:
-        """Return a number as the make writes it."""
+        """Format a number as this make does."""
         return "9.9E+37" if value >= OPEN_OHM else f"{value:.4E}".replace("E+0", "E")
 
 
 class Siglent(SimulatedGenerator):
-    """SDG2000X: basic wave and output are each one query; what it does not know it ignores."""
+    """SDG2000X: basic wave and output are one query each; unknown commands are ignored."""
 
     identity = "Siglent Technologies,SDG2042X,SDG2XCAD000001,2.01.01.35R3"
     smallest_vpp = 0.004
@@ -291,7 +291,7 @@ class Siglent(SimulatedGenerator):
     functions: ClassVar[dict[str, str]] = {"MDWV": "AM", "SWWV": "SWE", "BTWV": "BURS"}
 
     def obey(self, line: str) -> str | None:
-        """Obey a line of the make's own commands."""
+        """Execute a line with a command of this make."""
         found = re.fullmatch(r"C(?P<n>[12]):(?P<head>[A-Z]{4})(?P<query>\?)?( (?P<rest>.*))?", line)
         if not found:
             return None

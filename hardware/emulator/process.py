@@ -1,4 +1,4 @@
-"""An emulated board in a process of its own, and its control line: for rehearsals and tests."""
+"""An emulated board in a separate process, with its control channel, for rehearsals and tests."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ if TYPE_CHECKING:
 
 
 class EmulatorProcess:
-    """Runs ``slipscale plate emulate`` for the length of a ``with`` block.
+    """Run ``slipscale plate emulate`` within a ``with`` block.
 
     Parameters
     ----------
     *arguments : str
-        Of ``slipscale plate emulate``.
+        Arguments of ``slipscale plate emulate``.
 
     Attributes
     ----------
     port : str
-        The port to give to ``serial:PORT``.
+        The port for ``serial:PORT``.
     """
 
     def __init__(self, *arguments: str) -> None:
@@ -36,31 +36,31 @@ class EmulatorProcess:
 
     @property
     def process_id(self) -> int:
-        """Its number in the system."""
+        """Process id."""
         return self._process.pid
 
     def state(self) -> dict[str, Any]:
-        """Return the board's state and what the plate really does."""
+        """Return the board's state and the plate's actual amplitude."""
         return self._tell("state")
 
     def fault(self, order: str) -> dict[str, Any]:
-        """Order a fault: NAME at the next command, or NAME@PHASE/N from now."""
+        """Inject a fault: NAME at the next command, or NAME@PHASE/N from now."""
         return self._tell(f"fault {order}")
 
     def no_faults(self) -> dict[str, Any]:
-        """Forget the faults on order."""
+        """Remove pending faults."""
         return self._tell("no faults")
 
     def unplug(self) -> dict[str, Any]:
-        """Pull the plug now."""
+        """Unplug the board now."""
         return self._tell("unplug")
 
     def back(self) -> dict[str, Any]:
-        """Plug the board in and start it anew now."""
+        """Plug the board in and restart it now."""
         return self._tell("back")
 
     def finger(self, *, on: bool = True) -> dict[str, Any]:
-        """Put a finger on the plate that lowers its Q from 60 to 50, or take it away."""
+        """Put a finger on the plate that reduces its Q from 60 to 50, or remove it."""
         return self._tell("finger" if on else "no finger")
 
     def close(self) -> None:

@@ -1,6 +1,6 @@
-"""The driver board on a pseudo-terminal, as `slipscale plate emulate` runs it.
+"""The driver board on a pseudo-terminal, as run by `slipscale plate emulate`.
 
-Its port is a link that stays the same when the board is "unplugged" and "plugged in again".
+Its port is a symbolic link that stays the same when the board is "unplugged" and "plugged in".
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from slipscale.hardware.plate.dynamics import FingerLoad
 
 TICK_S = 0.001
-IDLE_TICK_S = 0.01  # of a board that is silent: nothing moves until a command comes
+IDLE_TICK_S = 0.01  # for a silent board, which does not change until a command arrives
 DEFAULT_LIMITS = wire.BoardLimits()
 FOREIGN_IDENTITY = "Hewlett-Packard,34401A,0,10-5-2"
 NMEA = b"$GPGGA,101530.00,5036.10,N,00308.40,E,1,08,0.9,40.0,M,47.0,M,,*65\r\n"
@@ -48,28 +48,28 @@ NMEA_S = 0.05
 
 
 class EmulatedBoard(Protocol):
-    """What the pseudo-terminal needs of a board: emulated, or compiled from the firmware."""
+    """Interface of a board for the pseudo-terminal: emulated, or compiled from the firmware."""
 
     hot: bool
     busy: bool
 
     @property
     def state(self) -> str:
-        """The state that ``STAT?`` would tell."""
+        """State that ``STAT?`` would report."""
 
     @property
     def target_um_pp(self) -> float:
-        """The amplitude that was commanded, of a list the mean."""
+        """Commanded amplitude; the mean, for a list."""
 
     @property
     def vibrates(self) -> bool:
         """Whether the output is on."""
 
     def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
-        """Take bytes from the line; return (command, reply) for each that was complete."""
+        """Process received bytes; return (command, reply) for each complete command."""
 
     def tick(self, now_s: float) -> None:
-        """Let time pass."""
+        """Advance the board to the given time."""
 
     def silence(self, now_s: float) -> None:
         """Switch the output off."""
@@ -79,28 +79,28 @@ class EmulatedBoard(Protocol):
 
 
 class Emulator:
-    """A board, its pseudo-terminal, and the faults on order.
+    """A board, its pseudo-terminal, and the faults to inject.
 
     Parameters
     ----------
     clock : Clock
         The machine's.
     injections : iterable of Injection
-        Faults on order; phases are those of `slipscale.hardware.emulator.response_faults`.
+        Faults to inject; phases are those of `slipscale.hardware.emulator.response_faults`.
     twin : Twin
         The plate behind the board.
     back_s : float
-        An unplugged, stuck, deaf or hot board comes back after so long; 0: never.
+        Time after which an unplugged, stuck, deaf or hot board returns; 0: never.
     dtr : bool
-        Whether the line tells the board that the host closed it. The board then silences the
-        plate and restarts, as boards with an automatic reset do; without, the watchdog has to.
+        Whether the line signals to the board that the host closed it. The board then silences the
+        plate and restarts, as boards with an automatic reset do. Otherwise the watchdog acts.
     watchdog_ms : float
-        The board silences itself when it has heard nothing for so long.
+        The board silences itself if it receives nothing for this time.
     log : TextIO
-        Where to write what the plate does, a line a millisecond.
+        Receives the plate's amplitude, one line per millisecond.
     firmware : callable
-        Makes a board that runs the compiled firmware, see `slipscale.hardware.emulator.compiled`;
-        without, it is the emulated one.
+        Creates a board that runs the compiled firmware, see
+        `slipscale.hardware.emulator.compiled`; default: the emulated board.
     """
 
     def __init__(
@@ -144,10 +144,10 @@ class Emulator:
         self._plug()
 
     def state(self) -> dict[str, Any]:
-        """Return what the control channel tells: the board's state, and what the plate does.
+        """Return the board's state and the plate's, as reported on the control channel.
 
-        ``amplitude_um_pp`` is the twin's true amplitude; ``presented_um_pp`` lists the amplitudes
-        commanded so far, ``played`` the lists, each once however often its command was repeated.
+        ``amplitude_um_pp`` is the twin's true amplitude. ``presented_um_pp`` lists the amplitudes
+        commanded so far and ``played`` the lists; repeated commands are listed once.
         """
         now_s = self._now()
         self.board.tick(now_s)
@@ -163,24 +163,24 @@ class Emulator:
         }
 
     def order(self, text: str) -> None:
-        """Order faults as on the command line; counts begin now. ValueError if unreadable."""
+        """Inject faults as on the command line; counts start now. Raises ValueError if invalid."""
         for each in parse_injections(text, faults=(*ANSWER_FAULTS, *COMMAND_FAULTS), phases=PHASES):
             self._schedule.add(each)
 
     def cancel(self) -> None:
-        """Forget the faults that are on order and did not come up."""
+        """Remove the faults that are still pending."""
         self._schedule.clear()
 
     def touch(self, finger: FingerLoad = NO_FINGER) -> None:
-        """Put a finger on the plate, or take it away."""
-        self._twin.amplitude_um_pp(self._now())  # until now it was another plate
+        """Put a finger on the plate, or remove it."""
+        self._twin.amplitude_um_pp(self._now())  # advance the plate with its previous load
         self._twin.finger = finger
 
     def unplug(self) -> None:
-        """Pull the plug: the line goes dead, and so does the board, which the line feeds."""
+        """Unplug the board: the line is dead, and so is the board, which the line powers."""
         if self._master is not None:
             self.board.silence(self._now())
-            # The system gives the terminal's number to whoever asks next: point there no more.
+            # The system reuses the terminal's number, so the link must not point to it any more.
             self.port.unlink()
             os.close(self._master)
             self._master = None
@@ -188,7 +188,7 @@ class Emulator:
             self._come_back_later()
 
     def come_back(self) -> None:
-        """Start anew now, plugged in, whatever was the matter."""
+        """Plug in and restart now, whatever the fault was."""
         self._boot()
         if self._master is None:
             self._plug()
@@ -199,7 +199,7 @@ class Emulator:
         self._folder.cleanup()
 
     def turn(self, control: int | None = None) -> bool:
-        """Let at most a tick pass, dealing with what comes; True: the control line is readable."""
+        """Process events for at most one tick; return whether the control line is readable."""
         now_s = self._now()
         self.board.tick(now_s)
         self._send_what_is_due()
@@ -215,7 +215,7 @@ class Emulator:
         return control in ready
 
     def _tick_s(self) -> float:
-        """Return how long nothing but a command can change anything."""
+        """Return the time for which only a command can change anything."""
         return TICK_S if self.board.vibrates or self._outbox else IDLE_TICK_S
 
     def _boot(self) -> None:
@@ -238,9 +238,10 @@ class Emulator:
             )
 
     def _plug(self) -> None:
-        """Make a pseudo-terminal and point the port's link at it.
+        """Create a pseudo-terminal and point the port's link to it.
 
-        The host's side is closed here at once: only so does the line tell when the host closes it.
+        The host's side is closed here immediately; otherwise the line would not report when the
+        host closes it.
         """
         self._master, slave = os.openpty()
         tty.setraw(slave)
@@ -254,7 +255,7 @@ class Emulator:
             return
         try:
             data = os.read(self._master, 4096)
-        except OSError:  # no host has opened the other end
+        except OSError:  # no host has opened the other end yet
             if self._host_is_there and self._dtr:
                 self._boot()
             self._host_is_there = False
@@ -294,7 +295,7 @@ class Emulator:
             self._post(spoiled[0] if spoiled else [reply])
 
     def _remember(self, body: str) -> None:
-        """Note what was commanded, from the words of a command that was obeyed."""
+        """Record what was commanded, from the words of an accepted command."""
         header, _, arguments = body.partition(" ")
         if header == "AMPL":
             self._presented_um_pp.append(float(arguments))
@@ -305,7 +306,7 @@ class Emulator:
             self._played.append(list(self._list))
 
     def _now(self) -> float:
-        """Return the time, having logged what the plate did until then."""
+        """Return the time after logging the plate's amplitude until then."""
         now_s = self._clock.now()
         while self._log and self._logged_ms + 1 <= now_s * 1000:
             self._logged_ms += 1
@@ -320,7 +321,7 @@ class Emulator:
             self._log.write(line + "\n")
 
     def _post(self, pieces: Iterable[Piece]) -> None:
-        """Put pieces behind what still waits to be sent: the board goes on meanwhile."""
+        """Queue pieces behind those that still wait to be sent; the board continues meanwhile."""
         due_s = max(self._now(), self._outbox[-1][0] if self._outbox else 0.0)
         for piece in pieces:
             if isinstance(piece, float):
@@ -354,5 +355,5 @@ class Emulator:
 
     def _send(self, data: bytes) -> None:
         if self._master is not None:
-            with suppress(OSError):  # the host closed the line, or does not read
+            with suppress(OSError):  # the host has closed the line, or is not reading
                 os.write(self._master, data)

@@ -1,7 +1,7 @@
-"""The faults of an emulated board: each turns one answer into what is sent instead.
+"""Faults of an emulated board: each replaces an answer with something else to send.
 
-A plan is a list of pieces: bytes to send, seconds to wait, or something to do to the board. The
-emulator's loop carries it out; nothing here knows a port or a clock.
+A plan is a list of pieces: bytes to send, seconds to wait, or actions on the board. The emulator's
+loop executes it; this module depends on neither a port nor a clock.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-LATE_S = 0.12  # later than a host waits for one answer
-TRICKLE_S = 1.5  # a whole answer: much later than a host waits, sooner than it gives up greeting
+LATE_S = 0.12  # longer than a host waits for one answer
+TRICKLE_S = 1.5  # duration of one answer: longer than a host waits, shorter than its greeting
 GARBAGE = b"\x00\xff#\x7f<7 \xc3("
 
 
 class BoardAction(Enum):
-    """Something done to the board or its line, besides sending."""
+    """An action on the board or its line, other than sending."""
 
     UNPLUG = auto()
     RESET = auto()
@@ -33,7 +33,7 @@ Piece = bytes | float | BoardAction
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """The answer that was due, and the one before it."""
+    """The answer that was due, and the previous one."""
 
     reply: bytes
     previous: bytes
@@ -51,7 +51,7 @@ def _halves(answer: Answer) -> tuple[bytes, bytes]:
     return answer.reply[:middle], answer.reply[middle:]
 
 
-# Faults that let the command run and spoil its answer.
+# Faults that let the command run but spoil its answer.
 ANSWER_FAULTS: dict[str, Callable[[Answer], list[Piece]]] = {
     "drop": lambda _: [],
     "unplug_mid_read": lambda answer: [_halves(answer)[0], BoardAction.UNPLUG],
@@ -67,7 +67,7 @@ ANSWER_FAULTS: dict[str, Callable[[Answer], list[Piece]]] = {
     "reset_after": lambda answer: [answer.reply, BoardAction.RESET],
 }
 
-# Faults that come before the command is heard.
+# Faults that occur before the command is received.
 COMMAND_FAULTS: dict[str, BoardAction] = {
     "unplug": BoardAction.UNPLUG,
     "reset": BoardAction.RESET,
@@ -80,12 +80,12 @@ UNHEARD = (
     BoardAction.UNPLUG,
     BoardAction.RESET,
     BoardAction.DEAFEN,
-)  # the command is not heard any more
+)  # the command is not received
 
-# Faults of the whole run.
+# Faults of an entire run.
 RUN_FAULTS = ("wrong_identity", "nmea", "old_firmware")
 
-# What only the emulated board does: the compiled firmware is never busy and is what it is.
+# Faults of the emulated board only; the compiled firmware is never busy and has a fixed identity.
 EMULATED_ONLY = ("busy", "wrong_identity", "old_firmware")
 
 FAULT_NAMES = (*ANSWER_FAULTS, *COMMAND_FAULTS, *RUN_FAULTS)
@@ -101,7 +101,7 @@ PHASES: dict[str, tuple[str, ...]] = {
 
 
 def phase_of(header: str) -> str:
-    """Return the phase to which a command belongs, or "other".
+    """Return the phase of a command, or "other".
 
     >>> phase_of("AMPL")
     'present'

@@ -1,1 +1,1 @@
-"""Models of the plate: materials, beam, finite elements, dynamics."""
+"""Models of the plate: materials, beam, finite elements and dynamics."""

@@ -1,9 +1,9 @@
 """The half-wave section as a composite beam: equations (16) to (42), and Timoshenko's correction.
 
-One rule governs this file: **everything is per unit width**, so the printed factor b of
-equation (40) is dropped; with it, (38) and (39) would give a frequency lower by sqrt(b).
-Corrections of printed equations are named where they are used; the signs of (17) and (18) are
-made one (z up, w up, curvature d²w/dx²).
+**All quantities are per unit width**, so the printed factor b of equation (40) is dropped; with
+it, (38) and (39) would give a frequency lower by a factor of sqrt(b). Corrections of printed
+equations are documented where they are used. The signs of (17) and (18) are made consistent (z up,
+w up, curvature d²w/dx²).
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from slipscale.stimuli.quantities import MICRO, MILLI, Array, not_negative, posi
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-SAFE_VOLTAGE_V = PlateLimits().voltage_v  # the driver's limit, over the paper's 15 V
+SAFE_VOLTAGE_V = PlateLimits().voltage_v  # the driver's limit, above the paper's 15 V
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BeamSection:
-    """A ceramic layer (0 < z < h_p) glued without loss under a resonator (h_p < z < h_p + h_i).
+    """A ceramic layer (0 < z < h_p) bonded without loss under a resonator (h_p < z < h_p + h_i).
 
     Parameters
     ----------
@@ -42,9 +42,9 @@ class BeamSection:
     resonator_modulus_pa : float
         Modulus of the resonator along x, Pa: E_i in the paper, E/(1 - ν²) in plane strain.
     resonator_density_kg_m3 : float
-        Its density, kg/m³.
+        Density of the resonator, kg/m³.
     ceramic_shear_pa, resonator_shear_pa : float
-        Shear moduli xz, Pa; only Timoshenko's beam uses them.
+        Shear moduli xz, Pa; used only by Timoshenko's beam.
     ceramic_thickness_mm, resonator_thickness_mm : float
         Thicknesses h_p and h_i, mm.
     """
@@ -162,7 +162,7 @@ class BeamSection:
 
     @property
     def inverse_a(self) -> float:
-        """1/a of equation (25)."""
+        """1/a in equation (25)."""
         f0, a, b = self.neutral_ratio, self.alpha, self.beta
         resonator = 3 * b + 3 * b**2 + b**3 - 6 * b * f0 - 3 * b**2 * f0 + 3 * b * f0**2
         return (1 - 2 * f0) / (1 - 3 * f0 + 3 * f0**2 + a * resonator)
@@ -178,15 +178,15 @@ class BeamSection:
         return self.ceramic.quality_factor * share
 
     def static_deflection_um(self, half_wave_mm: npt.ArrayLike, voltage_v: npt.ArrayLike) -> Array:
-        """Return the deflection at mid-span under a constant voltage, equation (28), µm, up.
+        """Return the deflection at mid-span under a constant voltage, equation (28), µm, upwards.
 
-        With the other sign than printed: by (18), S = (z0 - z) w'', a ceramic that shortens
+        The sign is opposite to the printed one: by (18), S = (z0 - z) w'', a ceramic that shortens
         under the resonator lifts mid-span; (17) gives the curvature the opposite sign.
 
         Raises
         ------
         UserError
-            The half wave is not positive or the voltage is beyond `SAFE_VOLTAGE_V`.
+            The half wave is not positive or the voltage exceeds `SAFE_VOLTAGE_V`.
         """
         half_wave = positive("half_wave_mm", half_wave_mm, "mm") * MILLI
         voltage = not_negative("voltage_v", voltage_v, "V", maximum=SAFE_VOLTAGE_V)
@@ -215,7 +215,7 @@ class BeamSection:
     def frequency_hz(self, half_wave_mm: npt.ArrayLike) -> Array:
         """Return the resonance of the simply supported half wave, Hz.
 
-        Equation (38) over 2π, for the printed f_n is the angular frequency.
+        Equation (38) divided by 2π, because the printed f_n is the angular frequency.
         """
         q = np.pi / (positive("half_wave_mm", half_wave_mm, "mm") * MILLI)
         return np.asarray(q**2 * np.sqrt(self.rigidity_n_m / self.mass_kg_m2) / (2 * np.pi))
@@ -249,9 +249,9 @@ class BeamSection:
     def timoshenko_frequency_hz(self, half_wave_mm: npt.ArrayLike) -> Array:
         """Return the resonance of the half wave with shear and rotary inertia, Hz.
 
-        The lower root of Timoshenko's dispersion relation at q = π/(λ/2); the paper does not have
-        it. Long waves give `frequency_hz`. The small coupling between stretching and rotation
-        (mass line off the neutral line) is left out.
+        The lower root of Timoshenko's dispersion relation at q = π/(λ/2), which is not in the
+        paper. For long waves it approaches `frequency_hz`. The small coupling between stretching
+        and rotation (mass line off the neutral line) is neglected.
         """
         q = np.pi / (positive("half_wave_mm", half_wave_mm, "mm") * MILLI)
         bending, shear = self.rigidity_n_m, self.shear_rigidity_n_m
@@ -259,13 +259,13 @@ class BeamSection:
         a = mass * rotary / shear
         b = mass + (rotary + mass * bending / shear) * q**2
         c = bending * q**4
-        # The stable form of the lower root: no difference of near equals for long waves.
+        # The stable form of the lower root, without cancellation for long waves.
         return np.asarray(np.sqrt(2 * c / (b + np.sqrt(b**2 - 4 * a * c))) / (2 * np.pi))
 
     def timoshenko_half_wave_mm(self, frequency_hz: float) -> float:
         """Return the half wave at which Timoshenko's beam resonates at a frequency, mm.
 
-        In closed form: at a given ω the dispersion relation is a quadratic in q².
+        Closed form: for a given ω the dispersion relation is quadratic in q².
         """
         omega = 2 * np.pi * float(positive("frequency_hz", frequency_hz, "Hz"))
         bending, shear = self.rigidity_n_m, self.shear_rigidity_n_m

@@ -1,13 +1,13 @@
-"""The plate in time: ring-up, ring-down, detuning, temperature, a finger (the physical twin).
+"""The plate in time: ring-up, ring-down, detuning, temperature and a finger (the physical twin).
 
-Near one resonance the plate is a second-order resonator, and a drive close to its resonance makes
+Near one resonance the plate is a second-order resonator, and a drive close to its resonance causes
 a vibration A(t)·cos(2πft) whose complex envelope A obeys
 
     dA/dt = -(1/τ + j 2π Δf) (A - A_ss),   τ = Q / (π f0),   Δf = f - f0,
     A_ss = g V / (1 + 2j Q Δf / f0).
 
-While drive and resonance stand still that has a closed form, so a step of any length carries no
-integration error. It agrees with the full second-order equation to better than half a percent
+While drive and resonance are constant, this has a closed form, so that steps of any length are
+free of integration error. It agrees with the full second-order equation to better than 0.5 %
 within a few bandwidths of the resonance (tests/hardware/plate/test_dynamics.py).
 """
 
@@ -27,18 +27,19 @@ class Resonator:
     Parameters
     ----------
     resonance_hz : float
-        Resonance at the reference temperature, no finger. The paper's plate: 30.5 kHz (Fig. 13).
+        Resonance at the reference temperature, without a finger. The paper's plate: 30.5 kHz
+        (Fig. 13).
     gain_um_pp_per_v : float
-        Amplitude per volt at resonance, no finger: 2.3 µm p-p at 15 V in the paper (Section IV-A,
-        which does not say whether its volts are peak or peak to peak; the drive voltage here is
-        peak, as the finite elements that meet the measured amplitude suggest).
+        Amplitude per volt at resonance, without a finger: 2.3 µm p-p at 15 V in the paper (Section
+        IV-A, which does not specify whether its volts are peak or peak to peak; the drive voltage
+        here is peak, as suggested by the finite elements that match the measured amplitude).
     quality_factor : float
         Of the assembled plate. Not published: 60 is the ceramic's. Calibrate it.
     temperature_coefficient_hz_per_k : float
-        How the resonance moves with temperature. Not published: half of copper beryllium's
-        modulus coefficient of some -350 ppm/K, on 30.5 kHz.
+        Change of the resonance with temperature. Not published: half of copper beryllium's modulus
+        coefficient of about -350 ppm/K, at 30.5 kHz.
     reference_temperature_c : float
-        The temperature at which `resonance_hz` holds.
+        Temperature at which `resonance_hz` applies.
     """
 
     resonance_hz: float = 30_500.0
@@ -64,14 +65,14 @@ class Resonator:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FingerLoad:
-    """What a fingertip on the plate adds.
+    """The effect of a fingertip on the plate.
 
     Parameters
     ----------
     loss : float
-        Added to 1/Q. 1/300 brings Q from 60 to 50.
+        Added to 1/Q. 1/300 reduces Q from 60 to 50.
     detuning_hz : float
-        Shift of the resonance; negative where the finger acts as a mass.
+        Shift of the resonance; negative if the finger acts as a mass.
     """
 
     loss: float = 0.0
@@ -89,12 +90,12 @@ NO_FINGER = FingerLoad()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conditions:
-    """A resonator under given circumstances: what the envelope's equation needs.
+    """A resonator under given conditions: the parameters of the envelope's equation.
 
     Parameters
     ----------
     resonance_hz : float
-        Where the resonance is now.
+        Current resonance.
     quality_factor : float
         With the finger.
     gain_um_pp_per_v : float
@@ -107,7 +108,7 @@ class Conditions:
 
     @property
     def time_constant_s(self) -> float:
-        """τ: 63 % of a change of amplitude happens in this time."""
+        """τ, the time in which 63 % of a change of amplitude takes place."""
         return self.quality_factor / (math.pi * self.resonance_hz)
 
     def response_um_pp_per_v(self, frequency_hz: float) -> complex:
@@ -123,7 +124,7 @@ class Conditions:
         Parameters
         ----------
         envelope_um_pp : complex
-            The envelope now, in µm peak to peak, its phase against the drive.
+            Current envelope, in µm peak to peak, with its phase relative to the drive.
         duration_s : float
             Seconds, 0 or more.
         voltage_v, frequency_hz : float
@@ -149,10 +150,10 @@ class Conditions:
         after_v: float,
         frequency_hz: float,
     ) -> complex:
-        """Return the envelope at ``until_s`` of an edge of the drive, from that at ``since_s``.
+        """Return the envelope at ``until_s`` of an edge of the drive, given the one at ``since_s``.
 
-        The drive goes from one voltage to another along half a period of a cosine that lasts
-        ``edge_s``; times count from its beginning.
+        The drive changes from one voltage to another along a half cosine of duration ``edge_s``;
+        times count from its beginning.
         """
         rate, turn = self._rate_per_s(frequency_hz), math.pi / edge_s
         response = self.response_um_pp_per_v(frequency_hz)
@@ -172,7 +173,7 @@ class Conditions:
 def conditions(
     resonator: Resonator, *, temperature_c: float | None = None, finger: FingerLoad = NO_FINGER
 ) -> Conditions:
-    """Return the resonator at a temperature (its reference by default), with or without a finger.
+    """Return the resonator's conditions at a temperature (default: reference), with any finger.
 
     >>> round(conditions(Resonator(), finger=FingerLoad(loss=1 / 300)).quality_factor, 6)
     50.0

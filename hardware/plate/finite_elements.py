@@ -2,10 +2,11 @@
 
 Every matrix of a layer is a contraction of nine gradient matrices ∫ ∂_k N_i ∂_l N_j with that
 layer's constants: stiffness with c^E, coupling with e, capacitance with ε^S. scikit-fem assembles
-those nine; displacement and potential share one scalar basis, so their integration agrees.
+these nine. Displacement and potential share one scalar basis, so their integration is consistent.
 
-Displacements are in m. Potentials are in units of `POTENTIAL_UNIT_V`, so that all blocks have
-entries of one size. Touch surface up; the ceramics' upper faces lie on the grounded resonator.
+Displacements are in m. Potentials are in units of `POTENTIAL_UNIT_V`, so that the entries of all
+blocks have similar magnitudes. The touch surface faces up; the ceramics' upper faces are bonded to
+the grounded resonator.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ class Assembly:
     Parameters
     ----------
     layout, density, quarter
-        What was meshed; ``quarter`` is x, y >= 0 with symmetry at both planes.
+        Layout and mesh; ``quarter`` is x, y >= 0 with symmetry at both planes.
     nodes : ndarray, shape (3, n)
         Positions, m.
     stiffness, mass : sparse, shape (3n, 3n)
@@ -65,7 +66,7 @@ class Assembly:
     capacitance: Any
 
     def at(self, **planes: float) -> npt.NDArray[np.bool_]:
-        """Return which nodes lie on given planes, e.g. ``at(x=0.0, z=0.003)`` in m."""
+        """Return which nodes are on the given planes, e.g. ``at(x=0.0, z=0.003)`` in m."""
         chosen = np.ones(self.nodes.shape[1], dtype=bool)
         for axis, value in planes.items():
             chosen &= np.abs(self.nodes["xyz".index(axis)] - value) < 1e-9  # noqa: PLR2004 - 1 nm
@@ -98,7 +99,7 @@ def assemble(layout: Layout, density: Density = DEFAULT, *, quarter: bool = True
         stiffness[active] = _blocks(tensor.transpose(0, 2, 1, 3), gradients)
         overlap = BilinearForm(lambda u, v, _: u * v)
         mass = mass + density_kg_m3 * overlap.assemble(layer)
-    # The loop ends with the ceramics: their gradients serve coupling and capacitance.
+    # The loop ends with the ceramics, whose gradients are used for coupling and capacitance.
     piezo = layout.ceramic.coupling[:, _VOIGT] * POTENTIAL_UNIT_V
     coupling = _blocks(piezo.transpose(1, 2, 0)[:, None], gradients)
     permittivity = np.diag(layout.ceramic.relative_permittivity) * VACUUM_PERMITTIVITY_F_M

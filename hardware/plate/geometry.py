@@ -1,4 +1,4 @@
-"""The monomorph as geometry: a resonator with a matrix of ceramics under it, and its mesh lines."""
+"""Geometry of the monomorph: a resonator with a matrix of ceramics under it, and its mesh lines."""
 
 from __future__ import annotations
 
@@ -67,7 +67,8 @@ class Layout:
     def prototype(cls, *, continuous: bool = False) -> Self:
         """Return the paper's plate: 83 x 49 mm, 7 x 5 ceramics of 11 x 9 x 1 mm (Section III-C).
 
-        ``continuous`` closes the gaps of 1 mm, as Fig. 11's frequency suggests its model did.
+        ``continuous`` closes the gaps of 1 mm, as Fig. 11's frequency suggests for the paper's
+        model.
         """
         return cls(
             length_mm=83.0, width_mm=49.0, columns=7, rows=5, gap_mm=0.0 if continuous else 1.0
@@ -90,33 +91,33 @@ class Layout:
 
     @property
     def antisymmetric(self) -> bool:
-        """Whether drive and driven mode change sign with x: an even number of ceramics."""
+        """Whether drive and driven mode are odd in x: an even number of ceramics."""
         return self.columns % 2 == 0
 
     @property
     def antinode_x_mm(self) -> float:
-        """X of the antinode nearest to the middle: the middle of a ceramic."""
+        """X of the antinode nearest to the middle, which is at the middle of a ceramic."""
         return (self.ceramic_length_mm + self.gap_mm) / 2 if self.antisymmetric else 0.0
 
     def column_of(self, x: Array) -> Array:
-        """Return the index of the ceramics' column nearest to x (in m, 0 is the middle)."""
+        """Return the index of the ceramics' column nearest to x (in m; 0 is the middle)."""
         pitch = (self.ceramic_length_mm + self.gap_mm) * MILLI
         index = np.round(x / pitch + (self.columns - 1) / 2)
         return np.asarray(np.clip(index, 0, self.columns - 1))
 
     def polarity(self, x: Array) -> Array:
-        """Return +1 or -1, the polarity at x (in m); +1 in the middle, or just right of it."""
+        """Return the polarity +1 or -1 at x (in m); it is +1 in the middle, or just right of it."""
         return np.asarray(1.0 - 2.0 * ((self.column_of(x) - self.columns // 2) % 2))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Density:
-    """How finely a layout is meshed with quadratic bricks.
+    """Mesh density of a layout with quadratic bricks.
 
     Parameters
     ----------
     along_ceramic, across_ceramic : int
-        Bricks along x and y in one ceramic; a gap takes one.
+        Bricks along x and y per ceramic; a gap has one.
     ceramic_layers, resonator_layers : int
         Bricks through the thickness of each layer.
     """
@@ -131,19 +132,19 @@ class Density:
             raise UserError("mesh density: every count of bricks must be 1 or more")
 
 
-# How far the driven mode lies above the finest mesh's: docs/explanation/plate-models.md.
+# Excess of the driven mode's frequency over the finest mesh's: docs/explanation/plate-models.md.
 QUICK = Density(along_ceramic=3, across_ceramic=2)  # 1.3 %, half a second
 DEFAULT = Density()  # 0.4 %, 3 s, 0.4 GB
 FINE = Density(
     along_ceramic=9, across_ceramic=8, ceramic_layers=2, resonator_layers=3
 )  # 30 s, 2 GB
-# Largest brick in mm, from coarse to fine: a wide ceramic needs more bricks than a narrow one.
+# Largest brick in mm, from coarse to fine: a wide ceramic requires more bricks than a narrow one.
 BRICKS_MM = (4.5, 3.0, 2.2, 1.6)
 HALF_WAVE = Density(along_ceramic=6, across_ceramic=8)
 
 
 def density_of(layout: Layout, brick_mm: float) -> Density:
-    """Return the density whose bricks are no larger than a size, along and across."""
+    """Return the density with bricks no larger than ``brick_mm`` along and across."""
     return Density(
         along_ceramic=math.ceil(layout.ceramic_length_mm / brick_mm),
         across_ceramic=math.ceil(layout.ceramic_width_mm / brick_mm),
@@ -160,9 +161,9 @@ def mesh_lines(
     length_mm, pieces, gap_mm
         Size of the plate and its division into ceramics.
     bricks : int
-        Intervals in one ceramic.
+        Intervals per ceramic.
     half : bool
-        Keep only what lies above 0, the plane of symmetry.
+        Whether to keep only the part above 0, the plane of symmetry.
     """
     piece = (length_mm - (pieces - 1) * gap_mm) / pieces
     starts = np.arange(pieces) * (piece + gap_mm) - length_mm / 2

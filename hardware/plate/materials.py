@@ -1,6 +1,6 @@
-"""Materials of the plate, as frozen records: Table II and Appendix B of Biet et al. (2007).
+"""Materials of the plate: Table II and Appendix B of Biet et al. (2007).
 
-Vectors of six follow the paper's Appendix B: xx, yy, zz, yz, xz, xy; poling is along z.
+Vectors of six components follow the paper's Appendix B: xx, yy, zz, yz, xz, xy. Poling is along z.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ class Isotropic:
     Parameters
     ----------
     name : str
-        What it is, for messages and figures.
+        Name for messages and figures.
     young_pa : float
         Young's modulus, Pa.
     poisson : float
-        Poisson's ratio, between -1 and 0.5 (a stiffness that is positive definite).
+        Poisson's ratio, between -1 and 0.5 (positive definite stiffness).
     density_kg_m3 : float
         Density, kg/m³.
     source : str
-        Where the numbers come from.
+        Source of the numbers.
     """
 
     name: str
@@ -60,7 +60,7 @@ class Isotropic:
 
     @property
     def plane_strain_pa(self) -> float:
-        """Modulus of a wide strip that bends and cannot narrow, E/(1 - ν²), Pa."""
+        """Modulus of a wide strip that bends without lateral contraction, E/(1 - ν²), Pa."""
         return self.young_pa / (1 - self.poisson**2)
 
     @property
@@ -79,7 +79,7 @@ class Piezoceramic:
     Parameters
     ----------
     name : str
-        What it is.
+        Name for messages and figures.
     density_kg_m3 : float
         Density, kg/m³.
     stiffness_pa : tuple of 6 tuples of 6
@@ -91,7 +91,7 @@ class Piezoceramic:
     quality_factor : float
         Mechanical quality factor Q_m.
     source : str
-        Where the numbers come from.
+        Source of the numbers.
     """
 
     name: str
@@ -155,16 +155,16 @@ class Piezoceramic:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BeamCeramic:
-    """What the beam model of the paper needs of a ceramic (Table II).
+    """A ceramic's constants in the paper's beam model (Table II).
 
     Parameters
     ----------
     name : str
-        What it is.
+        Name for messages and figures.
     modulus_pa : float
         c11p of equation (21), Pa.
     d31_m_v : float
-        Charge constant, m/V; its sign is the poling's.
+        Charge constant, m/V; its sign depends on the poling.
     density_kg_m3, quality_factor, source
         As in `Piezoceramic`.
     """
@@ -214,9 +214,9 @@ P1_91 = Piezoceramic(
         (0, 0, 0, 0, 3.36e10, 0),
         (0, 0, 0, 0, 0, 2.23e10),
     ),
-    # The second row is printed with 17.1 in column 5; a ceramic poled along z has it in 4.
+    # The paper has 17.1 in column 5 of the second row; for poling along z it is in column 4.
     coupling_c_m2=((0, 0, 0, 0, 17.1, 0), (0, 0, 0, 17.1, 0, 0), (-4.9, -4.9, 21.4, 0, 0, 0)),
-    # Not printed: assumed. Between 1000 and 2500 the plate's frequencies move by 30 Hz.
+    # Not published, so assumed. Between 1000 and 2500, the plate's frequencies change by 30 Hz.
     relative_permittivity=(1700.0, 1700.0, 1470.0),
     quality_factor=60.0,
     source="Biet et al. 2007, Appendix B; permittivity assumed, quality factor of Table II",

@@ -26,7 +26,7 @@ HALF_WAVES_MM = (9.0, 10.0, 11.0, 12.0, 14.0, 16.0, 20.0)  # Section III-C-1
 MODE_COUNT = 12  # modes superposed; with 36, Fig. 12's peak moves by 0.01 %
 _NEAR_MODES = 8
 _TOLERANCE_MM = 1e-6
-_ITERATIONS_MAX = 20  # some six suffice for Fig. 9
+_ITERATIONS_MAX = 20  # about six suffice for Fig. 9
 
 
 def half_wave_modes(layout: Layout, density: Density = HALF_WAVE) -> Modes:
@@ -43,8 +43,8 @@ def half_wave_modes(layout: Layout, density: Density = HALF_WAVE) -> Modes:
 def half_wave_frequency_hz(layout: Layout, density: Density = HALF_WAVE) -> float:
     """Return the bending resonance of a half-wave section (a square of Fig. 9), Hz.
 
-    Found by its shape, cos(πx/l) uniform in width, for at 9 and 10 mm the width's stretching
-    (36.7 kHz for 49 mm) lies below it, and near 11 mm the two mix.
+    The mode is identified by its shape, cos(πx/l) uniform in width: at 9 and 10 mm, the stretching
+    mode of the width (36.7 kHz for 49 mm) has a lower frequency, and near 11 mm the two mix.
     """
     found = half_wave_modes(layout, density)
     top = found.parts.at(z=found.parts.thickness_m)
@@ -111,7 +111,7 @@ class Harmonic:
         return pp_from_peak(self._vertex()[1])
 
     def _vertex(self) -> tuple[float, float]:
-        """Return the top of the parabola through the three largest samples."""
+        """Return the vertex of the parabola through the three largest samples."""
         top = int(np.argmax(self.amplitude_um_peak[1:-1])) + 1
         left, middle, right = self.amplitude_um_peak[top - 1 : top + 2]
         bend = left - 2 * middle + right
@@ -150,13 +150,13 @@ def harmonic(
     voltage_v : float
         Drive, V peak.
     loss_factor : array_like, optional
-        1/Q, one for all modes or one a mode (``found.loss_from_ceramic()``); by default that of
-        the ceramic, 1/60 by the paper's Table II, for the whole plate.
+        1/Q, one for all modes or one per mode (``found.loss_from_ceramic()``). Default: that of
+        the ceramic, 1/60 in the paper's Table II, for the whole plate.
     where_mm : tuple of 2 floats, optional
-        The point; by default the edge antinode nearest to the middle (x = 0 for an odd number
-        of ceramics, y = width/2), where the paper's plate moves 1.5 times as far as in its middle.
+        The point. Default: the edge antinode nearest to the middle (x = 0 for an odd number of
+        ceramics, y = width/2), where the paper's plate moves 1.5 times as far as in its middle.
     half_band : float
-        Half the band covered, relative to the driven mode's frequency.
+        Half of the frequency band, relative to the driven mode's frequency.
     """
     layout = found.parts.layout
     centre = found.frequency_hz[found.driven]
@@ -171,14 +171,14 @@ def harmonic(
 def prototype_modes(
     *, continuous: bool = False, density: Density = DEFAULT, electrodes: Electrodes = "shorted"
 ) -> Modes:
-    """Return the modes of the paper's plate; kept, for several items and figures share them."""
+    """Return the modes of the paper's plate; cached, as several items and figures share them."""
     return plate_modes(
         Layout.prototype(continuous=continuous), density=density, electrodes=electrodes
     )
 
 
 def nodal_lines_mm(found: Modes, mode: int) -> Array:
-    """Return where the touch surface's mid line (y = 0) stands still, x in mm."""
+    """Return x in mm of the nodes on the touch surface's mid line (y = 0)."""
     parts = found.parts
     line = np.flatnonzero(parts.at(y=0.0, z=parts.thickness_m))
     line = line[np.argsort(parts.nodes[0, line])]

@@ -1,7 +1,7 @@
 """The physical twin: a simulated plate with its drive, temperature and vibrometer.
 
-What it does depends on its seed, its drive and the time, never on how often it was asked: a
-session that was interrupted and resumed reads back what an undisturbed one would have.
+Its behaviour depends on seed, drive and time, but not on the number of queries: a session that was
+interrupted and resumed reads the same values as an undisturbed one.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ if TYPE_CHECKING:
 
 TEMPERATURE_PERIODS_S = (2_700.0, 1_130.0, 470.0)  # air conditioning, doors, people
 WORD = (1 << 64) - 1  # a Philox key has two 64-bit words
-SETTLING_TIME_CONSTANTS = 40  # e^-40: to the last digit, nothing is left of what was before
+SETTLING_TIME_CONSTANTS = 40  # e^-40: earlier states have no effect in double precision
 FIRST_READ_PERIODS = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Surroundings:
-    """Where the plate stands.
+    """The plate's surroundings.
 
     Parameters
     ----------
     temperature_c : float
         At the start.
     warm_up_k, warm_up_s : float
-        The plate warms by so many kelvin with this time constant.
+        Warm-up of the plate in kelvin, and its time constant.
     wander_k : float
         Largest slow change of the room's temperature around that.
     """
@@ -52,14 +52,13 @@ class Surroundings:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """What drives the plate.
+    """The drive of the plate: either a voltage (``target_um_pp`` is None) or an amplitude.
 
-    Either a voltage (``target_um_pp`` is None), or an amplitude. For an amplitude ``volts_per_um``
-    volts per µm are applied; None: the volts that the plate needs now, as an ideal control loop
-    would. Neither exceeds the plate's voltage limit. ``frequency_hz`` None follows the resonance.
-    ``played`` modulates the amplitude, about ``target_um_pp``: it began at
-    ``since_s``, or (None) it is taken to have been played for ever, so that where in its period
-    it is depends on the time alone.
+    For an amplitude, ``volts_per_um`` volts per µm are applied; None: the voltage that the plate
+    requires now, as an ideal control loop would apply. Neither exceeds the plate's voltage limit.
+    If ``frequency_hz`` is None, the drive follows the resonance. ``played`` modulates the
+    amplitude around ``target_um_pp``. It began at ``since_s``; None: it is assumed to have played
+    forever, so that its phase depends only on the time.
     """
 
     frequency_hz: float | None = None
@@ -79,11 +78,11 @@ class Twin:
     Parameters
     ----------
     seed : int
-        Of the room's temperature and the vibrometer's noise.
+        Random seed of the room's temperature and the vibrometer's noise.
     resonator : Resonator
         The plate's resonance at its reference temperature.
     finger : FingerLoad
-        What rests on it.
+        The finger on the plate.
     surroundings : Surroundings
         Its surroundings.
     noise_um : float
@@ -91,7 +90,7 @@ class Twin:
     voltage_limit_v : float
         Largest voltage of the board's control loop.
     sensor : float
-        What the vibration sensor reads of the true amplitude: 1, unless it is broken.
+        Ratio of the vibration sensor's reading to the true amplitude: 1, unless it is broken.
     """
 
     def __init__(
@@ -115,12 +114,12 @@ class Twin:
         phases = self._random(WORD).uniform(0, 2 * math.pi, len(TEMPERATURE_PERIODS_S))
         self._phases: list[float] = phases.tolist()
         self._envelope_um_pp: complex = 0
-        self._began_um_pp: complex = 0  # the envelope when the drive was set
+        self._began_um_pp: complex = 0  # envelope when the drive was set
         self._time_s = 0.0
         self.drive = OFF
 
     def temperature_c(self, now_s: float) -> float:
-        """Return the plate's temperature in °C, a function of seed and time alone."""
+        """Return the plate's temperature in °C, a function of seed and time only."""
         waves = [
             math.sin(2 * math.pi * now_s / period_s + phase)
             for period_s, phase in zip(TEMPERATURE_PERIODS_S, self._phases, strict=True)
@@ -150,9 +149,9 @@ class Twin:
     def measure_um_pp(self, now_s: float) -> float:
         """Return a vibrometer's reading of the amplitude in µm p-p.
 
-        Of what is played it is the mean over the last whole period, as only that can be compared
-        with a command. The first period begins at the settled mean and does not count: until the
-        second is over, the reading is that of the amplitude where it began.
+        For a played loop, this is the mean over the last complete period, because only the mean
+        can be compared with a command. The first period starts at the settled mean and does not
+        count: until the second one ends, the amplitude at the start is returned.
         """
         noise_um = self._random(round(now_s * 1e6)).normal(0, self.noise_um)
         played = self.drive.played
@@ -160,13 +159,13 @@ class Twin:
         return round(float(abs(self.sensor * true_um_pp + noise_um)), 6)
 
     def voltage_v(self, now_s: float) -> float:
-        """Return the drive voltage, V peak; of what is played the largest."""
+        """Return the drive voltage, V peak; for a played loop, the largest."""
         played = self.drive.played
         target_um_pp = max(played.levels) if played else self.drive.target_um_pp
         return self._applied(self.conditions(now_s), target_um_pp)[1]
 
     def _advance(self, now_s: float) -> complex:
-        """Let the envelope run to ``now_s``; conditions change far slower than it does."""
+        """Advance the envelope to ``now_s``; conditions change far more slowly than it does."""
         now = self.conditions(now_s)
         if self.drive.played:
             self._envelope_um_pp = self._play(now, self.drive.played, now_s)
@@ -182,10 +181,10 @@ class Twin:
         return self._envelope_um_pp
 
     def _play(self, now: Conditions, played: Loop, now_s: float) -> complex:
-        """Return the envelope of what is played.
+        """Return the envelope of a played loop.
 
-        Only the last time constants are gone through: nothing is left of what was before, and so
-        the amplitude depends on the time and not on when one last looked.
+        Only the last few time constants are computed: earlier states have no effect, so the
+        amplitude depends on the time and not on the previous query.
         """
         since_s = self.drive.since_s
         begin_s = now_s - SETTLING_TIME_CONSTANTS * now.time_constant_s
@@ -214,7 +213,7 @@ class Twin:
         return envelope
 
     def _mean_um_pp(self, played: Loop, now_s: float) -> float:
-        """Return the mean over the last whole period, which a linear plate passes whole."""
+        """Return the mean over the last complete period, which a linear plate preserves."""
         since_s = self.drive.since_s
         if since_s is not None and now_s - since_s < FIRST_READ_PERIODS * played.period_s:
             return abs(self._began_um_pp)
@@ -226,7 +225,7 @@ class Twin:
         )
 
     def _applied(self, now: Conditions, target_um_pp: float | None) -> tuple[float, float]:
-        """Return the frequency in Hz and the voltage in V that are on the plate."""
+        """Return the frequency in Hz and the voltage in V applied to the plate."""
         drive = self.drive
         frequency_hz = now.resonance_hz if drive.frequency_hz is None else drive.frequency_hz
         if target_um_pp is None:
@@ -235,7 +234,7 @@ class Twin:
         return frequency_hz, min(target_um_pp * volts_per_um, self.voltage_limit_v)
 
     def _random(self, counter: int) -> np.random.Generator:
-        """Return the generator of one counter: nothing depends on what was drawn before."""
+        """Return a counter-based random generator; its values do not depend on earlier draws."""
         return np.random.Generator(
             np.random.Philox(key=np.array([self._seed, counter & WORD], dtype=np.uint64))
         )

@@ -1,10 +1,11 @@
 """Modes and driven vibration of the meshed plate.
 
-Eigenmodes by shift and invert about a frequency (SciPy's ``eigsh``), the potential eliminated
-exactly inside each solve. Driven vibration by superposing modes with a constant loss factor.
+Eigenmodes are computed by shift and invert around a frequency (SciPy's ``eigsh``), with the
+potential eliminated exactly inside each solve. Driven vibration is a superposition of modes with a
+constant loss factor.
 
-The mode a voltage drives is found by its **modal piezoelectric force**, never by its index: the
-whole plate has some eighteen modes between 30 and 40 kHz.
+The mode that a voltage drives is identified by its **modal piezoelectric force**, never by its
+index: the whole plate has about eighteen modes between 30 and 40 kHz.
 """
 
 from __future__ import annotations
@@ -32,17 +33,17 @@ if TYPE_CHECKING:
 
     from slipscale.stimuli.quantities import Array
 
-_RIGID_BELOW = 1e-3  # of the highest frequency found: rounding leaves rigid bodies above 0 Hz
+_RIGID_BELOW = 1e-3  # of the highest frequency: rounding moves rigid-body modes away from 0 Hz
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Supported:
-    """An assembly with its supports and electrodes: what is left to solve.
+    """An assembly with supports and electrodes applied: the system to solve.
 
     Parameters
     ----------
     free : ndarray of int
-        Displacements left free, as indices into the assembly's.
+        Free displacements, as indices into the assembly's.
     stiffness, mass : sparse
         Of the free displacements.
     coupling, capacitance : sparse
@@ -62,8 +63,9 @@ class Supported:
 def support(parts: Assembly, electrodes: Electrodes = "shorted") -> Supported:
     """Apply symmetry, supports and electrodes.
 
-    The ceramics' upper faces are grounded. Their outer faces carry one voltage, its sign
-    alternating along x with the polarity; shorted, it is given, open, it floats with no charge.
+    The ceramics' upper faces are grounded. Their outer faces share one voltage, whose sign
+    alternates along x with the polarity. If shorted, the voltage is prescribed; if open, it floats
+    without charge.
     """
     size = parts.nodes.shape[1]
     held = np.zeros((3, size), dtype=bool)
@@ -112,7 +114,7 @@ class Modes:
     Parameters
     ----------
     parts : Assembly
-        The mesh they belong to.
+        The mesh of the modes.
     frequency_hz : ndarray, shape (modes,)
         Natural frequencies.
     shape : ndarray, shape (modes, 3, nodes)
@@ -120,7 +122,7 @@ class Modes:
     force : ndarray, shape (modes,)
         Modal piezoelectric force per volt.
     ceramic_share : ndarray, shape (modes,)
-        Share of the strain energy that is in the ceramics; 0 for a rigid body.
+        Fraction of the strain energy in the ceramics; 0 for a rigid body.
     """
 
     parts: Assembly
@@ -131,7 +133,7 @@ class Modes:
 
     @property
     def driven(self) -> int:
-        """Index of the mode that takes up most energy from a voltage: largest (force/ω)²."""
+        """Index of the mode that absorbs the most energy from a voltage: largest (force/ω)²."""
         elastic = self.frequency_hz > _RIGID_BELOW * self.frequency_hz[-1]
         return int(np.argmax(np.abs(self.force) / np.where(elastic, self.frequency_hz, np.inf)))
 
@@ -155,7 +157,7 @@ def modes(
     Raises
     ------
     UserError
-        The frequency is not positive or more modes are asked for than the mesh has.
+        The frequency is not positive, or the mesh has fewer modes than requested.
     """
     positive("near_hz", near_hz, "Hz")
     parts = assemble(layout, density, quarter=quarter)
@@ -171,7 +173,7 @@ def modes(
         ],
         format="csc",
     )
-    # Symmetric and indefinite, but far from singular: no pivoting, an ordering for symmetry.
+    # Symmetric and indefinite, but far from singular: symmetric ordering without pivoting.
     factor = splu(
         whole,
         permc_spec="MMD_AT_PLUS_A",
@@ -222,15 +224,15 @@ def response_um(
     Parameters
     ----------
     found : Modes
-        The modes to superpose; enough of them around the frequencies asked for.
+        The modes to superpose; they must cover the frequencies sufficiently.
     frequency_hz : array_like
         Drive frequencies.
     voltage_v : float
         Drive voltage, V peak.
     loss_factor : array_like
-        1/Q, one for all modes or one a mode.
+        1/Q, one for all modes or one per mode.
     where_mm : tuple of 2 floats
-        x and y of the point, from the middle of the plate; the nearest node is taken.
+        x and y of the point, from the middle of the plate; the nearest node is used.
     """
     here = found.shape[:, 2, nearest_node(found.parts, where_mm)]
     return _superposed_um(found, frequency_hz, voltage_v, loss_factor, here)
@@ -258,7 +260,7 @@ def _superposed_um(
     loss_factor: npt.ArrayLike,
     here: Array,
 ) -> Array:
-    """Return the response of a place where the modes have these amplitudes, µm peak."""
+    """Return the response at a position with the given modal amplitudes, µm peak."""
     square = (2 * np.pi * found.frequency_hz) ** 2
     drive = (2 * np.pi * positive("frequency_hz", frequency_hz, "Hz")) ** 2
     loss = not_negative("loss_factor", loss_factor, "(no unit)")

@@ -205,7 +205,7 @@ class SerialBoard(PlateDriver):
         return self._readback(self._status(link))
 
     def _read_back(self) -> Readback:
-        """Return the board's reading; of a list whose mean is being corrected, once it is right."""
+        """Return the board's reading; while a list's mean is being corrected, wait for that."""
         begun_s, active = self._machine.now(), self._active
         status = self._status(self._attend())
         while active is not None and active.state == status.state == "LIST":

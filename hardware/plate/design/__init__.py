@@ -1,1 +1,1 @@
-"""From requirements to plate sizes."""
+"""Design of plates: from requirements to sizes."""

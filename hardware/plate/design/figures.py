@@ -1,4 +1,4 @@
-"""Figures of the plate's models: the paper's 8, 9, 11 and 12."""
+"""Figures of the plate's models: Figs. 8, 9, 11 and 12 of the paper."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from slipscale.hardware.plate.paper_study import Harmonic
     from slipscale.hardware.plate.vibration import Modes
 
-MODE_EXAGGERATION = 0.06  # height of the drawn mode, as a share of the plate's length
+MODE_EXAGGERATION = 0.06  # height of the drawn mode, as a fraction of the plate's length
 
 
 @styled
 def deflection_figure(
     section: BeamSection, voltage_v: float = 15.0, wanted_um_peak: float = 1.5
 ) -> Any:
-    """Return Fig. 8: dynamic deflection against half wave length."""
+    """Draw Fig. 8: dynamic deflection against half-wave length."""
     figure, axes = canvas()
     half_wave = np.linspace(2, 20, 200)
     axes.plot(half_wave, section.dynamic_deflection_um_peak(half_wave, voltage_v), color=BLUE)
@@ -60,7 +60,7 @@ def frequency_figure(
     measured: tuple[float, float] | None = None,
     harmonic_peak: tuple[float, float] | None = None,
 ) -> Any:
-    """Return Fig. 9: resonance against half wave length, by beam, Timoshenko's beam and FE.
+    """Draw Fig. 9: resonance against half-wave length by beam, Timoshenko's beam and FE.
 
     Parameters
     ----------
@@ -71,11 +71,11 @@ def frequency_figure(
     floor_hz : float
         Lowest frequency that the squeeze number allows.
     least_mm : float, optional
-        Shortest half wave that the amplitude allows; with it, the admissible range is shaded.
+        Shortest half wave that the amplitude allows. If given, the admissible range is shaded.
     measured : tuple of 2 floats, optional
         Half wave in mm and frequency in kHz of a measured plate.
     harmonic_peak : tuple of 2 floats, optional
-        The same of the peak that a harmonic analysis of the whole plate has.
+        Half wave in mm and frequency in kHz of the peak in the whole plate's harmonic analysis.
     """
     figure, axes = canvas()
     half_wave = np.linspace(8, 21, 200)
@@ -123,16 +123,16 @@ def frequency_figure(
 
 @styled
 def mode_figure(found: Modes, mode: int | None = None, *, title: str | None = None) -> Any:
-    """Return Fig. 11: a mode's shape on the touch surface, in perspective and from above.
+    """Draw Fig. 11: a mode's shape on the touch surface, in perspective and from above.
 
     Parameters
     ----------
     found : Modes
         Modes of a whole plate.
     mode : int, optional
-        Which; by default the driven one.
+        Index of the mode; default: the driven one.
     title : str, optional
-        By default the mode's frequency.
+        Default: the mode's frequency.
     """
     from matplotlib.figure import Figure  # noqa: PLC0415 - a figure pays for it, see figure_style
 
@@ -153,7 +153,7 @@ def mode_figure(found: Modes, mode: int | None = None, *, title: str | None = No
         edgecolor="#55555560",
         antialiased=True,
         shade=False,
-        rasterized=True,  # 10,000 faces: an SVG of them takes half a minute to write
+        rasterized=True,  # as vectors, 10,000 faces would take half a minute to write
     )
     drawn.set_clip_on(False)
     upper.set_box_aspect((np.ptp(x), np.ptp(y), 2 * height), zoom=1.3)
@@ -176,7 +176,7 @@ def mode_figure(found: Modes, mode: int | None = None, *, title: str | None = No
 
 @styled
 def amplitude_map_figure(found: Modes, *, voltage_v: float = 15.0) -> Any:
-    """Return the amplitude over the touch surface at resonance, µm peak to peak, and nodal lines.
+    """Draw the amplitude on the touch surface at resonance, µm peak to peak, with nodal lines.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def amplitude_map_figure(found: Modes, *, voltage_v: float = 15.0) -> Any:
     edge = harmonic(found, voltage_v=voltage_v)
     loss = 1 / found.parts.layout.ceramic.quality_factor
     top, amplitude_um_peak = surface_response_um(found, edge.peak_hz, voltage_v, loss)
-    # What moves together passes through zero on the nodal lines.
+    # The component in phase with the largest amplitude is zero on the nodal lines.
     largest = amplitude_um_peak[np.argmax(np.abs(amplitude_um_peak))]
     together = np.real(amplitude_um_peak * np.conj(largest) / np.abs(largest))
     x, y, w = _on_a_grid(found, top, together)
@@ -210,14 +210,14 @@ def amplitude_map_figure(found: Modes, *, voltage_v: float = 15.0) -> Any:
 
 
 def _surface(found: Modes, index: int) -> tuple[Any, Any, Any]:
-    """Return x, y (mm) and scaled w of a mode on the touch surface, on a fine regular grid."""
+    """Return x, y (mm) and scaled w of a mode on a fine regular grid on the touch surface."""
     top = np.flatnonzero(found.parts.at(z=found.parts.thickness_m))
     x, y, w = _on_a_grid(found, top, found.shape[index, 2, top])
     return x, y, w / np.nanmax(np.abs(w))
 
 
 def _on_a_grid(found: Modes, top: Any, w: Any) -> tuple[Any, Any, Any]:
-    """Return x, y (mm) and w of the whole touch surface from the values at its nodes."""
+    """Interpolate x, y (mm) and w on the whole touch surface from the values at its nodes."""
     from scipy.interpolate import griddata  # noqa: PLC0415 - only this picture needs it
 
     parts = found.parts
@@ -235,7 +235,7 @@ def _on_a_grid(found: Modes, top: Any, w: Any) -> tuple[Any, Any, Any]:
 
 
 def _colours(w: Any) -> Any:
-    """Return the face colours of a surface coloured by w from -1 to 1."""
+    """Return the face colours of a surface, for w from -1 to 1."""
     from matplotlib import colormaps  # noqa: PLC0415 - a figure pays for it, see figure_style
 
     return colormaps["PuOr"]((w + 1) / 2)
@@ -248,16 +248,16 @@ def harmonic_figure(
     *,
     voltage_v: float = 15.0,
 ) -> Any:
-    """Return Fig. 12: amplitude of a surface point against frequency.
+    """Draw Fig. 12: amplitude of a surface point against frequency.
 
     Parameters
     ----------
     curves : mapping of str to Harmonic
         Responses by name.
     published : tuple of 2 floats, optional
-        Frequency in kHz and amplitude in µm peak to peak of a printed peak.
+        Frequency in kHz and amplitude in µm peak to peak of a published peak.
     voltage_v : float
-        Drive of the curves, V peak; only told.
+        Drive of the curves, V peak; only shown in the title.
     """
     figure, axes = canvas()
     styles = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), (VERMILION, ":"))

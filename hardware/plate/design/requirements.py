@@ -1,4 +1,4 @@
-"""A plate's design brief: the TOML file of `slipscale plate design`, checked whole."""
+"""A plate's design brief: the TOML file of `slipscale plate design`, and its validation."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Span = Annotated[float, Field(gt=0, le=300)]  # of the workspace in mm: more cannot be meshed
-Length = Annotated[float, Field(ge=2, le=300)]  # of a ceramic in mm: shorter ones are too many
-AMPLITUDE_MAX_UM_PEAK = 20.0  # a hundredth of the plate's thickness: where linear bending ends
-QUALITY_MAX = 2_000.0  # hard piezoceramics are sold with up to some 1,500
+Span = Annotated[float, Field(gt=0, le=300)]  # workspace in mm; larger ones cannot be meshed
+Length = Annotated[float, Field(ge=2, le=300)]  # ceramic in mm; shorter ones would be too many
+AMPLITUDE_MAX_UM_PEAK = 20.0  # a hundredth of the plate's thickness: the limit of linear bending
+QUALITY_MAX = 2_000.0  # commercial hard piezoceramics reach about 1,500
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Row = tuple[float, ...]  # `slipscale.hardware.plate.materials.Piezoceramic` checks the matrices
 
@@ -27,14 +27,14 @@ class _Table(BaseModel):
 
 
 class Requirements(_Table):
-    """What the plate must do; the defaults are the paper's (Sections II and III)."""
+    """The plate's requirements; the defaults are the paper's (Sections II and III)."""
 
     workspace_mm: tuple[Span, Span] = (57.0, 45.0)
     finger_place: Literal["middle", "edge"] = "middle"
     voltage_v: Positive = 15.0
     amplitude_um_peak: Annotated[float, Field(gt=0, le=AMPLITUDE_MAX_UM_PEAK)] = 1.5
     roughness_um: Positive = 0.6
-    normal_force_n: Annotated[float, Field(gt=0, le=20)] = 0.5  # a finger presses with no more
+    normal_force_n: Annotated[float, Field(gt=0, le=20)] = 0.5  # fingers do not press harder
     squeeze_number: Positive = 10.0
     squeeze_amplitude_um_peak: NotNegative = 3.0
     squeeze_roughness_um: Positive = 1.6
@@ -50,14 +50,14 @@ class Requirements(_Table):
 
 
 class BeamConstants(_Table):
-    """What the beam model needs of the ceramic."""
+    """The ceramic's constants for the beam model."""
 
     modulus_pa: Positive = P1_91_TABLE_II.modulus_pa
     d31_m_v: Annotated[float, Field(ge=-1e-7, le=1e-7)] = P1_91_TABLE_II.d31_m_v
 
 
 class FullConstants(_Table):
-    """What Timoshenko's beam and the finite elements need of the ceramic."""
+    """The ceramic's constants for Timoshenko's beam and the finite elements."""
 
     stiffness_pa: tuple[Row, ...] = P1_91.stiffness_pa
     coupling_c_m2: tuple[Row, ...] = P1_91.coupling_c_m2
@@ -65,7 +65,7 @@ class FullConstants(_Table):
 
 
 class Ceramic(_Table):
-    """The ceramics at hand."""
+    """The available ceramics."""
 
     name: str = "P1-91"
     lengths_mm: Annotated[tuple[Length, ...], Field(min_length=1)] = (11.0, 15.0)
@@ -89,7 +89,7 @@ class PassivePlate(_Table):
 
 
 class Brief(_Table):
-    """The whole brief; without any entry, the paper's plate."""
+    """The complete brief; without entries, the paper's plate."""
 
     title: str = "Biet 2007"
     requirements: Requirements = Requirements()
@@ -98,11 +98,11 @@ class Brief(_Table):
 
 
 def read(path: Path) -> Brief:
-    """Return the brief in a TOML file.
+    """Read the brief in a TOML file.
 
     Raises
     ------
     UserError
-        The file cannot be read, is no TOML, or has faults; every fault is named at once.
+        The file cannot be read, is not valid TOML, or has errors; all errors are listed.
     """
     return read_toml(path, Brief)

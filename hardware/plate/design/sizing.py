@@ -1,9 +1,9 @@
-"""From what a plate must do to half waves and sizes that can do it: Section III as a procedure.
+"""From a plate's requirements to half waves and sizes that meet them: Section III as a procedure.
 
-The amplitude asks for a half wave that is long enough (equation 37), the squeeze number for a
-frequency that is high enough and so for a half wave that is short enough; what lies between is
-worth solving by finite elements, whose answer counts (`verdict`). A plate of n ceramics in a row
-is driven in its free-free mode with n + 1 nodal lines.
+The amplitude requires a sufficiently long half wave (equation 37). The squeeze number requires a
+sufficiently high frequency, and thus a sufficiently short half wave. Candidates in between are
+worth solving by finite elements, which decide (`verdict`). A plate with n ceramics in a row is
+driven in its free-free mode with n + 1 nodal lines.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from slipscale.stimuli.reynolds import WorkingPoint
 if TYPE_CHECKING:
     from slipscale.hardware.plate.design.requirements import Brief
 
-_COLUMNS_MORE = 4  # how many more ceramics than the workspace needs are looked at
+_COLUMNS_MORE = 4  # additional ceramics to consider, beyond those that the workspace requires
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,21 +35,21 @@ class Candidate:
     ceramic_length_mm : float
         Length of a ceramic along x.
     columns, rows : int
-        Ceramics along x and y.
+        Number of ceramics along x and y.
     length_mm, width_mm : float
         Size of the plate.
     half_wave_mm : float
-        Distance between nodal lines inside the plate: length/(n + 1/2), for n + 1 lines, of a
+        Distance between nodal lines inside the plate: length/(n + 1/2), for the n + 1 lines of a
         free-free beam; the paper divides by n + 1.
     frequency_hz : float
-        Resonance by Timoshenko's beam in plane strain at that half wave.
+        Resonance of Timoshenko's beam in plane strain at that half wave.
     amplitude_um_peak : float
-        Deflection at resonance by equation (37); finite elements give two thirds of it at the
+        Deflection at resonance from equation (37). Finite elements give two thirds of it at the
         plate's edge and less than half in its middle, see `verdict`.
     squeeze_number : float
         At that frequency, for the worst case of the brief.
     beam_admissible : bool
-        Whether the half wave lies between the bounds: by the beam the plate may do.
+        Whether the half wave is within the bounds, so that the beam model admits the plate.
     """
 
     ceramic_length_mm: float
@@ -66,26 +66,26 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Design:
-    """What a brief allows.
+    """The designs that a brief allows.
 
     Parameters
     ----------
     frequency_min_hz : float
-        Lowest frequency: by the squeeze number, or as asked for, whichever is higher.
+        Lowest frequency: from the squeeze number or as required, whichever is higher.
     half_wave_min_mm : float
         Shortest half wave that reaches the amplitude.
     half_wave_max_mm : float
-        Longest half wave above the lowest frequency, by Timoshenko's beam in plane strain.
+        Longest half wave above the lowest frequency, from Timoshenko's beam in plane strain.
     half_wave_max_printed_mm : float
-        The same by the paper's equation (38).
+        The same from the paper's equation (38).
     relative_friction : float
-        By Reynolds' equation (3), at the brief's amplitude, roughness and force and the lowest
+        From Reynolds' equation (3), at the brief's amplitude, roughness and force and the lowest
         frequency.
     relative_friction_band : tuple of 2 floats
-        Least and greatest by the second model, shared load (`slipscale.stimuli.shared_load`):
-        not validated.
+        Minimum and maximum from the second model, shared load (`slipscale.stimuli.shared_load`),
+        which is not validated.
     relative_friction_closed_form : float
-        As `relative_friction`, by the closed form (13), which the paper designs with.
+        As `relative_friction`, from the closed form (13), which the paper uses for its design.
     closed_form_holds : bool
         Whether the squeeze number there is at least 10, the paper's criterion.
     candidates : tuple of Candidate
@@ -114,7 +114,7 @@ def design(brief: Brief) -> Design:
     Raises
     ------
     UserError
-        The film would carry more than the finger presses: no friction is left to feel.
+        The film would carry more than the finger presses, so that no friction is left to feel.
     """
     wanted = brief.requirements
     printed, wide = sections(brief)
@@ -156,7 +156,7 @@ def design(brief: Brief) -> Design:
         frequency_hz=floor,
     )
     with warnings.catch_warnings():
-        # The design carries `closed_form_holds` in the warning's place.
+        # `closed_form_holds` in the design replaces the warning.
         warnings.simplefilter("ignore", squeeze_film.ClosedFormWarning)
         closed = squeeze_film.relative_friction(
             wanted.amplitude_um_peak,
@@ -188,7 +188,7 @@ def design(brief: Brief) -> Design:
 
 
 def sections(brief: Brief) -> tuple[BeamSection, BeamSection]:
-    """Return the brief's beam sections: as the paper's, and in plane strain from full matrices."""
+    """Return the brief's beam sections: the paper's kind, and plane strain from full matrices."""
     resonator, ceramic = resonator_of(brief), ceramic_of(brief)
     thickness = {
         "ceramic_thickness_mm": brief.ceramic.thickness_mm,
@@ -244,5 +244,5 @@ def layout_of(brief: Brief, plate: Candidate) -> Layout:
 
 
 def _needed(span_mm: float, piece_mm: float, gap_mm: float) -> int:
-    """Return how many pieces with gaps between them cover a span."""
+    """Return how many pieces, with gaps between them, cover a span."""
     return max(1, math.ceil((span_mm + gap_mm) / (piece_mm + gap_mm) - 1e-9))

@@ -1,9 +1,9 @@
-"""Whether a plate meets its requirements: by finite elements, at the place where the finger is.
+"""Check by finite elements whether a plate meets its requirements at the finger's position.
 
-The beam of equation (37) bends alike over the whole width, so it overestimates: the paper's plate
-moves two thirds of that at its edge and less than half in its middle. The beam says which plates
-are worth solving; what is solved is judged here, on meshes that are refined until the amplitude
-changes by less than 4 %.
+The beam of equation (37) bends uniformly over its width and therefore overestimates the amplitude:
+the paper's plate reaches two thirds of that value at its edge and less than half in its middle.
+The beam model selects the plates worth solving. The solutions are judged here, on meshes that are
+refined until the amplitude changes by less than 4 %.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ CONVERGED = 0.04  # of the amplitude, from one mesh to the next
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Solution:
-    """A plate's driven mode by finite elements, electrodes shorted, Q of the ceramic.
+    """A plate's driven mode by finite elements, with shorted electrodes and the ceramic's Q.
 
     Parameters
     ----------
     resonance_hz : float
-        Resonance of the mode that the ceramics drive most.
+        Resonance of the mode that the ceramics drive most strongly.
     amplitude_middle_um_peak, amplitude_edge_um_peak : float
         Amplitude at the antinode nearest to the middle, on the mid line and at the edge, for the
         brief's voltage.
     unknowns : int
-        Displacements solved for.
+        Number of displacements solved for.
     uncertainty : float or None
-        By which fraction the amplitudes differ from those of the mesh before, the larger of the
-        two; None if one mesh was solved.
+        Relative difference of the amplitudes from those of the previous mesh, the larger of the
+        two; None if only one mesh was solved.
     """
 
     resonance_hz: float
@@ -52,7 +52,7 @@ class Solution:
     uncertainty: float | None = None
 
     def amplitude_um_peak(self, place: str) -> float:
-        """Return the amplitude where the finger is: "middle" or "edge"."""
+        """Return the amplitude at the finger's position, "middle" or "edge"."""
         return {
             "middle": self.amplitude_middle_um_peak,
             "edge": self.amplitude_edge_um_peak,
@@ -61,18 +61,18 @@ class Solution:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judged:
-    """A candidate and what became of it.
+    """A candidate and its verdict.
 
     Parameters
     ----------
     candidate : Candidate
         With the beam's estimates.
     solution : Solution or None
-        None where the beam already says no, or the plate could not be solved.
+        None if the beam model already rules the plate out, or the plate could not be solved.
     why_not : tuple of str
-        What is missing; empty where the plate meets the requirements.
+        Unmet requirements; empty if the plate meets all of them.
     needs : tuple of str
-        What the shipped limits of a driver do not allow: such a plate needs a plate file.
+        Requirements beyond a driver's shipped limits: such a plate requires a plate file.
     """
 
     candidate: Candidate
@@ -87,7 +87,7 @@ class Judged:
 
 
 def solve(brief: Brief, candidate: Candidate, density: Density = QUICK) -> tuple[Modes, Solution]:
-    """Return a plate's modes and the answer to its drive. Raises UserError."""
+    """Return a plate's modes and its response to the drive. Raises UserError."""
     layout = layout_of(brief, candidate)
     modes = plate_modes(layout, near_hz=candidate.frequency_hz, density=density)
     voltage_v = brief.requirements.voltage_v
@@ -102,7 +102,7 @@ def solve(brief: Brief, candidate: Candidate, density: Density = QUICK) -> tuple
 
 
 def converged(brief: Brief, candidate: Candidate) -> Solution:
-    """Return a plate's solution on the first mesh that agrees with the one before, or the finest.
+    """Refine the mesh until the solution agrees with the previous one; return the last solution.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def converged(brief: Brief, candidate: Candidate) -> Solution:
 
 
 def judge(brief: Brief, candidate: Candidate, frequency_min_hz: float) -> Judged:
-    """Return whether a plate meets the brief, solving it where the beam does not rule it out."""
+    """Return whether a plate meets the brief; solve it unless the beam model rules it out."""
     if not candidate.beam_admissible:
         return Judged(
             candidate=candidate,
@@ -147,7 +147,7 @@ def judge(brief: Brief, candidate: Candidate, frequency_min_hz: float) -> Judged
 def judged(
     brief: Brief, candidate: Candidate, solution: Solution, frequency_min_hz: float
 ) -> Judged:
-    """Hold a solved plate against the brief and against the driver's shipped limits."""
+    """Compare a solved plate with the brief and with the driver's shipped limits."""
     wanted, limits = brief.requirements, PlateLimits()
     amplitude_um_peak = solution.amplitude_um_peak(wanted.finger_place)
     why_not, needs = [], []
