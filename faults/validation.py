@@ -6,7 +6,7 @@ Takes what pydantic found, but does not load it: whoever has an error of it has 
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, Protocol, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, get_args
 
 from slipscale.faults import UserError
 from slipscale.faults.suggestions import did_you_mean, nearest
@@ -171,6 +171,29 @@ def complaint(source: str, told: Iterable[tuple[int, str]]) -> UserError:
     )
 
 
+class Told(NamedTuple):
+    """One fault of a complaint, read back: its line (0: none), its place in words, its sentence."""
+
+    line: int
+    place: str
+    message: str
+    whole: str
+
+
+def told_in(said: str, source: str) -> list[Told]:
+    """Return the faults of a message that `complaint` made, each with its place.
+
+    >>> told_in("s.toml: line 7, seed: expected 0 or more, got -7", "s.toml")[0][:3]
+    (7, 'seed', 'expected 0 or more, got -7')
+    """
+    several = said.startswith(f"{source} has ") and "\n" in said
+    faults = said.split("\n  ")[1:] if several else [said.removeprefix(f"{source}: ")]
+    found = (
+        re.fullmatch(r"(?:line (\d+)(?:, )?)?(?:(.*?): )?(.*)", each, re.DOTALL) for each in faults
+    )
+    return [Told(int(each[1] or 0), each[2] or "", each[3], each[0]) for each in found if each]
+
+
 def _sentence(line: int, place: Place, fault: dict[str, Any]) -> str:
     """Return the sentence about a fault: line (0: none), key, what was expected and found."""
     kind = fault.get("type", "")
@@ -190,14 +213,14 @@ def _sentence(line: int, place: Place, fault: dict[str, Any]) -> str:
     if "meant" in fault:
         message += f" (did you mean '{fault['meant']}'?)"
     spot = f"line {line}, " if line else ""
-    where = _where(place)
+    where = place_in_words(place)
     return f"{spot}{where}: {message}" if where else f"{spot}{message}"
 
 
-def _where(place: Place) -> str:
+def place_in_words(place: Place) -> str:
     """Return a place in words.
 
-    >>> _where(("plate", "amplitude_um_pp")), _where(("tasks", 0, "steps", 1))
+    >>> place_in_words(("plate", "amplitude_um_pp")), place_in_words(("tasks", 0, "steps", 1))
     ('plate.amplitude_um_pp', 'item 2 of steps of item 1 of tasks')
     """
     words = ""

@@ -38,7 +38,7 @@ from slipscale.experiments.running.contact_sources import (
 from slipscale.experiments.running.rehearsal import bounded, check_answered, check_supported
 from slipscale.experiments.session.operator import UnattendedOperator
 from slipscale.experiments.session.question_sounds import ImaginedSounds
-from slipscale.experiments.study.file import read_study
+from slipscale.experiments.study.file import parse_study, read_study
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
 from slipscale.hardware.address import with_plate_file
@@ -68,6 +68,7 @@ def pilot_plans(
     seed: int | None,
     language: str | None,
     population: Population | None = None,
+    text: str | None = None,
 ) -> list[RunPlan]:
     """Return the runs of a pilot: every planned session and run of each participant.
 
@@ -79,8 +80,13 @@ def pilot_plans(
         Override the study's own.
     population : Population, optional
         The simulated population; default: the shipped one.
+    text : str, optional
+        The study's whole text, where it is not the file's.
     """
-    study, text = read_study(study_name)
+    if text is None:
+        study, text = read_study(study_name)
+    else:
+        study = parse_study(text, study_name)
     count = study.participants if participants is None else participants
     if count < 1:
         raise UserError(f"--participants {count}: expected 1 or more")

@@ -18,7 +18,6 @@ from slipscale.experiments.participants.simulated_people.bare_run import bare_ru
 from slipscale.experiments.protocols.steps import Present, Rest, Silence
 from slipscale.experiments.running.begin_or_resume import plate_for
 from slipscale.experiments.running.pilot import MOCK, pilot_plans
-from slipscale.experiments.study.file import read_study
 from slipscale.faults import UserError
 from slipscale.hardware.address import with_plate_file
 from slipscale.hardware.clock import VirtualClock
@@ -157,7 +156,13 @@ class _Visit:
         return sum(max(min(end, last_s) - max(begun, first_s), 0.0) for begun, end in self.on)
 
 
-def timeline(name: str, *, people: int = PEOPLE, population: Population | None = None) -> Timeline:
+def timeline(
+    name: str,
+    *,
+    people: int = PEOPLE,
+    population: Population | None = None,
+    text: str | None = None,
+) -> Timeline:
     """Estimate the timeline of a study's participant.
 
     Parameters
@@ -167,6 +172,8 @@ def timeline(name: str, *, people: int = PEOPLE, population: Population | None =
     people : int
         Number of simulated participants.
     population : Population, optional
+    text : str, optional
+        The study's whole text, where it is not the file's.
 
     Raises
     ------
@@ -175,8 +182,8 @@ def timeline(name: str, *, people: int = PEOPLE, population: Population | None =
     """
     if people < 1:
         raise UserError(f"--people {people}: expected 1 or more")
-    study, _ = read_study(name)
-    plans = pilot_plans(name, participants=people, seed=None, language=None)
+    plans = pilot_plans(name, participants=people, seed=None, language=None, text=text)
+    study = plans[0].study
     visits: dict[str, _Visit] = defaultdict(_Visit)
     for plan in plans:
         visit = visits[plan.participant]

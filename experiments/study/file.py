@@ -45,10 +45,10 @@ def parse_study(text: str, source: str) -> Study:
         If the text is not valid. The message lists every fault with its line or key and the
         expected value.
     """
-    return parse_toml(text, source, Study, names=_names)
+    return parse_toml(text, source, Study, names=file_names)
 
 
-def _names(table: dict[str, Any]) -> FileNames:
+def file_names(table: dict[str, Any]) -> FileNames:
     """Return the names that a study file's keys have in its quantity."""
     tasks = table.get("tasks")
     named = {str(t.get("protocol")) for t in tasks if isinstance(t, dict)} if tasks else set()

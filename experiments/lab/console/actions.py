@@ -11,8 +11,6 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import ValidationError
-
 from slipscale.experiments.dataset.files import write_file
 from slipscale.experiments.dataset.hand_exclusions import decide
 from slipscale.experiments.dataset.withdrawal import sources_with, withdraw
@@ -32,6 +30,7 @@ from slipscale.experiments.lab.console.forms import (
     Test,
     Unblind,
     Withdraw,
+    read_form,
 )
 from slipscale.experiments.lab.console.state import ended_runs
 from slipscale.experiments.lab.folder import FILE, lab_text, write_settings
@@ -40,7 +39,6 @@ from slipscale.experiments.running.run_state import studies
 from slipscale.experiments.session.mailbox import LiveRequest, TrialName, post
 from slipscale.experiments.study.file import parse_whole, shipped_studies, study_text
 from slipscale.faults import UserError
-from slipscale.faults.validation import in_words
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -86,7 +84,6 @@ class Actions:
             "exclude": (Exclude, self._exclude),
             "withdraw": (Withdraw, self._withdraw),
             "pilot": (Pilot, self._pilot),
-            "validate": (Study, self._validate),
             "save": (Study, self._save),
             "copy": (Copy, self._copy),
         }
@@ -102,11 +99,7 @@ class Actions:
         if name not in self._table:
             raise UserError("there is no such action")
         form, action = self._table[name]
-        try:
-            asked = form.model_validate_json(sent)
-        except ValidationError as error:
-            raise UserError(in_words(error)) from None
-        return action(asked)
+        return action(read_form(form, sent))
 
     def _now(self) -> Snapshot:
         """Return a fresh snapshot of the folder; raise `UserError` if the folder is unusable."""
@@ -296,10 +289,6 @@ class Actions:
         numbers = ("--participants", str(asked.participants), "--seed", str(asked.seed))
         self._jobs.start("pilot", "the pilot", "pilot", *numbers, parts=asked.participants)
         return "the pilot runs"
-
-    def _validate(self, asked: Study) -> str:
-        parse_whole(asked.text, self._now().defaults.study)
-        return "no fault"
 
     def _save(self, asked: Study) -> str:
         found = self._now()

@@ -10,6 +10,7 @@ from importlib.resources import files
 from io import BytesIO
 from pathlib import Path
 from secrets import token_hex
+from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 import anyio
@@ -21,20 +22,23 @@ from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 
 from slipscale.experiments.lab.console.actions import Actions
+from slipscale.experiments.lab.console.forms import read_form
 from slipscale.experiments.lab.console.jobs import KINDS
 from slipscale.experiments.lab.console.page_texts import LANGUAGES, Words, preferred
 from slipscale.experiments.lab.console.pages.data import parts_done
+from slipscale.experiments.lab.console.pages.editor import editor, follow_up
 from slipscale.experiments.lab.console.pages.strip import strip
 from slipscale.experiments.lab.console.pages.table import PAGES, WITHIN
 from slipscale.experiments.lab.console.pages.view import View, local_time
 from slipscale.experiments.lab.console.presence import Presence
 from slipscale.experiments.lab.console.security import REPORT_POLICY, Guard
 from slipscale.experiments.lab.console.state import RESULTS, State, pilots
+from slipscale.experiments.lab.console.study_changes import Edit, changed
 from slipscale.experiments.session.terminal import clock_face
 from slipscale.faults import UserError, harmless
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Iterator
+    from collections.abc import AsyncIterator, Callable, Iterator
 
     from starlette.requests import Request
 
@@ -66,6 +70,7 @@ class Console:
         # A read-only console cannot control the session, so others need not know about it.
         self.presence = None if access.read_only else Presence(Path.cwd(), access.port)
         self.closing = anyio.Event()
+        self._computing = Lock()  # one simulation of an edited study at a time
         self._environment = Environment(
             loader=PackageLoader(PACKAGE),
             autoescape=True,
@@ -83,9 +88,8 @@ class Console:
 
     def _page(self, request: Request, name: str, template: str, more: dict[str, Any]) -> Response:
         """Render a template in the reader's language."""
-        found = self.state.now()
-        chosen = request.query_params.get("lang", request.cookies.get("lang", ""))
-        t = Words(preferred(request.headers.get("accept-language", ""), chosen))
+        view = self._view(request)
+        found, t = view.found, view.t
         status = found.live.status if found.live else None
         values: dict[str, Any] = {
             "t": t,
@@ -105,12 +109,59 @@ class Console:
             **more,
         }
         if template == f"{name}.html":
-            view = View(found=found, jobs=self.jobs, t=t, query=request.query_params)
             values |= PAGES[name](view)
-        response = HTMLResponse(self._environment.get_template(template).render(values))
-        if chosen in LANGUAGES:
+        response = HTMLResponse(self._rendered(template, values))
+        if (chosen := request.query_params.get("lang")) in LANGUAGES:
             response.set_cookie("lang", chosen, samesite="strict", secure=self.access.tls)
         return response
+
+    def _view(self, request: Request) -> View:
+        """Return what a page is made from, in the reader's language."""
+        chosen = request.query_params.get("lang", request.cookies.get("lang", ""))
+        t = Words(preferred(request.headers.get("accept-language", ""), chosen))
+        return View(found=self.state.now(), jobs=self.jobs, t=t, query=request.query_params)
+
+    def _rendered(self, template: str, values: dict[str, Any]) -> str:
+        return self._environment.get_template(template).render(values)
+
+    async def edit(self, request: Request) -> Response:
+        """Return a study's text with a change made, what is wrong with it, and its form."""
+        sent = await request.body()
+
+        def edited(view: View) -> dict[str, Any]:
+            asked = read_form(Edit, sent)
+            text = changed(asked.text, asked.change) if asked.change else asked.text
+            shown = editor(view, text, asked.template)
+            html = self._rendered(
+                "study_edit.html", shown | {"t": view.t, "read_only": False, "found": view.found}
+            )
+            faults = [(each.line, each.whole) for each in shown["told"]]
+            return {"text": text, "html": html, "faults": faults}
+
+        return await self._answer(request, edited)
+
+    async def later(self, request: Request) -> Response:
+        """Return what takes longer of a study's text: minutes, cost and orders."""
+        sent = await request.body()
+
+        def followed(view: View) -> dict[str, Any]:
+            asked = read_form(Edit, sent)
+            with self._computing:
+                shown = follow_up(view, asked.text, asked.template)
+            return {
+                "html": self._rendered(
+                    "study_later.html", shown | {"t": view.t, "found": view.found}
+                )
+            }
+
+        return await self._answer(request, followed)
+
+    async def _answer(self, request: Request, do: Callable[[View], dict[str, Any]]) -> Response:
+        """Return as JSON what is asked for, or why it cannot be done."""
+        try:
+            return JSONResponse(await run_in_threadpool(lambda: do(self._view(request))))
+        except UserError as error:
+            return JSONResponse({"said": harmless(str(error))}, status_code=CANNOT)
 
     async def events(self, _: Request) -> Response:
         """Return a stream that sends an event whenever something has changed."""
@@ -211,12 +262,8 @@ class Console:
 
     async def do(self, request: Request) -> Response:
         """Carry out an action that a page requests; return its result."""
-        sent = await request.body()
-        try:
-            said = await run_in_threadpool(self.actions.do, request.path_params["action"], sent)
-        except UserError as error:
-            return JSONResponse({"said": harmless(str(error))}, status_code=CANNOT)
-        return JSONResponse({"said": said})
+        sent, action = await request.body(), request.path_params["action"]
+        return await self._answer(request, lambda _: {"said": self.actions.do(action, sent)})
 
 
 def make_app(access: Access, jobs: Jobs) -> tuple[Starlette, Console]:
@@ -251,6 +298,8 @@ def make_app(access: Access, jobs: Jobs) -> tuple[Starlette, Console]:
         Route("/data/download", console.download),
         Route("/pilot/{number}/report", console.pilot_report),
         Route("/pilot/{number}/report.html", console.pilot_report_file),
+        Route("/study/edit", console.edit, methods=["POST"]),
+        Route("/study/later", console.later, methods=["POST"]),
         Route("/do/{action}", console.do, methods=["POST"]),
     ]
     guarded = [Middleware(Guard, access=access)]

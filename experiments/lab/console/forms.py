@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from slipscale.experiments.lab.folder import LabFile
+from slipscale.faults import UserError
+from slipscale.faults.validation import in_words
 
 Label = Annotated[str, Field(pattern="^[A-Za-z0-9]{1,40}$")]
 Words = Annotated[str, Field(max_length=2000)]
@@ -17,6 +19,17 @@ class Form(BaseModel):
     """Base of all forms; rejects unknown fields."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+FormType = TypeVar("FormType", bound=Form)
+
+
+def read_form(form: type[FormType], sent: bytes) -> FormType:
+    """Return what a page sent; UserError if it is not what the form needs."""
+    try:
+        return form.model_validate_json(sent)
+    except ValidationError as error:
+        raise UserError(in_words(error)) from None
 
 
 class Begin(Form):

@@ -13,6 +13,8 @@ from slipscale.experiments.languages.texts import flatten
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from slipscale.experiments.protocols.base import Options, Protocol
+
 LANGUAGES = ("en", "fr")
 
 
@@ -32,6 +34,10 @@ class Words:
     def __call__(self, key: str, **blanks: object) -> str:
         """Return a text with its placeholders filled in."""
         return page_texts(self.language)[key].format(**blanks)
+
+    def task(self, options: Options, protocol: Protocol) -> str:
+        """Return a task's title; a protocol of another package has its own in every language."""
+        return self.known(f"task_title.{options.protocol}", protocol.title)
 
     def known(self, key: str, otherwise: str) -> str:
         """Return a text, or ``otherwise`` if the key has no text."""

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
+
+    from slipscale.stimuli.texture import Grating
 
 WIDTH, HEIGHT = 640, 180
 LEFT, BOTTOM, TOP = 56, 28, 10
@@ -53,3 +56,26 @@ def scatter(series: Sequence[Sequence[float]]) -> Scatter | None:
         ticks=tuple((y(share * top), f"{share * top:.1f}") for share in (0.0, 0.5, 1.0)),
         last=last,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """A surface as an SVG path in a frame of 120 by 48, and its caption."""
+
+    path: str
+    label: str
+
+
+def level_drawing(level: float, largest: float, label: str) -> Drawing:
+    """Return the plate's vibration at a level; ``largest`` fills the frame."""
+    return _drawing(lambda x: level / largest * math.sin(2 * math.pi * x / 15), label)
+
+
+def grating_drawing(grating: Grating, largest: float, label: str) -> Drawing:
+    """Return the level under a finger over three periods of a grating."""
+    return _drawing(lambda x: grating.level_at(x / 40 * grating.spatial_period_mm) / largest, label)
+
+
+def _drawing(height: Callable[[float], float], label: str) -> Drawing:
+    points = " ".join(f"{x},{24 - 21 * height(float(x)):.1f}" for x in range(121))
+    return Drawing(f"M {points}", label)

@@ -57,7 +57,7 @@ def today(view: View) -> dict[str, Any]:
         "doing": _doing(found.live, t) if found.live else "",
         "pressing": _pressing(people),
         "most_rehearsals": MOST_REHEARSALS,
-        "titles": titles_of(found),
+        "titles": titles_of(found, t),
     }
 
 

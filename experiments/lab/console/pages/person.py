@@ -34,7 +34,7 @@ def person(view: View) -> dict[str, Any]:
         "pilot": pilot,
         "person": who,
         "rows": rows,
-        "titles": titles_of(found),
+        "titles": titles_of(found, view.t),
         "decisions": decided[::-1],
         "by_hand": bool(decided) and decided[-1].excluded,
         "fault": fault,

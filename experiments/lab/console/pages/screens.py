@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from slipscale.experiments.lab.console.pages.view import View, plan_of
+from slipscale.experiments.lab.console.pages.view import View, plan_of, titles_of
 from slipscale.experiments.lab.console.state import findings
 from slipscale.experiments.participants.psychopy_window.drawing import drawn
 from slipscale.experiments.running.screen_check import Seen, every_screen, in_each_language
@@ -55,7 +55,7 @@ def screens(view: View) -> dict[str, Any]:
         return shown | {"fault": str(error)}
     language = view.query.get("screens", "")
     language = language if language in plans else next(iter(plans))
-    titles = {protocol.task: protocol.title for protocol, _ in plans[language].tasks()}
+    titles = titles_of(found, t)
     width_px, height_px = _pixels(size)
     return shown | {
         "language": language,

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.experiments.lab.console.actions import text_hash, why_not_edited
-from slipscale.experiments.lab.console.pages.view import MOST_PEOPLE, View, plan_of
+from slipscale.experiments.lab.console.pages.editor import editor
 from slipscale.experiments.lab.console.state import usual_duration_s
 from slipscale.experiments.study.file import shipped_studies, study_text
 
 if TYPE_CHECKING:
+    from slipscale.experiments.lab.console.pages.view import View
     from slipscale.experiments.lab.console.state import Snapshot
 
 CONTEXT = 2  # lines of context around each change
@@ -31,38 +32,19 @@ def study(view: View) -> dict[str, Any]:
     template = view.query.get("from", "")
     template = template if template in shipped_studies() else ""
     text = study_text(template or found.defaults.study) if found.study or template else ""
-    shown: dict[str, Any] = {
+    duration_s = usual_duration_s(found.roster) if found.roster else None
+    duration_s = duration_s or (usual_duration_s(found.rehearsals) if found.rehearsals else None)
+    used, compared = _compared(found) if found.study else ("", [])
+    return {
         "text": text,
         "before": text_hash(text),
         "not_edited": "" if template else found.problem or why_not_edited(found),
         "template": template,
         "templates": shipped_studies(),
-        "used": "",
-        "compared": [],
-        "timeline": [],
-        "orders": [],
-        "minutes": None,
-        "most_people": MOST_PEOPLE,
-    }
-    if found.study is None:
-        return shown
-    plans = [plan_of(found, f"{number:02d}") for number in range(1, found.study.participants + 1)]
-    context = plans[0].context()
-    duration_s = usual_duration_s(found.roster) if found.roster else None
-    duration_s = duration_s or (usual_duration_s(found.rehearsals) if found.rehearsals else None)
-    used, compared = _compared(found)
-    return shown | {
         "used": used,
         "compared": compared,
-        "timeline": [
-            (protocol.title, protocol.trials(options, context))
-            for protocol, options in plans[0].tasks()
-        ],
-        "orders": [
-            (plan.participant, plan.row + 1, [protocol.title for protocol, _ in plan.tasks()])
-            for plan in plans
-        ],
-        "minutes": round(duration_s / 60) or 1 if duration_s else None,
+        "took_minutes": round(duration_s / 60) or 1 if duration_s else None,
+        **editor(view, text, template),
     }
 
 

@@ -72,8 +72,9 @@ def plan_of(found: Snapshot, participant: str) -> RunPlan:
     )
 
 
-def titles_of(found: Snapshot) -> dict[str, str]:
-    """Return the titles of the study's tasks by label."""
+def titles_of(found: Snapshot, t: Words) -> dict[str, str]:
+    """Return the titles of the study's tasks in a reader's language, by their labels."""
     if found.study is None:
         return {}
-    return {protocol.task: protocol.title for protocol, _ in plan_of(found, "01").tasks()}
+    tasks = plan_of(found, "01").tasks()
+    return {protocol.task: t.task(options, protocol) for protocol, options in tasks}

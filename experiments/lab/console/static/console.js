@@ -14,15 +14,17 @@ function say(sentence, bad = false) {
   said.classList.toggle("bad", bad);
 }
 
-async function post(action, fields) {
-  const answer = await fetch(`/do/${action}`, {
+async function request(path, fields) {
+  const answer = await fetch(path, {
     method: "POST",
     headers: { "content-type": "application/json", "x-slipscale": "1" },
     body: JSON.stringify(fields),
   }).catch(() => null);
   const told = answer ? await answer.json().catch(() => ({ said: "?" })) : { said: document.body.dataset.lost };
-  return { good: Boolean(answer && answer.ok), said: told.said };
+  return { good: Boolean(answer && answer.ok), ...told };
 }
+
+const post = (action, fields) => request(`/do/${action}`, fields);
 
 async function ask(action, fields) {
   const { good, said: sentence } = await post(action, fields);
@@ -173,12 +175,19 @@ navigator.locks.request(ours, () => { listen(); return new Promise(() => {}); })
 
 // The study's editor ------------------------------------------------------------------------------
 
+// The text is the source. A field of the form asks the console for the text with its change made;
+// the answer brings text, form and faults. One request at a time: each begins from the last text.
 const study = document.getElementById("study-form");
 if (study) {
   const text = document.getElementById("study-text");
   const lines = document.getElementById("study-lines");
   const faults = document.getElementById("study-faults");
+  const tabs = [...study.querySelectorAll("[role=tab]")];
+  const { template } = study.dataset;
+  const timers = new Map(); // of what is typed into, until nobody types
   let wrong = new Set();
+  let queue = Promise.resolve();
+
   const number = () => {
     const count = text.value.split("\n").length;
     lines.replaceChildren(...Array.from({ length: count }, (_, at) => {
@@ -188,28 +197,118 @@ if (study) {
     }));
     lines.scrollTop = text.scrollTop;
   };
-  let typing = 0; // the timer that waits until nobody types
-  const judge = async (action, aloud = true) => {
-    clearTimeout(typing);
+  const send = async (change) => {
     const judged = text.value;
-    const fields = { text: text.value, ...(action === "copy" ? { name: study.elements.name.value } : { before: study.dataset.before }) };
-    const { good, said: sentence } = await post(action, fields);
-    if (!aloud && judged !== text.value) return; // typed on meanwhile
-    wrong = new Set([...sentence.matchAll(/(?:^\s+|: )line (\d+)\b/gm)].map((found) => Number(found[1])));
-    faults.textContent = good ? "" : sentence;
-    if (aloud) say(good ? sentence : "", false);
+    const answer = await request("/study/edit", { text: judged, template, change });
+    if (!answer.good) return say(answer.said, true);
+    if (text.value !== judged) return change ? send(change) : undefined; // typed on meanwhile
+    if (change) { text.value = answer.text; say(""); }
+    wrong = new Set(answer.faults.map(([line]) => line));
+    faults.textContent = answer.faults.map(([, sentence]) => sentence).join("\n");
+    renew(answer.html);
     number();
-    if (good && action === "save") location.reload();
+    later();
   };
-  text.addEventListener("input", () => {
-    number();
-    clearTimeout(typing);
-    if (!text.readOnly) typing = setTimeout(() => judge("validate", false), PAUSE_MS);
+  const edit = (change = null) => { queue = queue.then(() => send(change)); return queue; };
+  const later = async () => {
+    const judged = text.value;
+    const answer = await request("/study/later" + location.search, { text: judged, template });
+    if (answer.good && judged === text.value) renew(answer.html);
+  };
+  // What somebody types into keeps what was typed meanwhile, and the cursor.
+  const renew = (html) => {
+    const fresh = new DOMParser().parseFromString(html, "text/html");
+    const active = document.activeElement;
+    const typed = active.matches("[data-place]") && { value: active.value, at: active.selectionStart };
+    const open = [...document.querySelectorAll("details[open]")].map((each) => each.id);
+    for (const part of fresh.querySelectorAll("[data-edit]")) document.getElementById(part.id).replaceWith(part);
+    for (const id of open) document.getElementById(id)?.setAttribute("open", "");
+    const again = active.id && document.getElementById(active.id);
+    if (again && again !== active) {
+      again.focus({ preventScroll: true });
+      if (typed && timers.has(active.id)) again.value = typed.value;
+      if (typed && again.setSelectionRange && again.tagName !== "SELECT") again.setSelectionRange(typed.at, typed.at);
+    }
+  };
+  const valueIn = (input) => (input.dataset.kind === "several"
+    ? [...input.querySelectorAll(":checked")].map((each) => each.value).join(" ") : input.value);
+  const set = (input) => {
+    clearTimeout(timers.get(input.id));
+    timers.delete(input.id);
+    return edit({ what: "set", place: JSON.parse(input.dataset.place), kind: input.dataset.kind, value: valueIn(input) });
+  };
+  const soon = (id, then) => {
+    clearTimeout(timers.get(id));
+    timers.set(id, setTimeout(then, PAUSE_MS));
+  };
+  study.addEventListener("input", (event) => {
+    if (event.target === text) {
+      number();
+      return soon(text.id, () => { timers.delete(text.id); edit(); });
+    }
+    const input = event.target.closest("[data-place]");
+    if (input) soon(input.id, () => set(document.getElementById(input.id)));
   });
-  text.addEventListener("scroll", () => { lines.scrollTop = text.scrollTop; });
-  for (const button of study.querySelectorAll("[data-study]")) {
-    button.addEventListener("click", () => judge(button.dataset.study));
+  study.addEventListener("change", (event) => {
+    const input = event.target.closest("[data-place]");
+    if (input && timers.has(input.id)) set(input);
+  });
+  study.addEventListener("click", async (event) => {
+    const button = event.target.closest("[data-change]");
+    if (!button) return;
+    const change = JSON.parse(button.dataset.change);
+    const from = document.getElementById(button.dataset.valueOf);
+    await edit({ ...change, ...(from && { value: from.value }) });
+    if (change.what === "move") focusOn(change);
+  });
+  // After a move the same card's button has the focus, so that it can be pressed again.
+  const focusOn = ({ place, to }) => {
+    const item = JSON.stringify([...place.slice(0, -1), to]);
+    const up = to < place.at(-1);
+    const moves = [...study.querySelectorAll("[data-item]")].find((each) => each.dataset.item.replaceAll(" ", "") === item)
+      .querySelectorAll(".handle [data-change]");
+    [...moves].find((each) => { const c = JSON.parse(each.dataset.change); return c.what === "move" && (c.to < to) === up; })?.focus();
+    if (!study.contains(document.activeElement)) moves[0].focus();
+  };
+  let dragged = null;
+  study.addEventListener("dragstart", (event) => { dragged = event.target.closest?.("[data-item]")?.dataset.item ?? null; });
+  study.addEventListener("dragover", (event) => { if (dragged && event.target.closest("[data-item]")) event.preventDefault(); });
+  study.addEventListener("drop", (event) => {
+    const [from, onto] = [dragged, event.target.closest("[data-item]")?.dataset.item].map((each) => each && JSON.parse(each));
+    dragged = null;
+    if (!from || !onto || String(from.slice(0, -1)) !== String(onto.slice(0, -1))) return;
+    event.preventDefault();
+    edit({ what: "move", place: from, to: onto.at(-1) });
+  });
+  const choose = (tab) => {
+    for (const each of tabs) {
+      each.setAttribute("aria-selected", each === tab);
+      each.tabIndex = each === tab ? 0 : -1;
+      document.getElementById(each.getAttribute("aria-controls")).hidden = each !== tab;
+    }
+    tab.focus();
+    number();
+  };
+  for (const [at, tab] of tabs.entries()) {
+    tab.addEventListener("click", () => choose(tab));
+    tab.addEventListener("keydown", (event) => { if (/^Arrow(Left|Right)$/.test(event.key)) choose(tabs[1 - at]); });
   }
+  for (const button of study.querySelectorAll("[data-study]")) {
+    button.addEventListener("click", async () => {
+      await Promise.all([...timers.keys()].filter((id) => id !== text.id).map((id) => set(document.getElementById(id))));
+      await queue;
+      const action = button.dataset.study;
+      const more = action === "copy" ? { name: study.elements.name.value } : { before: study.dataset.before };
+      const { good, said: sentence } = await post(action, { text: text.value, ...more });
+      faults.textContent = good ? "" : sentence;
+      say(good ? sentence : "");
+      if (good) text.defaultValue = text.value; // nothing is unsaved
+      if (good && action === "save") location.reload();
+    });
+  }
+  addEventListener("beforeunload", (event) => { if (text.value !== text.defaultValue) event.preventDefault(); });
+  text.addEventListener("scroll", () => { lines.scrollTop = text.scrollTop; });
   study.addEventListener("submit", (event) => event.preventDefault());
   number();
+  later();
 }

@@ -55,6 +55,9 @@ class Visitor:
         answer = self.client.post(f"/do/{action}", json=fields, headers=ASKING)
         return answer.status_code, answer.json()["said"]
 
+    def edit(self, text, part="edit", **fields):
+        return self.client.post(f"/study/{part}", json={"text": text, **fields}, headers=ASKING)
+
 
 @pytest.fixture
 def lab(tmp_path, monkeypatch):

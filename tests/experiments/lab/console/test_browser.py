@@ -134,24 +134,44 @@ def test_a_participant_is_excluded_and_withdraws_with_the_keyboard_alone(page, t
     assert page.complaints == []
 
 
-def test_a_shipped_study_is_changed_and_its_faults_are_told_while_typing(page, tmp_path):
+def test_a_study_is_written_in_the_form_with_keyboard_and_mouse(page, tmp_path):
     init(tmp_path, {"study": "biet2007"}, None)
+    expect = sync_api.expect
     with console(tmp_path) as (_, address):
         page.goto(address)
         page.get_by_role("link", name="Study", exact=True).press("Enter")
         page.get_by_role("link", name="matching", exact=True).press("Enter")
         page.get_by_text("This is the shipped study matching").wait_for()
+        people = page.get_by_label("participants", exact=False).first
+        people.fill("-3")
+        page.locator("#panel-form").get_by_text("expected 1 or more, got -3").wait_for()
+        expect(people).to_be_focused()
+        people.fill("5")
+        expect(page.locator("#study-faults")).to_be_empty()
+        page.get_by_text("minutes per participant").wait_for()
+        page.get_by_label("New:").select_option("magnitude_estimation")
+        page.get_by_role("button", name="Add tasks").press("Enter")
+        page.get_by_role("button", name="Move up: magnitude estimation").press("Enter")
+        expect(page.locator("#study-timeline b").first).to_contain_text("Magnitude estimation")
+        expect(page.get_by_role("button", name="Move down: magnitude estimation")).to_be_focused()
+        page.set_viewport_size({"width": 1000, "height": 3000})  # both cards are on the screen
+        handles = page.locator(".handle > span")
+        handles.nth(1).drag_to(handles.nth(0))
+        expect(page.locator("#study-timeline b").first).to_contain_text("Matching")
+        page.get_by_role("tab", name="Text of the file").press("Enter")
         text = page.get_by_role("textbox", name="The study file")
-        own = text.input_value().replace("participants = ", "participants = -")
-        text.fill(own)
+        own = text.input_value()
+        text.fill(own.replace("participants = 5", "participants = -5"))
         page.locator("#study-faults").get_by_text("participants").wait_for()
         assert page.locator("#study-lines b").count() == 1
-        text.fill(own.replace("participants = -", "participants = "))
-        sync_api.expect(page.locator("#study-faults")).to_be_empty()
+        text.fill(own)
+        expect(page.locator("#study-faults")).to_be_empty()
         page.get_by_label("Name of the copy").fill("own")
         page.get_by_role("button", name="Save as a copy").press("Enter")
         page.get_by_text("choose it on the page Settings").wait_for()
-    assert read_study(str(tmp_path / "own.toml"))[0].name == "own"
+    study = read_study(str(tmp_path / "own.toml"))[0]
+    assert (study.name, study.participants) == ("own", 5)
+    assert [task.protocol for task in study.tasks] == ["matching", "magnitude_estimation"]
     assert page.complaints == []
 
 

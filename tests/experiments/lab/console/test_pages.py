@@ -21,9 +21,12 @@ from slipscale.experiments.protocols.steps import Ask, EndBlock, NumberQuestion,
 from slipscale.experiments.running.preflight import CHECKS
 from slipscale.experiments.running.screen_check import SHOWN
 from slipscale.experiments.session.operator import Request, SessionStatus
-from slipscale.experiments.study.file import study_text
+from slipscale.experiments.study.file import shipped_studies, study_text
+from slipscale.experiments.study.schema import UNITS, study_schema
 from slipscale.faults import UserError
 
+OURS = ["magnitude_estimation", "descending_difference", *shipped_studies()]
+OURS = [name for name in OURS if name not in ("biet2007", "textures_demo")]
 PAGES = ("/", "/live", "/study", "/data", "/pilot")
 AGE = Ask(name="age", question=NumberQuestion(prompt="?"))
 STATUS = SessionStatus(
@@ -46,10 +49,22 @@ def words_of(page):
     return " ".join(body.split())
 
 
+def field_names():
+    """Return all names that the study editor's form has for keys."""
+    schema = study_schema()
+    tables = [schema, *schema["$defs"].values()]
+    ends = (*UNITS, "")
+    for key in (key for table in tables for key in table.get("properties", {})):
+        yield key.removesuffix(next(end for end in ends if key.endswith(end)))
+
+
 def test_the_languages_say_the_same_with_the_same_blanks():
     first, *others = (page_texts(language) for language in LANGUAGES)
     # What a setting means is said in English by the schema of slipscale.toml.
     described = {f"setting_why.{key}" for key in LabFile.model_fields}
+    # The study's schema and its protocols say in English what its keys and tasks are called.
+    described |= {f"field.{name}" for name in field_names()}
+    described |= {f"task_title.{name}" for name in OURS}
     for found in others:
         assert set(found) == set(first) | described
         other = {key: text for key, text in found.items() if key not in described}

@@ -26,7 +26,7 @@ def test_the_study_is_read_edited_and_judged_as_on_the_command_line(visitor, own
     text, before = own_study.read_text(), before_of(visitor)
     assert "Descending difference" in words_of(visitor.see("/study"))
     changed = text.replace("seed = 2007", "seed = 7")
-    assert visitor.ask("validate", text=changed, before=before) == (200, "no fault")
+    assert visitor.edit(changed).json()["faults"] == []
     assert visitor.ask("save", text=changed, before=before)[0] == 200
     assert own_study.read_text() == changed
 
@@ -43,20 +43,21 @@ def test_a_texts_file_stays_a_file_of_its_own_when_the_study_is_edited(visitor, 
     assert visitor.ask("save", text=changed, before=before_of(visitor))[0] == 200
     assert own_study.read_text() == changed
     (own_study.parent / "texts.de.toml").write_text('language = "de"')
-    status, said = visitor.ask("validate", text=changed, before=before_of(visitor))
-    assert (status, "texts are missing" in said) == (409, True)
+    [(_, said)] = visitor.edit(changed).json()["faults"]
+    assert "texts are missing" in said
 
 
 def test_every_fault_is_told_at_its_line_and_nothing_is_saved(visitor, own_study):
     text, before = own_study.read_text(), before_of(visitor)
     faulty = text.replace("seed = 2007", "seed = -7").replace("series = 1", "series = 0")
-    for action in ("validate", "save"):
-        status, said = visitor.ask(action, text=faulty, before=before)
-        assert status == 409
-        assert re.findall(r"line (\d+), ([a-z 0-9]+)", said) == [
-            ("7", "seed"),
-            ("13", "series of item 1 of tasks"),
-        ]
+    status, said = visitor.ask("save", text=faulty, before=before)
+    assert status == 409
+    found = [("7", "seed"), ("13", "series of item 1 of tasks")]
+    assert re.findall(r"line (\d+), ([a-z 0-9]+)", said) == found
+    edited = visitor.edit(faulty).json()
+    assert [line for line, _ in edited["faults"]] == [7, 13]
+    wrong = re.findall(r'id="(field-[^"]+)"[^>]+aria-invalid', edited["html"])
+    assert wrong == ["field-seed", "field-tasks-0-series"]
     assert own_study.read_text() == text
 
 
@@ -111,3 +112,35 @@ def test_the_study_is_compared_with_the_version_of_the_last_run(visitor, recorde
     assert before.startswith("title = ")
     assert before != now
     assert "The study differs from the one" in words_of(page)
+
+
+def test_a_change_in_the_form_keeps_comments_and_brings_form_trials_and_faults(visitor, own_study):
+    text = own_study.read_text()
+    set_it = {"what": "set", "kind": "number", "place": ["tasks", 1, "repetitions"], "value": "3"}
+    edited = visitor.edit(text, change=set_it).json()
+    assert edited["text"] == text.replace("repetitions = 1", "repetitions = 3")
+    assert "one session: 20 trials" in edited["html"]
+    assert 'class="surface"' in edited["html"]
+    wrong = visitor.edit(text, change=set_it | {"value": "many"}).json()
+    assert "expected a whole number, got &#39;many&#39;" in wrong["html"]
+    assert wrong["faults"][0][0] == 18
+    assert own_study.read_text() == text  # nothing is saved
+    assert visitor.edit("x", change=set_it).status_code == 409
+    assert "not TOML" in visitor.edit("x").json()["faults"][0][1]
+
+
+def test_minutes_cost_and_balance_follow_from_the_text(visitor, own_study, words_of):
+    priced = own_study.read_text() + "[cost]\nper_person = 10\nper_rig_hour = 0\n"
+    page = words_of(visitor.edit(priced, "later").json()["html"])
+    assert re.search(r"[\d.]+ minutes per participant", page)
+    assert "10 EUR each, 120 EUR for 12 participants" in page
+    assert "a surface follows another" in page
+    assert "12 12 Descending difference" in page
+    assert "<p>" not in visitor.edit("seed = -1", "later").json()["html"]
+
+
+def test_a_study_in_another_quantity_has_its_own_keys_and_unit(visitor):
+    text = 'levels = [1]\n[quantity]\nname = "voltage"\nunit = "V"\nconvention = "peak"\n'
+    page = visitor.edit(text).json()["html"]
+    assert 'data-place="[&#34;voltages_v_peak&#34;]"' in page
+    assert 'voltages <span class="quiet">V peak</span>' in page

@@ -1,0 +1,123 @@
+"""The study editor: the form over a text that is being edited, and what follows from the text."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from contextlib import suppress
+from dataclasses import replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from slipscale.experiments.lab.console.pages.view import MOST_PEOPLE, View, plan_of
+from slipscale.experiments.lab.console.plots import Drawing, grating_drawing, level_drawing
+from slipscale.experiments.lab.console.study_form import StudyForm
+from slipscale.experiments.running.study_commands import balance
+from slipscale.experiments.running.timeline import timeline
+from slipscale.experiments.study.file import file_names, parse_whole, shipped_studies
+from slipscale.experiments.study.tables import Texture
+from slipscale.faults import UserError
+from slipscale.faults.validation import told_in
+from slipscale.stimuli.quantity_table import stated_quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from slipscale.experiments.running.timeline import Timeline
+    from slipscale.faults.validation import Told
+
+SIMULATED = 4  # people behind the minutes while a study is edited: within some tenths of a minute
+
+
+def editor(view: View, text: str, template: str) -> dict[str, Any]:
+    """Return what the editor shows of a text at once: the form, faults, tasks and trials."""
+    source = _source(view, template)
+    told: list[Told] = []
+    study = None
+    try:
+        study, whole = parse_whole(text, source)
+    except UserError as error:
+        told = told_in(str(error), source)
+    try:
+        content = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError):
+        return {"told": told, "form": None, "edited": None, "timeline": []}
+    shown: dict[str, Any] = {
+        "told": told,
+        "form": StudyForm(content, told),
+        "drawings": _drawings(content),
+        "edited": study,
+        "timeline": [],
+    }
+    if study:
+        plan = plan_of(replace(view.found, study=study, study_text=whole), "01")
+        context = plan.context()
+        shown["timeline"] = [
+            (view.t.task(options, protocol), protocol.trials(options, context))
+            for protocol, options in plan.tasks()
+        ]
+    return shown
+
+
+def _source(view: View, template: str) -> str:
+    """Return the name that messages give the text; texts files are located beside it."""
+    return template if template in shipped_studies() else view.found.defaults.study
+
+
+def follow_up(view: View, text: str, template: str) -> dict[str, Any]:
+    """Return what takes longer: minutes and cost of simulated people, orders, their balance."""
+    source = _source(view, template)
+    try:
+        study, whole = parse_whole(text, source)
+    except UserError:
+        return {"edited": None}
+    found = replace(view.found, study=study, study_text=whole)
+    shown = MOST_PEOPLE if "all" not in view.query else study.participants
+    plans = [plan_of(found, f"{n:02d}") for n in range(1, min(study.participants, shown) + 1)]
+    return {
+        "edited": study,
+        # A session's frames come first.
+        "minutes": None if view.found.live else _minutes(whole, source),
+        "orders": [
+            (plan.participant, plan.row + 1, [view.t.task(o, p) for p, o in plan.tasks()])
+            for plan in plans
+        ],
+        "balance": balance(source, study, whole),
+        "most_people": MOST_PEOPLE,
+    }
+
+
+@lru_cache(maxsize=8)
+def _minutes(whole: str, source: str) -> Timeline | None:
+    """Return minutes and cost; None if a task cannot be simulated."""
+    try:
+        return timeline(source, people=SIMULATED, text=whole)
+    except UserError:
+        return None
+
+
+def _drawings(content: Mapping[str, Any]) -> dict[str, list[Drawing]]:
+    """Return a drawing of each surface that can be drawn, by its place; faulty ones have none."""
+    q = stated_quantity(dict(content))
+    in_code = file_names(dict(content)).to_code(dict(content))
+    levels = [
+        each
+        for each in _listed(in_code.get("levels"))
+        if isinstance(each, int | float) and each >= 0
+    ]
+    gratings = {}
+    for number, table in enumerate(_listed(in_code.get("textures"))):
+        with suppress(ValueError):
+            gratings[json.dumps(["textures", number])] = Texture.model_validate(table).grating()
+    largest = max([*levels, *(each.level for each in gratings.values()), 1e-9])
+    return {
+        "levels": [level_drawing(each, largest, q.short(each)) for each in levels],
+        **{
+            place: [grating_drawing(each, largest, f"{each.spatial_period_mm:g} mm")]
+            for place, each in gratings.items()
+        },
+    }
+
+
+def _listed(value: object) -> list[Any]:
+    return value if isinstance(value, list) else []

@@ -1,0 +1,171 @@
+"""Changes to a study file's text, as the editor's form asks for them: pure, comments kept.
+
+The text is the source: a change returns a new text, and nothing is written here. What the form
+cannot express (a text that is no TOML, a table written in a way that cannot be extended) is
+refused, and is changed in the file itself.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field
+
+from slipscale.experiments.lab.console.forms import LARGEST_STUDY, Form
+from slipscale.faults import UserError
+from slipscale.faults.toml_file import toml_table
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Kind = Literal["text", "number", "switch", "choice", "numbers", "lines", "several"]
+Key = Annotated[str, Field(max_length=200)] | Annotated[int, Field(ge=0, lt=10_000)]
+NUMBER = re.compile(r"[-+]?\d+([.,]\d+)?(e[-+]?\d+)?", re.IGNORECASE)
+SOURCE = "the study file"
+
+
+class Change(Form):
+    """One change that the form asks for.
+
+    Parameters
+    ----------
+    what : str
+        set a value (an empty one is left out), add a table or an item, remove one, move an item.
+    place : tuple
+        Where: keys, and numbers of items from 0.
+    kind : str
+        What ``value`` is, as the field's input shows it.
+    value : str
+        The new value; of an added task its protocol; of an added entry its key.
+    to : int
+        Before which item one is moved.
+    """
+
+    what: Literal["set", "add", "item", "entry", "remove", "move"]
+    place: Annotated[tuple[Key, ...], Field(min_length=1, max_length=20)]
+    kind: Kind = "text"
+    value: Annotated[str, Field(max_length=LARGEST_STUDY)] = ""
+    to: Annotated[int, Field(ge=0, lt=10_000)] = 0
+
+
+class Edit(Form):
+    """A study's text as the page has it, and a change to make in it.
+
+    Parameters
+    ----------
+    text : str
+    template : str
+        The shipped study that it begins from; empty for the folder's own study.
+    change : Change, optional
+    """
+
+    text: Annotated[str, Field(max_length=LARGEST_STUDY)]
+    template: Annotated[str, Field(max_length=100)] = ""
+    change: Change | None = None
+
+
+def changed(text: str, change: Change) -> str:
+    """Return a study file's text with a change made in it.
+
+    Raises
+    ------
+    UserError
+        The text is no TOML, the place does not exist, or the change cannot be made in this file.
+    """
+    import tomlkit  # noqa: PLC0415 - when a file is changed
+
+    toml_table(text, SOURCE)
+    document = tomlkit.parse(text)
+    made: dict[str, Callable[[Any, Any], None]] = {
+        "set": lambda table, key: _set(table, key, change),
+        "add": lambda table, key: _put(table, key, tomlkit.table()),
+        "item": lambda table, key: _append(table, key, change.value),
+        "entry": lambda table, key: _enter(table[key], change.value),
+        "remove": lambda table, key: table.pop(key),
+        "move": lambda items, at: items.insert(change.to, items.pop(at)),
+    }
+    try:
+        container, last = _container(document, change.place[:-1], change), change.place[-1]
+        if change.what == "remove" and isinstance(last, int) and len(container) == 1:
+            # An array of tables without items is no TOML.
+            container, last = _container(document, change.place[:-2], change), change.place[-2]
+        made[change.what](container, last)
+        after = tomlkit.dumps(document)
+        kept = tomllib.loads(after) == document.unwrap()
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError):
+        kept = False
+    if not kept:
+        raise UserError(
+            f"{SOURCE}: the form cannot make this change in a file that is written this way; "
+            "change the text itself"
+        )
+    return after
+
+
+def value_of(kind: Kind, typed: str) -> Any:
+    """Return what was typed as a value of TOML; words where a number was expected stay words.
+
+    >>> value_of("number", "0,5"), value_of("numbers", "0, 1.5; 2"), value_of("number", "many")
+    (0.5, [0, 1.5, 2], 'many')
+    """
+    if kind == "switch":
+        return typed == "true"
+    if kind in ("numbers", "several"):
+        words = [word for word in re.split(r"[\s,;]+", typed) if word]
+        return [_number(word) for word in words] if kind == "numbers" else words
+    if kind == "lines":
+        return [line.strip() for line in typed.splitlines() if line.strip()]
+    if kind == "number" or (kind == "choice" and typed.isdecimal()):
+        return _number(typed.strip())
+    return typed
+
+
+def _number(typed: str) -> int | float | str:
+    if not NUMBER.fullmatch(typed):
+        return typed
+    plain = typed.replace(",", ".")
+    return int(plain) if re.fullmatch(r"[-+]?\d+", plain) else float(plain)
+
+
+def _container(document: Any, place: tuple[Key, ...], change: Change) -> Any:
+    """Return the table or array at a place; tables on the way to a new value are made."""
+    import tomlkit  # noqa: PLC0415 - when a file is changed
+
+    for part in place:
+        if change.what in ("set", "add", "item") and isinstance(part, str) and part not in document:
+            document[part] = tomlkit.table()
+        document = document[part]
+    return document
+
+
+def _set(table: Any, key: Any, change: Change) -> None:
+    if change.value or change.kind == "switch":
+        table[key] = value_of(change.kind, change.value)
+    elif key in table:
+        del table[key]
+
+
+def _put(table: Any, key: Any, value: Any) -> None:
+    if key not in table:
+        table[key] = value
+
+
+def _append(table: Any, key: Any, protocol: str) -> None:
+    """Add an item to an array of tables, which may not be there yet."""
+    import tomlkit  # noqa: PLC0415 - when a file is changed
+
+    item = tomlkit.table()
+    if protocol:
+        item["protocol"] = protocol
+    _put(table, key, tomlkit.aot())
+    table[key].append(item)
+
+
+def _enter(table: Any, key: str) -> None:
+    """Add an entry to a table of words, shaped as the last one: its words are the key."""
+    if not key.strip() or key in table:
+        raise ValueError(key)
+    last = list(table.values())[-1] if table else ""
+    table[key] = dict.fromkeys(last, key) if isinstance(last, dict) else key

@@ -1,0 +1,303 @@
+"""The study editor's form: every field of a study file, as its JSON Schema declares it.
+
+Nothing about a study is declared here: keys, types, units, defaults, choices and descriptions are
+the schema's, values are the file's, faults are the parser's. A laboratory's own protocols have
+forms in the same way.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+from slipscale.experiments.study.schema import UNITS, Schema, study_schema
+from slipscale.faults.validation import Told, place_in_words
+from slipscale.stimuli.quantity import in_code
+from slipscale.stimuli.quantity_table import stated_quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from slipscale.experiments.lab.console.study_changes import Kind
+    from slipscale.faults.toml_lines import Place
+    from slipscale.stimuli.quantity import Quantity
+
+IN_UM = UNITS["_um_pp"]
+KINDS: Mapping[str, Kind] = {"boolean": "switch", "integer": "number", "number": "number"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Part:
+    """Anything of the form that has a place in the file.
+
+    Parameters
+    ----------
+    place : tuple
+        Keys, and numbers of items from 0.
+    name : str
+        Its last key without the unit, for labels.
+    why : str
+        What the schema says of it.
+    faults : tuple of str
+        What is wrong at exactly this place.
+    """
+
+    place: Place
+    name: str
+    why: str = ""
+    faults: tuple[str, ...] = ()
+
+    @property
+    def path(self) -> str:
+        """The place as JSON, for the page's script."""
+        return json.dumps(self.place)
+
+    @property
+    def anchor(self) -> str:
+        """The place as an element's id."""
+        return "field-" + "-".join(re.sub(r"\W+", "_", str(part)) for part in self.place)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Field(Part):
+    """A value: its kind of input, the value as the input shows it, and what it may be."""
+
+    kind: Kind
+    value: str
+    default: str = ""
+    unit: str = ""
+    choices: tuple[str, ...] = ()
+    needed: bool = False
+
+    @property
+    def shown(self) -> bool:
+        """Whether it stands among the first: it is set, needed or wrong."""
+        return bool(self.value or self.needed or self.faults)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table(Part):
+    """A table: its fields, tables and lists of tables, and what may be added.
+
+    Parameters
+    ----------
+    absent : tuple of Part
+        Tables that the file does not have.
+    entries : bool
+        Whether keys are the study's own words, such as a question's options.
+    """
+
+    fields: tuple[Field, ...] = ()
+    tables: tuple[Table, ...] = ()
+    lists: tuple[Cards, ...] = ()
+    absent: tuple[Part, ...] = ()
+    entries: bool = False
+    content: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cards(Part):
+    """A list of tables: tasks, textures, questions. ``offered``: what a new one may be."""
+
+    items: tuple[Table, ...]
+    offered: tuple[str, ...] = ()
+
+
+@cache
+def _schema() -> Schema:
+    return study_schema()
+
+
+class StudyForm:
+    """The form of a study file.
+
+    Parameters
+    ----------
+    content : dict
+        The file's content, with or without faults.
+    faults : sequence of Told
+        What is wrong.
+    """
+
+    def __init__(self, content: dict[str, Any], faults: Sequence[Told]) -> None:
+        self._quantity: Quantity = stated_quantity(content)
+        self._faults = faults
+        self._shown: set[str] = set()
+        self.root = self._table((), _schema(), content)
+        #: Faults whose place has no field of its own.
+        self.elsewhere = tuple(each.whole for each in faults if each.whole not in self._shown)
+
+    def _faults_at(self, place: Place, *, items: bool = False) -> tuple[str, ...]:
+        """Return what is wrong at a place; with ``items`` also in the items of a list there."""
+        where = place_in_words(place)
+        found = [
+            each
+            for each in self._faults
+            if place
+            and (
+                each.place == where
+                or (
+                    items and each.place.startswith("item ") and each.place.endswith(f" of {where}")
+                )
+            )
+        ]
+        self._shown |= {each.whole for each in found}
+        return tuple(each.message for each in found)
+
+    def _part(self, place: Place, schema: Schema) -> dict[str, Any]:
+        name = place[-1] if place else ""
+        return {
+            "place": place,
+            "name": self._plain(name) if isinstance(name, str) else str(name + 1),
+            "why": schema.get("description", ""),
+            "faults": self._faults_at(place),
+        }
+
+    def _plain(self, key: str) -> str:
+        """Return a key without its unit."""
+        ends = (f"_{self._quantity.suffix}", *UNITS)
+        end = next((each for each in ends if key.endswith(each)), "")
+        return key.removesuffix(end)
+
+    def _table(self, place: Place, schema: Schema, content: Mapping[str, Any]) -> Table:
+        fields: list[Field] = []
+        tables: list[Table] = []
+        lists: list[Cards] = []
+        absent: list[Part] = []
+        needed = schema.get("required", ())
+        for declared, inner in schema.get("properties", {}).items():
+            key = self._quantity.key(declared) if in_code(declared) != declared else declared
+            here, value = (*place, key), content.get(key)
+            found = _definition(inner)
+            if "const" in found:
+                continue  # the protocol: it is what the card is called
+            if _is_table(found) or isinstance(value, dict):
+                if value is None:
+                    absent.append(Part(**self._part(here, inner)))
+                elif isinstance(value, dict):
+                    tables.append(self._inner(here, found, inner, value))
+            elif _holds_tables(found):
+                lists.append(self._cards(here, found, value))
+            else:
+                fields.append(self._field(here, found, value, needed=declared in needed))
+        fields += [
+            Field(**self._part((*place, key), {}), kind="text", value=_words(value), needed=True)
+            for key, value in content.items()
+            if key in self._unknown(place, schema, content) and not isinstance(value, dict | list)
+        ]
+        return Table(
+            **self._part(place, schema),
+            fields=tuple(fields),
+            tables=tuple(tables),
+            lists=tuple(lists),
+            absent=tuple(absent),
+            content=content,
+        )
+
+    def _unknown(self, place: Place, schema: Schema, content: Mapping[str, Any]) -> set[str]:
+        """Return misspelt keys: they are shown with their fault, so that they can be emptied."""
+        declared = set(schema.get("properties", {}))
+        return {key for key in content if key not in declared and self._faults_at((*place, key))}
+
+    def _inner(
+        self, place: Place, found: Schema, described: Schema, value: Mapping[str, Any]
+    ) -> Table:
+        """Return the form of a table in a table: declared, or with keys of the study's own."""
+        if "properties" in found:
+            return self._table(place, {**found, "description": described.get("description")}, value)
+        return Table(
+            **self._part(place, described),
+            fields=tuple(
+                Field(**self._part((*place, key), {}), kind="text", value=_words(inner))
+                for key, inner in value.items()
+                if not isinstance(inner, dict)
+            ),
+            tables=tuple(
+                self._inner((*place, key), {}, {}, inner)
+                for key, inner in value.items()
+                if isinstance(inner, dict)
+            ),
+            entries=True,
+            content=value,
+        )
+
+    def _cards(self, place: Place, schema: Schema, value: Any) -> Cards:
+        items = schema["items"]
+        kinds = {each["properties"]["protocol"]["const"]: each for each in _choices(items)}
+        return Cards(
+            **self._part(place, schema),
+            items=tuple(
+                self._table(
+                    (*place, number),
+                    kinds.get(table.get("protocol"), {}) if kinds else _definition(items),
+                    table,
+                )
+                for number, table in enumerate(value if isinstance(value, list) else ())
+                if isinstance(table, dict)
+            ),
+            offered=tuple(kinds),
+        )
+
+    def _field(self, place: Place, schema: Schema, value: Any, *, needed: bool) -> Field:
+        if "anyOf" in schema:  # one form of several: what is there decides, else the first
+            several = schema["anyOf"]
+            is_list = isinstance(value, list) or (value is None and several[0]["type"] == "array")
+            schema = {**schema, "type": "array" if is_list else "string", "items": {}}
+        kind, choices = _kind(schema)
+        unit = schema.get("unit", "")
+        in_um = unit == IN_UM and not self._quantity.of_plate
+        part = self._part(place, schema) | {"faults": self._faults_at(place, items=True)}
+        return Field(
+            **part,
+            kind=kind,
+            value="" if value is None else _words(value, "\n" if kind == "lines" else ", "),
+            default="" if in_um else _words(schema.get("default", "")),
+            unit=self._quantity.unit_in_full if in_um else unit.removeprefix("none"),
+            choices=choices,
+            needed=needed,
+        )
+
+
+def _kind(schema: Schema) -> tuple[Kind, tuple[str, ...]]:
+    """Return a value's kind of input, and its choices."""
+    if schema.get("type") == "array":
+        items = schema.get("items", {})
+        if "enum" in items:
+            return "several", tuple(map(str, items["enum"]))
+        return ("numbers" if items.get("type") in KINDS else "lines"), ()
+    if "enum" in schema:
+        return "choice", tuple(map(str, schema["enum"]))
+    return KINDS.get(schema.get("type", ""), "text"), ()
+
+
+def _definition(schema: Schema) -> Schema:
+    """Return what a reference refers to; anything else as it is."""
+    if "$ref" not in schema:
+        return schema
+    found: Schema = _schema()["$defs"][schema["$ref"].rpartition("/")[2]]
+    return found
+
+
+def _choices(schema: Schema) -> list[Schema]:
+    return [_definition(each) for each in schema.get("oneOf", ())]
+
+
+def _is_table(schema: Schema) -> bool:
+    return schema.get("type") == "object"
+
+
+def _holds_tables(schema: Schema) -> bool:
+    items = schema.get("items", {})
+    return schema.get("type") == "array" and ("$ref" in items or "oneOf" in items)
+
+
+def _words(value: Any, between: str = ", ") -> str:
+    """Return a value as an input shows it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, list):
+        return between.join(map(_words, value))
+    return f"{value:g}" if isinstance(value, float) else str(value)
