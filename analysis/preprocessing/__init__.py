@@ -1,1 +1,1 @@
-"""From raw estimates to one scale and to logarithms; data quality before anything is tested."""
+"""Normalise raw estimates, take logarithms, and check data quality before any test."""

@@ -1,7 +1,8 @@
-"""Data quality, participant by participant: flags, and exclusion only where the study says so.
+"""Assess data quality per participant: flags, and exclusion only if the study declares it.
 
-A flag never excludes by itself. Thresholds and excluding flags are set in the study file before
-anything is looked at; the report counts both and shows results with and without the flagged.
+A flag alone never excludes a participant. Thresholds and excluding flags are set in the study file
+before the data are examined. The report counts both and shows results with and without the flagged
+participants.
 """
 
 from __future__ import annotations
@@ -22,10 +23,10 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.experiments.study.analysis_choices import Thresholds
 
-#: Fewer trials than this cannot show a drift or a split-half correlation.
+#: Minimum number of trials to detect a drift or compute a split-half correlation.
 TRIALS_FOR_DRIFT = 8
 
-#: Of one catch step honest participants say "yes" too often for a flag.
+#: With one catch step, honest participants say "yes" too often to justify a flag.
 CATCHES = 2
 
 #: A flag -> its meaning for a quantity ``q``.
@@ -44,13 +45,14 @@ MEANINGS = {
 
 
 def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
-    """Return what flags are decided by, one row a participant.
+    """Return the measures that decide flags, one row per participant.
 
     Returns
     -------
     DataFrame
-        Index ``participant_id``; one column a flag, in the flag's own measure: counts, shares,
-        a factor (``drift``), a correlation (``unreliable``). NaN where the data cannot say.
+        Index ``participant_id``; one column per flag, in the flag's own measure: counts,
+        proportions, a factor (``drift``), a correlation (``unreliable``). NaN if the data do not
+        determine it.
     """
     answers, trials = data.answers, data.estimates
     people = pd.Index(sorted(data.people), name=PARTICIPANT)
@@ -61,7 +63,7 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
         steps = np.diff(means.to_numpy(float), axis=1)
         falling = (steps < 0).sum(1).astype(float)
         if thresholds.falling_steps is None:
-            # More than half of the steps, however many there are.
+            # More than half of the steps, whatever their number.
             falling = np.where(2 * falling > (~np.isnan(steps)).sum(1), falling, 0.0)
         found["non_monotone"] = _indexed(falling, means)
         found["constant"] = by["estimate"].nunique()
@@ -103,7 +105,7 @@ def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
     left = residuals(work, logs)
     spread = 1.4826 * float(np.median(np.abs(left - np.median(left))))
     outlying = np.abs(left) > thresholds.outlier_sd * spread if spread > TINY else left > np.inf
-    # Of two participants one's residuals mirror the other's: neither can be called outlying.
+    # With two participants, one's residuals mirror the other's, so neither is an outlier.
     columns["outlying"] = _indexed(
         np.where(people >= FEWEST, np.bincount(who, outlying, people), np.nan), logs
     )
@@ -119,7 +121,7 @@ def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
 def _split_half(
     work: pd.DataFrame, who: np.ndarray, what: np.ndarray, logs: pd.DataFrame
 ) -> np.ndarray:
-    """Return each participant's correlation between amplitudes' means in the two halves."""
+    """Return each participant's correlation between the two halves' means per amplitude."""
     people, kinds = logs.shape
     cell = who * kinds + what
     total = np.bincount(cell, minlength=people * kinds)
@@ -136,8 +138,8 @@ def _split_half(
         return np.where(below > TINY, (first * second).sum(1) / below, np.nan)
 
 
-#: Flag: (measures, thresholds) -> which participants have it. NaN never flags. A new flag also
-#: needs its name in `slipscale.experiments.study.analysis_choices.QualityFlag`.
+#: Flag: (measures, thresholds) -> which participants have it. NaN never flags. A new flag must
+#: also be added to `slipscale.experiments.study.analysis_choices.QualityFlag`.
 DECISIONS: dict[str, Callable[[pd.Series[float], Thresholds], pd.Series[bool]]] = {
     "non_monotone": lambda m, t: m >= (t.falling_steps or 1),
     "constant": lambda m, t: m <= t.distinct_numbers,
@@ -153,7 +155,7 @@ DECISIONS: dict[str, Callable[[pd.Series[float], Thresholds], pd.Series[bool]]] 
 
 
 def flags(measured: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
-    """Return which participant has which flag, a table of bool shaped as ``measured``."""
+    """Return which participants have which flag, as a Boolean table shaped as ``measured``."""
     return pd.DataFrame(
         {name: decide(measured[name], thresholds) for name, decide in DECISIONS.items()},
         index=measured.index,

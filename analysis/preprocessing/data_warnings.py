@@ -1,4 +1,4 @@
-"""Warnings about the data, to be read before any result: one sentence each."""
+"""Generate warnings about the data to read before any result, one sentence each."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
     from slipscale.stimuli.quantity import Quantity
 
-#: Rules that multiply everybody by the same number; and how far apart scales may be under them.
+#: Rules that use the same factor for all participants, and the largest ratio of scales for them.
 ONE_FACTOR, SCALES_APART = ("none", "grand_maximum"), 5.0
 
 
 def absent(data: Dataset) -> list[str]:
-    """Say who is on the list and not in the data, who is there twice, and who did not finish."""
+    """Report listed participants without data, duplicates, and those who did not finish."""
     about = data.participants
     names = about["participant_id"].astype(str)
     notes = []
@@ -45,7 +45,7 @@ def absent(data: Dataset) -> list[str]:
 
 
 def changing_tops(data: Dataset) -> list[str]:
-    """Say who declared several tops of their scale."""
+    """Report participants who declared several tops of their scale."""
     tops = data.estimates.groupby(PARTICIPANT, observed=True)["scale_top"].nunique()
     several = tops.index[tops > 1].astype(str)
     if not len(several):
@@ -58,7 +58,7 @@ def changing_tops(data: Dataset) -> list[str]:
 
 
 def beyond_tops(data: Dataset) -> list[str]:
-    """Say how many estimates are larger than the top of the scale they were given on."""
+    """Report the number of estimates that exceed the top of their scale."""
     above = data.estimates["estimate"] > data.estimates["scale_top"]
     if not above.any():
         return []
@@ -71,7 +71,7 @@ def beyond_tops(data: Dataset) -> list[str]:
 
 
 def nothing(data: Dataset, kinds: Sequence[TaskTrials]) -> str:
-    """Say why there is nothing to analyse."""
+    """Report why there is nothing to analyse."""
     rows = sum(data.counts.get(f"{kind.counted}_rows", 0) for kind in kinds)
     parts = [
         f"{data.counts[key]} {words}"
@@ -91,11 +91,11 @@ def nothing(data: Dataset, kinds: Sequence[TaskTrials]) -> str:
 
 
 def too_few_data(cells: pd.DataFrame, quantity: Quantity) -> list[str]:
-    """Say what so few data cannot tell."""
+    """Report what cannot be concluded from so little data."""
     notes = []
     participants, amplitudes = cells.shape
     if not participants:
-        return []  # the other tasks speak for themselves
+        return []  # the other tasks have their own messages
     if participants == 1:
         notes.append(
             "One participant: means are shown; standard deviations need at least two, intervals "
@@ -145,7 +145,7 @@ def scales(cells: pd.DataFrame, rule: str) -> list[str]:
 
 
 def unequal(prepared: Prepared | None) -> list[str]:
-    """Say where participants had unequal repetitions."""
+    """Report if participants have unequal repetitions."""
     if prepared is None:
         return []
     counts = prepared.trials.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True).size()

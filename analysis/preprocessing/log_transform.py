@@ -1,8 +1,8 @@
-"""Estimates made ready for inference: logarithms under a zero rule, positions, repetitions.
+"""Prepare estimates for inference: logarithms with a zero rule, positions, repetitions.
 
-Estimates spread in proportion to their size, and scaling to a maximum forces the spread towards
-zero at the top: so inference is on logarithms or on ranks, and what becomes of zeros, which have
-no logarithm, is an explicit rule.
+The spread of estimates is proportional to their size, and scaling to a maximum forces the spread
+towards zero at the top. Inference therefore uses logarithms or ranks. Zeros have no logarithm; an
+explicit rule defines how they are treated.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PositiveEstimates:
-    """Estimates after a zero rule: what to take logarithms of (NaN: left out), and a sentence."""
+    """Estimates after a zero rule (NaN: excluded from logarithms), and a sentence about it."""
 
     values: pd.Series[float]
     sentence: str
@@ -63,7 +63,7 @@ def _half_minimum(values: pd.Series[float]) -> PositiveEstimates:
     )
 
 
-#: Zero rule -> what it does to normalised estimates. Never a constant added in silence.
+#: Zero rule -> its effect on normalised estimates. No rule adds a constant without reporting it.
 ZERO_RULES: dict[str, Callable[[pd.Series[float]], PositiveEstimates]] = {
     "exclude": _exclude,
     "refuse": _refuse,
@@ -73,25 +73,25 @@ ZERO_RULES: dict[str, Callable[[pd.Series[float]], PositiveEstimates]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prepared:
-    """What tests are computed from.
+    """Input of the tests.
 
     Parameters
     ----------
     trials : DataFrame
-        Analysed trials with ``normalised``, ``log`` (natural; NaN where left out), ``position``
+        Analysed trials with ``normalised``, ``log`` (natural; NaN if excluded), ``position``
         (1, 2, ... within the participant) and ``repetition`` (1, 2, ... of the same amplitude).
     cells : DataFrame, shape (participants, amplitudes)
         Participants' mean normalised estimates.
     logs : DataFrame, shape (participants, amplitudes)
         Participants' mean logarithms.
     zeros : int
-        How many estimates are zero.
+        Number of estimates that are zero.
     zero_sentence : str
-        What became of them; empty where there are none.
+        How they were treated; empty if there are none.
     refused : bool
-        Nothing may be computed on logarithms.
+        Whether nothing may be computed on logarithms.
     quantity : Quantity
-        What the amplitudes are.
+        Quantity of the amplitudes.
     """
 
     trials: pd.DataFrame
@@ -115,7 +115,7 @@ class Prepared:
 
     @property
     def logged(self) -> list[float]:
-        """Amplitudes, µm peak to peak, with a logarithm of anybody."""
+        """Amplitudes, µm peak to peak, at which any participant has a logarithm."""
         return [float(value) for value in self.logs.columns[self.logs.notna().any()]]
 
     @property
@@ -140,9 +140,9 @@ def prepare(
     estimates : DataFrame
         Trials with their ``normalised`` estimate, in order of presentation.
     choices : AnalysisChoices
-        The zero rule is used here, the rest is carried along.
+        Only the zero rule is used here; the other choices are passed on.
     quantity : Quantity
-        What the amplitudes are.
+        Quantity of the amplitudes.
     """
     values = estimates["normalised"]
     zeros = int((values <= 0).sum())

@@ -1,9 +1,9 @@
-"""Bringing estimates to one scale: named rules, each with what it does to zeros.
+"""Normalise estimates to a common scale: named rules, each with its effect on zeros.
 
-The paper says only that estimates "were multiplied in order to bring them to 100" (Section
-IV-B), which has many readings; docs/how-to/your-data.md compares them. Every rule but
-``modulus_equalisation`` is a division by a positive number, so zeros stay zeros and the exponent
-of a participant's power function stays as it is.
+The paper states only that estimates "were multiplied in order to bring them to 100" (Section
+IV-B), which has many interpretations; docs/how-to/your-data.md compares them. Every rule except
+``modulus_equalisation`` divides by a positive number, so zeros stay zeros and the exponent of a
+participant's power function does not change.
 """
 
 from __future__ import annotations
@@ -29,22 +29,22 @@ class Rule:
     Parameters
     ----------
     divisor : callable
-        Trials (DataFrame) -> what each estimate is divided by, before it is multiplied with
-        ``top``. NaN or 0 where the rule cannot say.
+        Trials (DataFrame) -> divisor of each estimate, before multiplication by ``top``. NaN or 0
+        if the rule cannot be applied.
     top : float
-        What the divisor becomes.
+        Normalised value of an estimate equal to the divisor.
     formula : str
-        For the report, in words, of a quantity ``q``.
+        Description for the report, for a quantity ``q``.
     zeros : str
-        What becomes of an estimate of zero.
+        How an estimate of zero is treated.
     table3 : str
-        Whether the paper's Table III can come from this rule, and why.
+        Whether the paper's Table III can result from this rule, and why.
     source : str
-        Where the rule is described.
+        Reference that describes the rule.
     needs : str
-        What the data must have, for the message when it has not.
+        What the data must contain, for the message if they do not.
     unit : str
-        The unit of the result, for axes, of a quantity ``q``.
+        Unit of the result, for axes, for a quantity ``q``.
     """
 
     divisor: Callable[[pd.DataFrame], pd.Series[float]]
@@ -84,7 +84,7 @@ def log_cell_means(trials: pd.DataFrame, column: str = "estimate") -> pd.DataFra
 
 
 def _spread(trials: pd.DataFrame, per_participant: pd.Series[float]) -> pd.Series[float]:
-    """Give every trial its participant's value."""
+    """Assign each participant's value to all of their trials."""
     codes = trials[PARTICIPANT].astype("category")
     lookup = per_participant.reindex(codes.cat.categories).to_numpy(float)
     return pd.Series(lookup[codes.cat.codes.to_numpy()], index=trials.index)
@@ -189,13 +189,13 @@ RULES: dict[str, Rule] = {
 
 
 def default_rule(trials: pd.DataFrame) -> str:
-    """Return ``scale_top`` where every trial has one, else ``grand_maximum``."""
+    """Return ``scale_top`` if every trial has one, else ``grand_maximum``."""
     tops = trials["scale_top"]
     return "scale_top" if len(tops) and bool((tops > 0).all()) else "grand_maximum"
 
 
 def divisors(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
-    """Return what each trial's estimate is divided by under a rule; NaN where it cannot say."""
+    """Return the divisor of each trial's estimate under a rule; NaN if it cannot be applied."""
     if rule not in RULES:
         raise UserError(f"normalisation '{rule}': expected one of {', '.join(RULES)}")
     if not len(trials):
@@ -217,7 +217,8 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
     Raises
     ------
     UserError
-        No such rule, or the data lacks what it needs; says for whom.
+        The rule does not exist, or data that it needs are missing; the message names the
+        participants.
     """
     below = divisors(trials, rule)
     if below.isna().any():
@@ -230,7 +231,7 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
 
 
 def normalise_by_all(trials: pd.DataFrame) -> dict[str, pd.Series[float]]:
-    """Return normalised estimates under every rule that this data allows, in the table's order."""
+    """Return normalised estimates under every rule that the data allow, in the table's order."""
     found = {name: divisors(trials, name) for name in RULES}
     return {
         name: _scaled(trials, name, below)
@@ -240,7 +241,7 @@ def normalise_by_all(trials: pd.DataFrame) -> dict[str, pd.Series[float]]:
 
 
 def _scaled(trials: pd.DataFrame, rule: str, below: pd.Series[float]) -> pd.Series[float]:
-    # Times first: 58 on a scale of 100 stays 58.
+    # Multiply first, so that 58 on a scale of 100 stays exactly 58.
     return trials["estimate"] * RULES[rule].top / below
 
 

@@ -1,4 +1,4 @@
-"""Residuals of log estimates after participants' and amplitudes' means, and their slopes."""
+"""Compute residuals of log estimates from participants' and amplitudes' means, and slopes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
-    """Return log estimates less participants' and amplitudes' means, one a trial.
+    """Return log estimates minus participants' and amplitudes' means, one per trial.
 
     Parameters
     ----------
@@ -29,7 +29,8 @@ def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
     what = logs.columns.get_indexer(pd.Index(trials["amplitude_um_pp"]))
     table = logs.to_numpy(float)
     with warnings.catch_warnings():
-        # A participant or amplitude without any logarithm has no mean; its trials have none too.
+        # A participant or amplitude without logarithms has no mean; its trials have no logarithm
+        # either.
         warnings.filterwarnings("ignore", "Mean of empty slice", RuntimeWarning)
         rows, columns = np.nanmean(table, axis=1), np.nanmean(table, axis=0)
     grand = np.nanmean(columns) if np.isfinite(columns).any() else np.nan
@@ -39,7 +40,7 @@ def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
 def slopes_per_participant(
     who: NDArray[np.intp], x: NDArray[np.float64], y: NDArray[np.float64], people: int
 ) -> NDArray[np.float64]:
-    """Return each participant's least-squares slope of y on x; NaN where x does not vary.
+    """Return each participant's least-squares slope of y on x; NaN if x does not vary.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Sessions: one of them analysed by itself, or all together, and that is said."""
+"""Analyse one session, or pool all sessions and report it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def sessions_of(data: Dataset) -> list[str]:
-    """Return the labels of all sessions in which there are trials, sorted."""
+    """Return the labels of all sessions that contain trials, sorted."""
     found: set[str] = set()
     for table in data.tables.values():
         if "session" in table:
@@ -23,12 +23,12 @@ def sessions_of(data: Dataset) -> list[str]:
 
 
 def only_session(data: Dataset, session: str) -> Dataset:
-    """Return a data set with the trials of one session alone.
+    """Return a data set restricted to the trials of one session.
 
     Raises
     ------
     UserError
-        There is no such session.
+        The session does not exist.
     """
     known = sessions_of(data)
     if session not in known:
@@ -46,7 +46,7 @@ def _rows(table: pd.DataFrame, session: str) -> pd.DataFrame:
 
 
 def pooled(data: Dataset) -> list[str]:
-    """Say so where a participant's sessions are taken together, and where they are compared."""
+    """Report that a participant's sessions are pooled, and where they are compared."""
     known = sessions_of(data)
     if len(known) < 2:  # noqa: PLR2004 - several
         return []

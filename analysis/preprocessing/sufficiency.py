@@ -1,15 +1,15 @@
-"""How much data a result needs, and what to say where there is less."""
+"""Define how much data a result needs, and the message if there is less."""
 
 from __future__ import annotations
 
-#: Differences below this, relative, are rounding.
+#: Smaller relative differences are rounding errors.
 TINY = 1e-12
-#: Fewer participants than this give no test.
+#: Minimum number of participants for a test.
 FEWEST = 3
 
 
 def few(what: str, there: int, needed: int = FEWEST) -> str:
-    """Say of what there is too little.
+    """Return a message about missing data.
 
     >>> few("amplitudes", 1, 2)
     'amplitudes: 1 (at least 2 are needed)'

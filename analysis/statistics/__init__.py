@@ -1,1 +1,1 @@
-"""Statistics: functions of prepared data, each returning its numbers or the reason why not."""
+"""Compute statistics of prepared data; each returns its result or why it is missing."""

@@ -1,8 +1,8 @@
-"""The same tests as in the report, for thousands of tables of participants at once.
+"""Apply the report's tests to thousands of tables of participants at once.
 
-A table has a row for each participant and a column for each stimulus. Unless it says otherwise,
-a function takes an array of tables, shape (tables, participants, columns), and returns a value
-for each table.
+A table has one row per participant and one column per stimulus. Unless stated otherwise, a
+function takes an array of tables, shape (tables, participants, columns), and returns one value per
+table.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 
 
 def repeated_measures_f(tables: Array) -> Array:
-    """Return the one-way repeated-measures F; infinite if nothing is left unexplained."""
+    """Return the one-way repeated-measures F; infinite if the error is zero."""
     _, n, k = tables.shape
     x = tables - tables.mean(axis=(1, 2), keepdims=True)
     between = n * (x.mean(axis=1) ** 2).sum(axis=1)
     participants = k * (x.mean(axis=2) ** 2).sum(axis=1)
     total = (x**2).sum(axis=(1, 2))
     error = total - between - participants
-    # What rounding leaves of an error of zero is zero.
+    # A rounding residue of a zero error counts as zero.
     error = np.where(error > 1e-12 * total, error, 0.0)
     return _ratio(between * (n - 1), error, _limit(between))
 
@@ -44,7 +44,7 @@ def greenhouse_geisser(tables: Array) -> Array:
     covariance = np.swapaxes(x, 1, 2) @ x / (n - 1)
     trace = np.trace(covariance, axis1=1, axis2=2)
     squares = (covariance**2).sum(axis=(1, 2))
-    # Without any variation there is no departure either.
+    # Without variation there is no departure from sphericity.
     return _ratio(trace**2, (k - 1) * squares, 1.0)
 
 
@@ -68,22 +68,22 @@ def friedman_p(tables: Array) -> Array:
 
 
 def signed_rank_p(differences: Array) -> Array:
-    """Return Wilcoxon's two-sided p for each row of differences; 1 where all are zero.
+    """Return Wilcoxon's two-sided p for each row of differences; 1 if all are zero.
 
-    Exact up to the size where the report's test is, ties aside: zeros are left out, equal sizes
-    share their mean rank.
+    Exact up to the same size as the report's test, except for ties: zeros are omitted, and equal
+    sizes share their mean rank.
 
     Parameters
     ----------
     differences : array, shape (tables, participants)
-        NaN where there is none.
+        NaN if missing.
     """
     from scipy import stats  # noqa: PLC0415
 
     step = np.where(np.isnan(differences), 0.0, differences)
     up = step > 0
     changed = np.count_nonzero(step, axis=1)
-    # Zeros have the lowest ranks: without them the others' are as many lower.
+    # Zeros have the lowest ranks; without them, the other ranks decrease by their number.
     ranks = stats.rankdata(np.abs(step), axis=1) - (step.shape[1] - changed)[:, None]
     rank_sum = np.where(up, ranks, 0.0).sum(axis=1)
     p = np.ones(len(step))
@@ -95,12 +95,13 @@ def signed_rank_p(differences: Array) -> Array:
 
 
 def _exact_p(rank_sum: Array, changed: NDArray[np.int64]) -> Array:
-    """Return the two-sided p of sums of positive ranks, of so many differences each.
+    """Return the two-sided p of sums of positive ranks, for the given numbers of differences.
 
-    A sum between two whole numbers, of ties, takes the less extreme one, as SciPy does.
+    A sum between two whole numbers, which results from ties, uses the less extreme one, as in
+    SciPy.
     """
     all_ranks = changed * (changed + 1) // 2
-    # Both tails are the lower one's: the distribution is symmetrical.
+    # The distribution is symmetrical, so both tails use the lower one.
     extreme = np.minimum(np.ceil(rank_sum), all_ranks - np.floor(rank_sum)).astype(np.int64)
     return np.asarray(np.minimum(2 * _rank_sums()[changed, extreme], 1.0))
 
@@ -109,8 +110,8 @@ def _exact_p(rank_sum: Array, changed: NDArray[np.int64]) -> Array:
 def _rank_sums() -> Array:
     """Return the distribution of the sum of positive ranks: P(sum <= s) at [n, s].
 
-    Each rank is in the sum or not, both as likely: the sum of n ranks is that of n - 1 ranks, or
-    n more (Wilcoxon, 1945, Biometrics Bulletin 1, 80-83).
+    Each rank is in the sum or not, with equal probability. The sum of n ranks is therefore that of
+    n - 1 ranks, or larger by n (Wilcoxon, 1945, Biometrics Bulletin 1, 80-83).
     """
     most = EXACT_AT_MOST * (EXACT_AT_MOST + 1) // 2
     share = np.zeros((EXACT_AT_MOST + 1, most + 1))
@@ -122,7 +123,7 @@ def _rank_sums() -> Array:
 
 
 def paired_t(tables: Array) -> Array:
-    """Return the paired t of the second column minus the first; two columns."""
+    """Return the paired t of the second column minus the first, for tables with two columns."""
     difference = tables[:, :, 1] - tables[:, :, 0]
     mean, error = difference.mean(axis=1), difference.std(axis=1, ddof=1)
     return _ratio(mean * np.sqrt(tables.shape[1]), error, _limit(mean))
@@ -143,7 +144,7 @@ def exponents(tables: Array, log_amplitude: Sequence[float]) -> Array:
 
 
 def mean_exponent(tables: Array, log_amplitude: Sequence[float]) -> Array:
-    """Return the mean of the participants' exponents, of those that have one."""
+    """Return the mean of the participants' exponents, ignoring participants without one."""
     found = exponents(tables, log_amplitude)
     return _ratio(np.nansum(found, axis=1), np.isfinite(found).sum(axis=1), np.nan)
 
@@ -157,12 +158,12 @@ def sd_of_exponents(tables: Array, log_amplitude: Sequence[float]) -> Array:
 
 
 def _limit(top: Array) -> Array:
-    """Return what top / error tends to as the error vanishes: infinite, or 0 if `top` is 0."""
+    """Return the limit of top / error as the error vanishes: infinite, or 0 if `top` is 0."""
     return np.where(top == 0, 0.0, np.copysign(np.inf, top))
 
 
 def _ratio(top: Array, bottom: Array, otherwise: Array | float) -> Array:
-    """Divide; `otherwise` where `bottom` is zero."""
+    """Divide; return `otherwise` if `bottom` is zero."""
     out = np.broadcast_to(otherwise, top.shape).astype(np.float64)
     found: Array = np.divide(top, bottom, out=out, where=bottom > 0)
     return found

@@ -16,7 +16,7 @@ class ConfidenceInterval:
     Parameters
     ----------
     low, high : float
-        Bounds; unpacking gives these two.
+        Bounds; unpacking yields these two.
     confidence : float
         Level, such as 0.95.
     """
@@ -26,7 +26,7 @@ class ConfidenceInterval:
     confidence: float = 0.95
 
     def __iter__(self) -> Iterator[float]:
-        """Give the lower and the upper bound."""
+        """Yield the lower and the upper bound."""
         yield self.low
         yield self.high
 
@@ -36,5 +36,5 @@ class ConfidenceInterval:
 
 
 def key_of(interval: ConfidenceInterval | None) -> str:
-    """Return an interval's key, which is "ci95" only for a level of 0.95."""
+    """Return the key of an interval: "ci95" only for a level of 0.95."""
     return "ci95" if interval is not None and interval.confidence == 0.95 else "ci"  # noqa: PLR2004

@@ -1,4 +1,4 @@
-"""Table III and further descriptive statistics of estimates.
+"""Compute Table III and further descriptive statistics of estimates.
 
 A *value* is one participant's arithmetic mean at one amplitude: participants are the sample.
 """
@@ -15,7 +15,7 @@ from slipscale.analysis.preprocessing.normalisation import complete
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: Fewer participants than this give no interval.
+#: Minimum number of participants for an interval.
 FEWEST = 3
 #: The two conventions of the standard deviation, as numpy's ``ddof``.
 SD_CONVENTIONS = {"sample": 1, "population": 0}
@@ -27,7 +27,7 @@ def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFr
     Parameters
     ----------
     cells : DataFrame, shape (participants, amplitudes)
-        Participants' mean estimates, see
+        Participants' mean estimates; see
         `slipscale.analysis.preprocessing.normalisation.cell_means`.
     standard_deviation : {"sample", "population"}
         Divide by n - 1 or by n.
@@ -45,7 +45,7 @@ def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFr
 
 
 def over_participants(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFrame:
-    """Return ``n mean maximum_deviation standard_deviation``, one row a column of the cells."""
+    """Return ``n mean maximum_deviation standard_deviation``, one row per column of the cells."""
     values = cells.to_numpy(float)
     count = np.sum(~np.isnan(values), axis=0)
     mean = cells.mean().to_numpy(float)
@@ -63,14 +63,14 @@ def over_participants(cells: pd.DataFrame, standard_deviation: str = "sample") -
 def cousineau_morey(values: NDArray[np.float64], confidence: float = 0.95) -> NDArray[np.float64]:
     """Return half-widths of within-participant confidence intervals, one per column.
 
-    Each participant's values are shifted to the grand mean (Cousineau 2005, Tutor. Quant.
-    Methods Psychol. 1, 42-45), the variance corrected by k / (k - 1) (Morey 2008, ibid. 4,
-    61-64), the interval is Student's.
+    Each participant's values are shifted to the grand mean (Cousineau 2005, Tutor. Quant. Methods
+    Psychol. 1, 42-45), the variance is corrected by k / (k - 1) (Morey 2008, ibid. 4, 61-64), and
+    the interval is Student's.
 
     Parameters
     ----------
     values : array, shape (participants, conditions)
-        Complete. NaN for fewer than `FEWEST` participants or two conditions.
+        Complete. The result is NaN for fewer than `FEWEST` participants or two conditions.
     """
     from scipy import stats  # noqa: PLC0415 - a second's import, only when an interval is asked for
 
@@ -97,14 +97,14 @@ def describe(
     logs : DataFrame, shape (participants, amplitudes)
         Participants' mean natural logarithms, for the geometric means.
     confidence : float
-        Of the intervals.
+        Level of the intervals.
 
     Returns
     -------
     DataFrame
-        ``amplitude_um_pp n mean geometric_mean median sd_sample sd_population
-        maximum_deviation mean_low mean_high geometric_n geometric_low geometric_high within_low
-        within_high``. Mean and geometric mean with Student's intervals over participants; within:
+        ``amplitude_um_pp n mean geometric_mean median sd_sample sd_population maximum_deviation
+        mean_low mean_high geometric_n geometric_low geometric_high within_low within_high``. Mean
+        and geometric mean have Student's intervals over participants; ``within`` refers to
         `within_intervals`, around the geometric mean.
     """
     table = table3(cells).rename(columns={"standard_deviation": "sd_sample"})
@@ -131,15 +131,16 @@ def within_intervals(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return within-participant intervals of the geometric means, one per amplitude.
 
-    Cousineau and Morey's on logarithms, taken back: estimates spread in proportion to their
-    size, so that one variance for all amplitudes holds of logarithms only; of raw means it gives
-    small ones an interval that reaches below 0.
+    Cousineau and Morey's intervals are computed on logarithms and transformed back. The spread of
+    estimates is proportional to their size, so a common variance for all amplitudes holds only for
+    logarithms. With raw means, small ones would get an interval that extends below 0.
 
     Parameters
     ----------
     logs : DataFrame, shape (participants, amplitudes)
-        Mean natural logarithms. Amplitudes at which somebody's is missing take no part, so that
-        nobody is left out; where fewer than two remain, people are.
+        Mean natural logarithms. Amplitudes with a missing value are excluded, so that no
+        participant is excluded; if fewer than two amplitudes remain, participants are excluded
+        instead.
     """
     some = logs.columns[logs.notna().all()]
     if len(some) < 2:  # noqa: PLR2004
@@ -155,10 +156,10 @@ def within_intervals(
 def student_intervals(
     table: pd.DataFrame, confidence: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return Student's intervals of the columns' means; NaN of fewer than `FEWEST` values.
+    """Return Student's intervals of the columns' means; NaN for fewer than `FEWEST` values.
 
-    They cover closer to their level than the bootstrap's percentile or BCa intervals for the few
-    and skewed values of such studies (docs/validation/measured/coverage.md).
+    For the small and skewed samples of such studies, their coverage is closer to the level than
+    that of the bootstrap's percentile or BCa intervals (docs/validation/measured/coverage.md).
     """
     from scipy import stats  # noqa: PLC0415 - a second's import
 

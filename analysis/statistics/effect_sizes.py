@@ -1,4 +1,4 @@
-"""Effect sizes with intervals that hold what they promise for a dozen participants."""
+"""Compute effect sizes with intervals that have the stated coverage for a dozen participants."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Sums of squares below this, relative, are rounding.
+#: Smaller relative sums of squares are rounding errors.
 TINY = 1e-12
-#: Differences without noise: SciPy's search would take minutes for an interval of no use.
+#: Differences without noise: SciPy's search would take minutes for a useless interval.
 LARGEST_T = 1e4
 #: The same for F.
 LARGEST_F = 1e4
-#: Below this SciPy's direct inverse can give the answer for t = 0; a root is searched instead.
+#: Below this, SciPy's direct inverse can return the value for t = 0; a root search is used
+#: instead.
 SMALL_T = 1.0
 
 
@@ -41,7 +42,7 @@ def _t_noncentrality(t: float, df: int, confidence: float) -> tuple[float, float
         low, high = (_noncentrality(t, df, p) for p in (1 - tail, tail))
         return low, high
     low, high = (float(special.nctdtrinc(df, p, t)) for p in (1 - tail, tail))
-    # SciPy's search ends at its own bounds where t is too large.
+    # SciPy's search ends at its own bounds if t is too large.
     found = all(
         np.isclose(special.nctdtr(df, bound, t), p, atol=1e-3)
         for bound, p in ((low, 1 - tail), (high, tail))
@@ -50,14 +51,14 @@ def _t_noncentrality(t: float, df: int, confidence: float) -> tuple[float, float
 
 
 def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | None:
-    """Return the interval of d_z, the mean of n differences over their standard deviation.
+    """Return the interval of d_z, the mean of n differences divided by their standard deviation.
 
-    None where t is beyond `LARGEST_T`, or SciPy cannot find it.
+    None if t exceeds `LARGEST_T`, or if SciPy cannot find the interval.
 
-    Exact for normal differences: t is non-central with d_z √n, so the interval leaves out 0
-    exactly where the paired t test is significant (Cumming and Finch 2001, Educ. Psychol. Meas.
-    61, 532-574; also what JASP prints). pingouin's approximation does not: at n = 4 it covers
-    0 with p = .02.
+    Exact for normal differences: t is non-central with d_z √n, so the interval excludes 0 exactly
+    if the paired t test is significant (Cumming and Finch 2001, Educ. Psychol. Meas. 61, 532-574;
+    JASP prints the same). This does not hold for pingouin's approximation: at n = 4 it covers 0
+    with p = .02.
 
     >>> [round(bound, 2) for bound in d_z_interval(4.66, 4, 0.95) or ()]
     [0.3, 4.33]
@@ -69,10 +70,11 @@ def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | No
 def hedges_g(
     first: Array, second: Array, confidence: float
 ) -> tuple[float, ConfidenceInterval | None]:
-    """Return Hedges' g of two groups and its interval; None where that is not defined.
+    """Return Hedges' g of two groups and its interval; None if it is not defined.
 
-    The difference of means over the pooled standard deviation, times Hedges' correction of its
-    bias (1981, J. Educ. Stat. 6, 107-128); the interval is exact for normal values of one spread.
+    The difference of means divided by the pooled standard deviation, multiplied by Hedges'
+    correction for bias (1981, J. Educ. Stat. 6, 107-128). The interval is exact for normal values
+    with equal variances.
     """
     df = len(first) + len(second) - 2
     pooled = ((len(first) - 1) * first.var(ddof=1) + (len(second) - 1) * second.var(ddof=1)) / df
@@ -96,9 +98,10 @@ def eta2_of(f: float, df1: float, df2: float) -> float:
 
 
 def eta2_interval(f: float, df1: float, df2: float, confidence: float) -> ConfidenceInterval | None:
-    """Return the interval of (partial) eta squared by the non-central F; None where F is too large.
+    """Return the interval of (partial) eta squared by the non-central F; None if F is too large.
 
-    Steiger (2004), Psychol. Methods 9, 164-182: from the non-centrality λ, λ / (λ + df1 + df2 + 1).
+    Steiger (2004), Psychol. Methods 9, 164-182: with the non-centrality λ, λ / (λ + df1 + df2 +
+    1).
     """
     if not f < LARGEST_F:
         return None
@@ -111,15 +114,15 @@ def eta2_interval(f: float, df1: float, df2: float, confidence: float) -> Confid
 
 
 def _f_noncentrality(f: float, df1: float, df2: float, p: float) -> float:
-    """Return the non-centrality at which F has the cumulative probability p; 0 where none has.
+    """Return the non-centrality at which F has the cumulative probability p; 0 if there is none.
 
-    NaN where SciPy cannot compute the distribution.
+    NaN if SciPy cannot compute the distribution.
     """
     from scipy import optimize, stats  # noqa: PLC0415
 
     if stats.f.cdf(f, df1, df2) <= p:
         return 0.0
-    # From near the answer: SciPy's distribution is NaN at some far larger non-centralities.
+    # Start near the solution: SciPy's distribution is NaN at some much larger non-centralities.
     above = max(f * df1, 1.0)
     while stats.ncf.cdf(f, df1, df2, above) > p:
         above *= 1.5
@@ -132,10 +135,11 @@ def _f_noncentrality(f: float, df1: float, df2: float, p: float) -> float:
 
 
 def _sums(centred: Array, leave_out: bool = False) -> tuple[Array, Array]:
-    """Return the effect's and the total sum of squares; without each participant in turn.
+    """Return the effect's and the total sum of squares, with and without each participant in turn.
 
-    Their quotient is generalised eta squared: with one within-participant factor, effect, people
-    and error make the total (Olejnik and Algina 2003, Psychol. Methods 8, 434-447).
+    Their quotient is generalised eta squared: with one within-participant factor, the total
+    consists of effect, participants and error (Olejnik and Algina 2003, Psychol. Methods 8,
+    434-447).
     """
     n, k = centred.shape
     left = centred if leave_out else np.zeros((1, k))
@@ -154,11 +158,12 @@ def eta_squared(values: Array) -> float:
 
 
 def eta_squared_interval(values: Array, confidence: float) -> ConfidenceInterval | None:
-    """Return the interval of generalised eta squared; None where it is not defined.
+    """Return the interval of generalised eta squared; None if it is not defined.
 
     Tukey's jackknife over participants on Fisher's z of the correlation ratio, artanh η, with
-    Student's t: it covers as stated from six participants on (tests/analysis), where the
-    percentile bootstrap of a dozen covers some 75 % instead of 95, η² being biased upwards.
+    Student's t. Its coverage is as stated from six participants upwards (tests/analysis). The
+    percentile bootstrap of a dozen participants covers about 75 % instead of 95, because η² is
+    biased upwards.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The mean of one value per participant: Student's interval and the test against 0."""
+"""Compute the mean of one value per participant: Student's interval and the test against 0."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class MeanOverParticipants:
     Parameters
     ----------
     mean, sd : float
-        In the values' unit; the standard deviation is of the sample (n - 1).
+        In the values' unit; the standard deviation is the sample's (n - 1).
     interval : ConfidenceInterval
-        Of the mean, Student's.
+        Student's interval of the mean.
     t, df, p : float, int, float
         Two-sided test of the mean against 0.
     """
@@ -40,7 +40,7 @@ class MeanOverParticipants:
     p: float
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self, interval="ci")
 
 
@@ -52,9 +52,9 @@ def mean_over_participants(
     Parameters
     ----------
     values : array, shape (participants,)
-        Values that are not finite are left out.
+        Values that are not finite are omitted.
     confidence : float
-        Of the interval.
+        Level of the interval.
     """
     from scipy import stats  # noqa: PLC0415 - a second's import
 

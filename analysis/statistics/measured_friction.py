@@ -1,9 +1,9 @@
-"""Ratings against the friction that was measured under the same finger in the same trial.
+"""Relate ratings to the friction measured under the same finger in the same trial.
 
-The paper could only model what the film does to friction. Where normal and lateral force were
-measured, each participant has a line of their own: the logarithm of the estimate against the
+The paper could only model the film's effect on friction. If normal and lateral force were
+measured, each participant has their own line: the logarithm of the estimate against the
 coefficient of friction, over all trials. Slopes and correlations are averaged over participants,
-for trials of one person are not independent and persons differ in their skin.
+because trials of one person are not independent and skin differs between persons.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-FEWEST_TRIALS = 4  # Fisher's interval needs four, and a line of three says nothing
-# A perfect correlation has no Fisher's z.
+FEWEST_TRIALS = 4  # Fisher's interval needs four, and a line through three points is uninformative
+# Fisher's z is infinite for a perfect correlation.
 LARGEST_CORRELATION = 1 - 1e-12
 
 
@@ -45,15 +45,15 @@ class ParticipantLine:
     ----------
     participant_id : str
     trials : int
-        With an estimate above 0 and a measured coefficient.
+        Trials with an estimate above 0 and a measured coefficient.
     slope : float
-        Change of the natural logarithm of the estimate for a coefficient larger by 1.
+        Change of the natural logarithm of the estimate per unit of the coefficient.
     slope_interval : ConfidenceInterval
-        Student's, of ordinary least squares; it takes trials for independent.
+        Student's, by ordinary least squares; assumes independent trials.
     correlation : float
-        Pearson's, of the logarithm of the estimate with the coefficient.
+        Pearson's correlation of the logarithm of the estimate with the coefficient.
     correlation_interval : ConfidenceInterval
-        By Fisher's z; it takes trials for independent.
+        By Fisher's z; assumes independent trials.
     """
 
     participant_id: str
@@ -66,13 +66,13 @@ class ParticipantLine:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeanCorrelation:
-    """The mean of participants' correlations: of their Fisher's z, turned back.
+    """The mean of participants' correlations: the mean of their Fisher's z, transformed back.
 
     Parameters
     ----------
     correlation : float
     interval : ConfidenceInterval
-        Student's, of the mean z, turned back.
+        Student's interval of the mean z, transformed back.
     """
 
     correlation: float
@@ -86,11 +86,11 @@ class MeasuredFriction:
     Parameters
     ----------
     trials : int
-        Trials that take part.
+        Number of trials used.
     participants : tuple of ParticipantLine
-        Those with a line of their own.
+        Participants with their own line.
     left_out : tuple of str
-        Participants with too few trials, or without a spread of friction or ratings.
+        Participants with too few trials, or without variation in friction or ratings.
     slope : MeanOverParticipants or NotComputed
         Mean of participants' slopes.
     correlation : MeanCorrelation or NotComputed
@@ -113,7 +113,7 @@ def used_trials(prepared: Prepared) -> pd.DataFrame:
 
 
 def measured_friction(prepared: Prepared | None) -> MeasuredFriction | None:
-    """Return ratings against measured friction; None where no friction was measured."""
+    """Return ratings against measured friction; None if no friction was measured."""
     if prepared is None or COEFFICIENT not in prepared.trials:
         return None
     if not prepared.trials[COEFFICIENT].notna().any():

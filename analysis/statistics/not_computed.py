@@ -1,8 +1,8 @@
-"""What replaces a result that the data do not allow, and how code reads "a result or a reason".
+"""Represent a result that the data do not allow, so that code can handle "a result or a reason".
 
-A reason is false in a condition and a result is true: code that only needs the result reads
-``if result:``. Code that also uses the reason calls `fold`, or asks with ``isinstance``. Results
-that may be false themselves (a number, an empty tuple) are read with `computed`.
+A reason is false in a condition and a result is true: code that needs only the result uses
+``if result:``. Code that also needs the reason uses `fold` or ``isinstance``. Results that may be
+false themselves (a number, an empty tuple) are accessed with `computed`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ S = TypeVar("S")
 
 @dataclass(frozen=True, slots=True)
 class NotComputed:
-    """No result, and why.
+    """A missing result and its reason.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class NotComputed:
     reason: str
 
     def __bool__(self) -> Literal[False]:
-        """Return False: there is no result."""
+        """Return False, because there is no result."""
         return False
 
 
@@ -40,15 +40,15 @@ def computed(result: T | NotComputed) -> T | None:
 
 
 def all_computed(results: Iterable[T | NotComputed]) -> list[T]:
-    """Return the results that there are."""
+    """Return the results that were computed."""
     return [each for each in results if not isinstance(each, NotComputed)]
 
 
 def missing(results: Iterable[object]) -> list[NotComputed]:
-    """Return the results that there are not, with their reasons."""
+    """Return the missing results, with their reasons."""
     return [each for each in results if isinstance(each, NotComputed)]
 
 
 def fold(result: T | NotComputed, read: Callable[[T], S], otherwise: Callable[[str], S]) -> S:
-    """Return what is made of a result, or of the reason why there is none."""
+    """Apply ``read`` to a result, or ``otherwise`` to the reason why there is none."""
     return otherwise(result.reason) if isinstance(result, NotComputed) else read(result)

@@ -1,7 +1,7 @@
-"""Do estimates differ between amplitudes: analysis of variance, Friedman's test, trends.
+"""Test whether estimates differ between amplitudes: analysis of variance, Friedman's test, trends.
 
-Each test takes a `Prepared` and returns its numbers or `NotComputed`: constant data and too few
-participants or conditions are checked first, because SciPy answers them with NaN.
+Each test takes a `Prepared` and returns its numbers or `NotComputed`. Constant data and too few
+participants or conditions are checked first, because SciPy returns NaN for them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
-#: SciPy's p of Shapiro and Wilk's test is not accurate of more values than this.
+#: SciPy's p of the Shapiro-Wilk test is not accurate for more values than this.
 SHAPIRO_AT_MOST = 5000
 
 
@@ -42,24 +42,25 @@ class RmAnova:
     Parameters
     ----------
     F, df1, df2, p : float, int, int, float
-        Without correction.
+        Uncorrected.
     epsilon_gg, p_gg : float
-        Greenhouse and Geisser's.
+        Greenhouse-Geisser correction.
     epsilon_hf, p_hf : float
-        Huynh and Feldt's.
+        Huynh-Feldt correction.
     eta2_generalised : float
         Generalised eta squared.
     eta2_generalised_interval : ConfidenceInterval or None
-        None where it is not defined.
+        None if it is not defined.
     mauchly_w, mauchly_p : float or None
-        Test of sphericity; None of two amplitudes, which are always spherical, and of fewer
-        participants than amplitudes, where it is not defined.
+        Test of sphericity; None for two amplitudes, which are always spherical, and for fewer
+        participants than amplitudes, for which it is not defined.
     shapiro_w, shapiro_p : float or None
-        Test of the residuals' normality; None of more values than SciPy's p is accurate for.
+        Test of the residuals' normality; None if there are more values than SciPy's p is accurate
+        for.
     n, n_incomplete : int
         Participants tested, and participants without a logarithm at some of the amplitudes.
     amplitudes_um_pp, left_out_um_pp : tuple of float
-        Amplitudes compared, and those without a logarithm of anybody: every estimate is zero.
+        Amplitudes compared, and amplitudes without any logarithm because every estimate is zero.
     """
 
     F: float
@@ -82,7 +83,7 @@ class RmAnova:
     left_out_um_pp: tuple[float, ...]
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         keys = {"scale": "log", **renamed(self, eta2_generalised_interval="eta2_generalised_ci")}
         keys["eta2_generalised_ci"] = bounds(self.eta2_generalised_interval)
         if self.shapiro_p is None:
@@ -130,7 +131,7 @@ class LinearTrend:
     n_incomplete: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return {
             "unit": OurName("natural logarithm per um_pp"),
             **record(self.log_slope_per_um_pp),
@@ -142,7 +143,7 @@ class LinearTrend:
 def lacking(
     table: pd.DataFrame, conditions: int = 2, quantity: Quantity = PLATE_AMPLITUDE
 ) -> str | None:
-    """Say why a table of participants by amplitudes allows no test, or None."""
+    """Return why a table of participants by amplitudes allows no test, or None."""
     n, k = table.shape
     if k < conditions:
         return few(quantity.levels, k, conditions)
@@ -152,7 +153,7 @@ def lacking(
 
 
 def additive_residuals(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return what participants' and amplitudes' means leave, shape as ``values``."""
+    """Return the residuals from participants' and amplitudes' means, shape as ``values``."""
     rows, columns = values.mean(axis=1, keepdims=True), values.mean(axis=0, keepdims=True)
     return np.asarray(values - rows - columns + values.mean())
 
@@ -171,7 +172,7 @@ def log_table(data: Prepared, conditions: int = 2) -> tuple[pd.DataFrame, str | 
 
 
 def _no_ranks(table: pd.DataFrame, quantity: Quantity) -> str | None:
-    """Say why a complete table of participants by conditions allows no test on ranks, or None."""
+    """Return why a complete table of participants by conditions allows no rank test, or None."""
     why = lacking(table, 3, quantity)
     if why is None and (np.ptp(table.to_numpy(float), axis=1) == 0).all():
         why = "every participant's estimates are all the same"
@@ -183,12 +184,12 @@ def _incomplete(data: Prepared, table: pd.DataFrame) -> int:
 
 
 def rm_anova(data: Prepared) -> RmAnova | NotComputed:
-    """Repeated-measures analysis of variance of participants' mean logarithms.
+    """Perform a repeated-measures analysis of variance of participants' mean logarithms.
 
-    Sphericity: Mauchly's test; degrees of freedom corrected after Greenhouse and Geisser and
+    Sphericity: Mauchly's test; degrees of freedom are corrected after Greenhouse and Geisser and
     after Huynh and Feldt. Effect size: generalised eta squared, see
-    `slipscale.analysis.statistics.effect_sizes`. Not by pingouin, whose import takes longer than
-    the whole computation; a test holds all numbers against R's.
+    `slipscale.analysis.statistics.effect_sizes`. Does not use pingouin, because its import takes
+    longer than the whole computation; a test compares all numbers with R's.
     """
     from scipy import stats  # noqa: PLC0415
 
@@ -205,7 +206,8 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
     f = float(batched.repeated_measures_f(values[None])[0])
     epsilon = float(batched.greenhouse_geisser(values[None])[0]) if df1 > 1 else 1.0
     epsilon_hf = _huynh_feldt(epsilon, len(values), df1) if df1 > 1 else 1.0
-    # W is a determinant, which is 0 of fewer people than amplitudes, whatever they answered.
+    # W is a determinant, which is 0 for fewer participants than amplitudes, whatever their
+    # answers.
     sphericity = _mauchly(values) if 1 < df1 < len(values) else None
     residuals = additive_residuals(values).ravel()
     normality = stats.shapiro(residuals) if residuals.size <= SHAPIRO_AT_MOST else None
@@ -236,7 +238,10 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
 
 
 def friedman(data: Prepared) -> Friedman | NotComputed:
-    """Friedman's rank test and Kendall's W, on mean estimates: zeros and scales do not matter."""
+    """Perform Friedman's rank test, with Kendall's W, on mean estimates.
+
+    Zeros and participants' scales do not affect it.
+    """
     return friedman_of(data.whole, _incomplete(data, data.whole), data.quantity)
 
 
@@ -262,14 +267,14 @@ def friedman_of(
 
 
 def page_trend(data: Prepared) -> PageTrend | NotComputed:
-    """Page's test of an ordered trend: estimates grow with amplitude. One-sided by nature."""
+    """Perform Page's test of an ordered trend: estimates increase with amplitude. One-sided."""
     return page_trend_of(data.whole, _incomplete(data, data.whole), data.quantity)
 
 
 def page_trend_of(
     table: pd.DataFrame, n_incomplete: int, quantity: Quantity = PLATE_AMPLITUDE
 ) -> PageTrend | NotComputed:
-    """Return Page's test of a complete table of participants by conditions in rising order."""
+    """Return Page's test of a complete table of participants by conditions in ascending order."""
     from scipy import stats  # noqa: PLC0415
 
     if why := _no_ranks(table, quantity):
@@ -286,7 +291,7 @@ def page_trend_of(
 
 
 def linear_trend(data: Prepared) -> LinearTrend | NotComputed:
-    """Linear contrast of mean logarithms at the amplitudes' true distances, one a participant."""
+    """Test the linear contrast of mean logarithms at the true amplitudes, one per participant."""
     table, why = log_table(data)
     if why:
         return NotComputed(why)
@@ -306,7 +311,7 @@ def _huynh_feldt(epsilon_gg: float, n: int, df1: int) -> float:
 
 
 def _mauchly(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Return W and p of Mauchly's test, as R's ``mauchly.test`` (second-order term included)."""
+    """Return W and p of Mauchly's test, as R's ``mauchly.test`` (with second-order term)."""
     from scipy import linalg, stats  # noqa: PLC0415
 
     n, k = len(values) - 1, values.shape[1]

@@ -1,4 +1,4 @@
-"""Every two amplitudes compared: paired t on logarithms, Wilcoxon's test on estimates."""
+"""Compare every two amplitudes: paired t on logarithms, Wilcoxon's test on estimates."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 
-#: Wilcoxon's test is exact up to so many differences without and with ties.
+#: Wilcoxon's test is exact up to this many differences, without and with ties.
 EXACT_AT_MOST, EXACT_WITH_TIES = 50, 13
 
 
@@ -38,21 +38,21 @@ class PairedT:
     Parameters
     ----------
     ratio : float
-        Of geometric means, larger over smaller amplitude.
+        Ratio of geometric means, larger to smaller amplitude.
     ratio_interval : ConfidenceInterval
-        Student's, of the mean difference of logarithms.
+        Student's, from the mean difference of logarithms.
     t, df, p, p_holm : float, int, float, float
         Two-sided; ``p_holm`` is corrected over all pairs.
     d_z : float
-        Mean difference over the standard deviation of the differences.
+        Mean difference divided by the standard deviation of the differences.
     d_z_interval : ConfidenceInterval or None
-        Exact; None where it is not defined.
+        Exact; None if it is not defined.
     equivalence : Equivalence
         Whether the ratio lies within the study's bound.
     equivalence_p_holm : float
         Its p, corrected over all pairs.
     bayes_factor : float
-        For a difference over none; infinite where it is beyond numbers.
+        In favour of a difference; infinite if it overflows.
     """
 
     ratio: float
@@ -72,8 +72,8 @@ class PairedT:
 class SignedRank:
     """Wilcoxon's signed-rank test of estimates.
 
-    ``up`` and ``down`` count participants whose estimate grew and fell; ``p`` and ``p_holm`` are
-    two-sided, NaN where no estimate changed or fewer than three people have both.
+    ``up`` and ``down`` count participants whose estimate increased and decreased. ``p`` and
+    ``p_holm`` are two-sided, and NaN if no estimate changed or fewer than three people have both.
     """
 
     up: int
@@ -84,17 +84,17 @@ class SignedRank:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairComparison:
-    """Two amplitudes compared.
+    """Comparison of two amplitudes.
 
     Parameters
     ----------
     from_um_pp, to_um_pp : float
         Smaller and larger amplitude, µm peak to peak.
     n, n_logs : int
-        Participants with an estimate at both, and with a logarithm at both: who is missing at
-        one amplitude takes part in the pairs of the others.
+        Participants with an estimate at both amplitudes, and with a logarithm at both. A
+        participant without a value at one amplitude is included in the other pairs.
     logs, ranks
-        See their classes; `ranks` is of ``n`` participants, `logs` of ``n_logs``.
+        See their classes; `ranks` is from ``n`` participants, `logs` from ``n_logs``.
     """
 
     from_um_pp: float
@@ -105,7 +105,7 @@ class PairComparison:
     ranks: SignedRank
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         keys: dict[str, object] = {
             "from_um_pp": self.from_um_pp,
             "to_um_pp": self.to_um_pp,
@@ -144,8 +144,8 @@ class PairComparison:
 def pairwise(data: Prepared) -> tuple[PairComparison, ...] | NotComputed:
     """Compare every two amplitudes: paired t on logarithms and Wilcoxon on estimates, Holm's p.
 
-    Each pair takes everybody who has both values: an estimate of zero leaves the logarithms of
-    its own pairs, and no test on ranks.
+    Each pair includes all participants with both values. An estimate of zero removes the
+    participant from the logarithms of its pairs, but from no rank test.
     """
     cells = data.cells
     if cells.shape[1] < 2:  # noqa: PLR2004
@@ -227,10 +227,10 @@ def _paired_t(
 
 
 def signed_rank_p(differences: NDArray[np.float64]) -> float:
-    """Return the two-sided p of Wilcoxon's signed-rank test, exact for small samples, ties or none.
+    """Return the two-sided p of Wilcoxon's signed-rank test, exact for small samples, ties or not.
 
-    SciPy's own choice for ties in small samples permutes in a Python loop, a second a pair; the
-    same permutation test on ranks taken once is a thousand times faster.
+    For ties in small samples, SciPy permutes in a Python loop, which takes about a second per
+    pair. The same permutation test on precomputed ranks is a thousand times faster.
     """
     from scipy import stats  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""Stevens's power law: the exponents of participants and of the group."""
+"""Fit Stevens's power law: the exponents of participants and of the group."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ class PowerLaw:
     interval : ConfidenceInterval
         Student's, over participants.
     sd : float
-        Of participants' exponents (n - 1).
+        Standard deviation of participants' exponents (n - 1).
     n : int
         Participants with an exponent.
     points : int
-        Amplitudes above 0, at most.
+        Maximum number of amplitudes above 0 per participant.
     """
 
     exponent: float
@@ -48,7 +48,7 @@ class PowerLaw:
     points: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self, interval=key_of(self.interval))
 
 
@@ -59,8 +59,8 @@ def exponents(logs: pd.DataFrame) -> pd.DataFrame:
     ----------
     logs : DataFrame, shape (participants, stimuli)
         Mean natural logarithms of estimates; columns are positive stimulus values (µm peak to
-        peak, or a friction reduction). Missing cells are allowed; columns not above 0 are left
-        out.
+        peak, or a friction reduction). Missing cells are allowed; columns that are not above 0 are
+        omitted.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Least-squares lines of many participants at once, with missing cells."""
+"""Fit least-squares lines of many participants at once, allowing missing cells."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Lines:
     Parameters
     ----------
     slope, intercept : array, shape (...)
-        NaN with fewer than two points, or points of one x.
+        NaN with fewer than two points, or if all points have the same x.
     points : int array, shape (...)
-        How many each line rests on.
+        Number of points of each line.
     """
 
     slope: Array
@@ -31,19 +31,19 @@ class Lines:
 
 
 def fit_lines(x: Array, y: Array) -> Lines:
-    """Fit a line along the last axis, each by its own least squares.
+    """Fit a separate least-squares line along the last axis.
 
     Parameters
     ----------
     x : array, shape (k,)
         Such as logarithms of amplitudes.
     y : array, shape (..., k)
-        Such as logarithms of estimates; NaN where missing.
+        Such as logarithms of estimates; NaN if missing.
     """
     present = ~np.isnan(y)
     points = present.sum(axis=-1)
     xs, ys = np.where(present, x, 0.0), np.where(present, y, 0.0)
-    # Without two different x, 0 / 0: NaN.
+    # Without two different x, this is 0 / 0: NaN.
     with np.errstate(invalid="ignore", divide="ignore"):
         x_mean, y_mean = xs.sum(axis=-1) / points, ys.sum(axis=-1) / points
         dx = np.where(present, xs - x_mean[..., None], 0.0)

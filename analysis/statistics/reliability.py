@@ -1,4 +1,4 @@
-"""Test-retest reliability of log estimates, by components of variance."""
+"""Estimate the test-retest reliability of log estimates from components of variance."""
 
 from __future__ import annotations
 
@@ -27,41 +27,41 @@ if TYPE_CHECKING:
 #: A correlation this close to 1 has no finite Fisher's z.
 CLOSE_TO_ONE = 1 - 1e-9
 CELL = [PARTICIPANT, "amplitude_um_pp"]
-#: Fits of REML without a part of the participants.
+#: Number of REML fits that each omit a group of participants.
 GROUPS = 100
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IntraclassCorrelation:
-    """An intraclass correlation; no interval where a participant left out makes it 1."""
+    """An intraclass correlation; without interval if it is 1 when some participant is omitted."""
 
     value: float
     interval: ConfidenceInterval | None
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self, interval="ci")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reliability:
-    """How much of the variance of log estimates is the participants'.
+    """Proportion of the variance of log estimates that is between participants.
 
-    Log estimate = mean of the amplitude + participant + participant x amplitude + repetition.
-    The amplitudes are what the study chose: differences between them are no reliability.
+    Log estimate = mean of the amplitude + participant + participant x amplitude + repetition. The
+    study chose the amplitudes, so differences between them do not count as reliability.
 
     Parameters
     ----------
     single, mean : IntraclassCorrelation
-        Of one estimate, and of the mean of a participant's repetitions at an amplitude.
+        For one estimate, and for the mean of a participant's repetitions at an amplitude.
     variance_participants, variance_interaction, variance_repetitions : float
         Components, squared natural logarithms; not below 0.
     n, amplitudes, trials : int
-        What they are computed from.
+        Numbers of participants, amplitudes and trials.
     repetitions : float
-        Of each cell; its harmonic mean if cells differ.
+        Repetitions per cell; the harmonic mean if cells differ.
     method : {"mean squares", "REML"}
-        The second if cells differ in their number of estimates.
+        REML if cells differ in their number of estimates.
     """
 
     single: IntraclassCorrelation
@@ -77,12 +77,12 @@ class Reliability:
 
 
 def reliability(data: Prepared) -> Reliability | NotComputed:
-    """Return intraclass correlations over repetitions, by components of variance.
+    """Return intraclass correlations over repetitions, from components of variance.
 
-    If every participant has as many estimates above zero of every amplitude, components are those
-    of the mean squares (Searle, Casella and McCulloch 1992, Variance Components, ch. 4); otherwise
-    restricted maximum likelihood uses all estimates. Intervals are a jackknife over participants on
-    Fisher's z, because a participant's amplitudes are not independent targets.
+    If every participant has the same number of estimates above zero at every amplitude, components
+    are those of the mean squares (Searle, Casella and McCulloch 1992, Variance Components, ch. 4).
+    Otherwise restricted maximum likelihood uses all estimates. Intervals are a jackknife over
+    participants on Fisher's z, because a participant's amplitudes are not independent targets.
     """
     if data.refused:
         return NotComputed(data.zero_sentence)
@@ -131,18 +131,18 @@ def reliability(data: Prepared) -> Reliability | NotComputed:
 
 
 def _by_mean_squares(usable: pd.DataFrame, shape: tuple[int, int, int]) -> tuple[Array, Array]:
-    """Return the components of everybody, and with each participant left out in turn."""
+    """Return the components of all participants, and with each participant omitted in turn."""
     n, k, repetitions = shape
     block = usable.sort_values(CELL, kind="stable")["log"].to_numpy(float).reshape(shape)
     squares = _sums_of_squares(block)
-    # Leaving one of n out of a sum of squares around their mean takes n / (n - 1) of its own.
+    # Omitting one of n from a sum of squares around their mean removes n / (n - 1) of its own.
     own = squares * [n / (n - 1), n / (n - 1), 1.0]
     without = _components(squares.sum(axis=0) - own, n - 1, k, repetitions)
     return _components(squares.sum(axis=0), n, k, repetitions), without
 
 
 def _by_reml(means: Array, counts: Array, squares: Array) -> tuple[Array, Array]:
-    """Return the same by REML; of many participants, groups of them are left out in turn."""
+    """Return the same by REML; with many participants, groups of them are omitted in turn."""
     whole = reml_components(means, counts, squares)
     if whole[2] <= TINY:
         return whole, whole[None]

@@ -1,4 +1,4 @@
-"""The chief results with and without the participants who carry a flag."""
+"""Compare the main results with and without the flagged participants."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SubsetSummary:
-    """The chief results of some participants.
+    """The main results of some participants.
 
     Parameters
     ----------
     participants : str
-        Who they are, in words.
+        Which participants, in words.
     n : int
-        How many.
+        Number of participants.
     power_law, friedman
         See their classes.
     means : Mapping
@@ -43,7 +43,7 @@ class SubsetSummary:
     means: Mapping[float, float]
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         exponent, friedman = computed(self.power_law), computed(self.friedman)
         return {
             "participants": self.participants,
@@ -57,7 +57,7 @@ class SubsetSummary:
 
 
 def robustness(everyone: Prepared, flagged: set[str]) -> tuple[SubsetSummary, ...]:
-    """Return the chief results of all, and without the flagged where that leaves somebody."""
+    """Return the main results of all participants, and without the flagged if anyone remains."""
     kept = ~everyone.trials[PARTICIPANT].isin(flagged)
     sets = {"all analysed": everyone}
     if flagged and kept.any():

@@ -1,4 +1,4 @@
-"""The same estimates under every normalisation rule that the data allow."""
+"""Compare the same estimates under every normalisation rule that the data allow."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class RuleSummary:
     rule : str
         A key of `slipscale.analysis.preprocessing.normalisation.RULES`.
     used : bool
-        Whether it is the analysis' own.
+        Whether it is the rule used by the analysis.
     unit : str
-        Of mean and standard deviation.
+        Unit of mean and standard deviation.
     mean, sd_sample : Mapping
         Amplitude (µm peak to peak) -> value over participants.
     """
@@ -41,11 +41,11 @@ class RuleSummary:
 def sensitivity(trials: pd.DataFrame, used: str, quantity: Quantity) -> tuple[RuleSummary, ...]:
     """Return Table III's means and spreads under every rule that the data allow.
 
-    The exponent and every test within participants on logarithms are the same under all of them.
+    The exponent and every within-participant test on logarithms are the same under all of them.
     """
     rows = []
     normalised = normalise_by_all(trials)
-    # Trials are sorted into cells once for all rules, which takes longer than the means.
+    # Trials are sorted into cells once for all rules, because that takes longer than the means.
     means = cell_means(trials.assign(**normalised), list(normalised))
     for name in normalised:
         cells = pd.DataFrame(means[name])

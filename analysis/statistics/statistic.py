@@ -1,7 +1,7 @@
-"""What a statistic declares, what it is computed from, and the results of all of them.
+"""Declare statistics: what each needs, how to compute it, and the results of all of them.
 
-One declaration holds everything that the report, its files, a pre-registration and a pilot need to
-know about a statistic. The rules:
+One declaration contains everything about a statistic that the report, its files, a
+pre-registration and a pilot need. The rules:
 
 - a statistic that the study did not choose, or that the data do not allow, is a `NotComputed` with
   its reason; no other code decides that;
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from slipscale.stimuli.quantity import Quantity
 
 T = TypeVar("T")
-#: Covariant, so that statistics of several types make one list. Only results of a statistic are
-#: given to its callables, which keeps that sound.
+#: Covariant, so that statistics of several types fit in one list. This is sound because only
+#: results of a statistic are passed to its callables.
 T_co = TypeVar("T_co", covariant=True)
 
 #: A measure of a session: name, unit, and values of participants (rows) by sessions (columns).
@@ -37,7 +37,7 @@ SessionTable = tuple[str, str, "pd.DataFrame"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inputs:
-    """What statistics are computed from.
+    """Inputs of statistics.
 
     Parameters
     ----------
@@ -46,11 +46,11 @@ class Inputs:
     prepared : Prepared or None
         Magnitude estimates; None if there are none.
     rule : str or None
-        How they were normalised; None without estimates.
+        Rule of normalisation; None without estimates.
     bayesian : bool
         Whether to sample the hierarchical Bayesian power function, which takes half a minute.
     session_tables : callable
-        Returns each measure of a participant's session, of every kind of task.
+        Returns each measure of a participant's session, for every kind of task.
     found : Inference
         The results of the statistics declared before this one.
     """
@@ -65,14 +65,14 @@ class Inputs:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Family(Generic[T_co]):
-    """Tests of one kind, which the list of all tests shows in one row.
+    """Tests of one kind, shown in one row of the list of all tests.
 
     Parameters
     ----------
     name : str
-        What is tested, and how, of a quantity ``q``.
+        What is tested, and how, for a quantity ``q``.
     read : callable
-        Returns the uncorrected p values of a result.
+        Returns the uncorrected p-values of a result.
     primary : {"ranks", "logarithms"}, optional
         The primary analysis to which it belongs.
     corrected : bool
@@ -95,7 +95,7 @@ class Sentence(Generic[T_co]):
         Returns it from the result, the confidence level and the quantity; None if there is
         nothing to report.
     primary : {"ranks", "logarithms"}, optional
-        The primary analysis to which it belongs; elsewhere it is secondary.
+        The primary analysis to which it belongs; with other primary analyses it is secondary.
     """
 
     write: Callable[[T_co, float, Quantity], str | None]
@@ -115,20 +115,21 @@ class Statistic(Generic[T_co]):
     compute : callable
         Returns the result, or why there is none.
     test : bool
-        Whether a study can leave it out.
+        Whether a study can omit it.
     title : str
-        Its name in the list of tests that could not be computed; empty: it is not listed.
+        Its name in the list of tests that could not be computed; if empty, it is not listed.
     parts : callable, optional
-        Returns the parts of a result that may lack on their own, by title, of a quantity ``q``.
+        Returns the parts of a result that may be missing separately, by title, for a quantity
+        ``q``.
     families : tuple of Family
-        The tests that the report judges by a p. Estimates with intervals have none.
+        The tests that the report evaluates by a p-value. Estimates with intervals have none.
     sentences : tuple of Sentence
         In the order of a results section.
     methods : str
-        Its sentence in a methods section, of a quantity ``q``, with references as ``[[key]]``.
+        Its sentence in a methods section, for a quantity ``q``, with references as ``[[key]]``.
     conclusions, headlines : Mapping
-        For many pilots: a pattern of names below its key -> words, of what is concluded and of the
-        numbers that are drawn. ``{0}`` is the pattern's first group.
+        For simulated pilots: a pattern of names below its key -> description, for conclusions and
+        for the numbers that are drawn. ``{0}`` is the pattern's first group.
     """
 
     key: str
@@ -144,12 +145,12 @@ class Statistic(Generic[T_co]):
     headlines: Mapping[str, str] = field(default_factory=dict)
 
     def __reduce__(self) -> tuple[Callable[[str], object], tuple[str]]:
-        """Pickle the declaration as its key: its functions cannot be pickled."""
+        """Pickle the declaration as its key, because its functions cannot be pickled."""
         return _statistic_of, (self.key,)
 
 
 def _statistic_of(key: str) -> object:
-    # By name, when unpickled: the declarations import this module.
+    # Looked up by name when unpickled, because the declarations import this module.
     kinds = import_module("slipscale.analysis.tasks.outside.guard").every_kind()
     return next(each for kind in kinds for each in kind.statistics if each.key == key)
 
@@ -160,12 +161,12 @@ class Inference:
 
     Examples
     --------
-    Code looks a result up by its declaration, ``inference[FRIEDMAN]``; in a notebook the key is
+    Code looks up a result by its declaration, ``inference[FRIEDMAN]``. In a notebook, the key is
     shorter: ``analysis.inference.friedman``.
     """
 
     results: Mapping[str, object] = field(default_factory=dict)
-    #: The statistics computed, in that order.
+    #: The statistics computed, in the same order.
     declared: tuple[Statistic[object], ...] = ()
 
     def __getitem__(self, statistic: Statistic[T]) -> T | NotComputed:
@@ -189,11 +190,11 @@ class Inference:
         return iter([*object.__dir__(self), *self.results])
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the results by their keys."""
+        """Return the results by key."""
         return self.results
 
     def with_result(self, statistic: Statistic[object], result: object) -> Inference:
-        """Return the results with one more."""
+        """Return the results with one more added."""
         results = {**self.results, statistic.key: result}
         return Inference(results, (*self.declared, statistic))
 
@@ -201,7 +202,7 @@ class Inference:
 def of_estimates(
     test: Callable[[Prepared], T | NotComputed],
 ) -> Callable[[Inputs], T | NotComputed]:
-    """Return what computes a test of magnitude estimates from all inputs."""
+    """Return a function that computes a test of magnitude estimates from all inputs."""
 
     def compute(inputs: Inputs) -> T | NotComputed:
         if inputs.prepared is None:

@@ -1,9 +1,10 @@
-"""Components of variance of unbalanced repeated estimates, by restricted maximum likelihood.
+"""Estimate components of variance of unbalanced repeated estimates, by REML.
 
-Model: log estimate = mean of the level + participant + participant x level + repetition. Only means
-and counts of cells (participant x level) enter, and the sum of squares within cells. The fit is
-equal to the mean squares' if every cell has as many repetitions and no component is below 0.
-Searle, Casella and McCulloch 1992, Variance Components, ch. 6.
+Model: log estimate = mean of the level + participant + participant x level + repetition.
+Restricted maximum likelihood needs only means and counts of cells (participant x level), and the
+sum of squares within cells. If every cell has the same number of repetitions and no component is
+below 0, the fit equals that of the mean squares. Searle, Casella and McCulloch 1992, Variance
+Components, ch. 6.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Where the search begins: the two components over the repetitions' variance.
+#: Starting values of the search: the two components relative to the repetitions' variance.
 STARTS = ((1.0, 0.5), (0.05, 0.05))
 
 
@@ -37,14 +38,15 @@ def reml_components(
     squares : array, shape (participants,)
         Each participant's sum of squares around the means of their cells.
     starts : sequence of (float, float)
-        Where the search begins.
+        Starting values of the search.
     """
     from scipy import optimize  # noqa: PLC0415 - half a second's import
 
     used = (counts > 0).any(axis=0)
     own, cells = np.where(counts > 0, means, 0.0)[:, used], counts[:, used]
     within, freedom = squares.sum(), counts.sum() - (counts > 0).sum()
-    # Participants of the same counts enter by their number, their sums and their products' sums.
+    # Participants with the same counts are represented by their number, sums, and sums of
+    # products.
     order = np.lexsort(cells.T)
     own, cells = own[order], cells[order]
     first = np.flatnonzero(np.append(True, (np.diff(cells, axis=0) != 0).any(axis=1)))
@@ -78,10 +80,11 @@ def _deviance(  # noqa: PLR0917
     within: float,
     freedom: float,
 ) -> tuple[float, Array, float]:
-    """Return -2 log restricted likelihood, less a constant, its gradient, repetitions' variance.
+    """Return -2 log restricted likelihood without a constant, its gradient, repetitions' variance.
 
-    ``ratios`` are the other components over that variance, which has a closed form. ``counts`` are
-    those of groups of so many ``people`` alike, whose cell means have these sums and products.
+    ``ratios`` are the other components relative to that variance, which has a closed form.
+    ``counts`` are those of groups of ``people`` with the same counts, whose cell means have these
+    sums and products.
     """
     person, cell = ratios
     there = counts > 0
@@ -101,7 +104,8 @@ def _deviance(  # noqa: PLR0917
         + people @ np.log1p(person * each)
         + np.linalg.slogdet(normal)[1]
     )
-    # A group's covariance V is 1 person + diagonal cell + diagonal 1 / count, over the variance.
+    # A group's covariance V is 1 person + diagonal cell + diagonal 1 / count, relative to the
+    # variance.
     inverse = weights[:, :, None] * np.eye(len(levels))
     inverse -= shrink[:, None, None] * weights[:, :, None] * weights[:, None, :]
     across = sums[:, :, None] * levels

@@ -1,1 +1,1 @@
-"""Building blocks of reports that know no kind of task: pages, numbers, references, axes."""
+"""Building blocks of reports that are independent of tasks: pages, numbers, references, axes."""

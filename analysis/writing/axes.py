@@ -1,4 +1,4 @@
-"""What the figures of a data set share: the axis of amplitudes, and when lines become bands."""
+"""Share the axis of amplitudes between figures, and decide when lines become bands."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-#: What an artist's name starts with that carries a text to show under the pointer.
+#: Prefix of the name of an artist with a text to show under the pointer.
 TIP = "tip-"
-#: More participants than this are drawn as bands of quantiles, not as single lines.
+#: With more participants than this, bands of quantiles are drawn instead of single lines.
 LINES_AT_MOST = 60
 
 
-#: Levels over more than this ratio are drawn on a logarithmic axis; the plate's never are.
+#: Levels over more than this ratio are drawn on a logarithmic axis, except the plate's.
 LINEAR_RATIO = 50.0
-#: Ticks closer than this share of the axis would overlap.
+#: Ticks closer than this proportion of the axis would overlap.
 CLOSEST_TICKS = 0.06
-#: Width of a digit, in sizes of the font.
+#: Width of a digit relative to the font size.
 DIGIT = 0.62
 
 
 def amplitude_axis(
     axes: Axes, amplitudes: NDArray[np.float64], quantity: Quantity = PLATE_AMPLITUDE
 ) -> None:
-    """Ticks at the levels that were presented, at their true distance.
+    """Set ticks at the presented levels, at their true distance.
 
-    Levels of another quantity that span decades stand on a logarithmic axis, 0 beside it.
+    Levels of another quantity that span decades have a logarithmic axis with 0 next to it.
     """
     above = amplitudes[amplitudes > 0]
     if over_decades(amplitudes, quantity):
@@ -56,13 +56,13 @@ def amplitude_axis(
 
 
 def over_decades(levels: NDArray[np.float64], quantity: Quantity) -> bool:
-    """Whether levels stand on a logarithmic axis."""
+    """Whether levels need a logarithmic axis."""
     above = levels[levels > 0]
     return not quantity.of_plate and len(above) > 1 and above.max() > LINEAR_RATIO * above.min()
 
 
 def apart(axes: Axes, levels: NDArray[np.float64]) -> list[float]:
-    """Return the levels whose ticks do not overlap on an axis with its scale and limits."""
+    """Return the levels whose ticks do not overlap, given the axis' scale and limits."""
     transform = axes.get_xaxis_transform()
     places = transform.transform([(level, 0.0) for level in levels])[:, 0]
     size = mpl.rcParams["font.size"] * axes.figure.dpi / 72
@@ -82,7 +82,7 @@ def tip(text: str) -> str:
 
 
 def with_tips(svg: str) -> str:
-    """Return an SVG element whose artists named by `tip` have their text as a title.
+    """Return an SVG element in which artists named by `tip` have their text as a title.
 
     >>> with_tips('<g id="tip-n%20%3D%203">')
     '<g><title>n = 3</title>'

@@ -1,7 +1,7 @@
-"""Tables as CSV, a million rows in the time that reading them takes.
+"""Write tables as CSV; a million rows take no longer to write than to read.
 
-pandas turns every cell into text one by one; in data from an experiment few values differ
-(participants, amplitudes, ratings), so each distinct value is turned into text once.
+pandas converts every cell to text one by one. In experimental data few values are distinct
+(participants, amplitudes, ratings), so each distinct value is converted only once.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-#: What a cell holds only between quotation marks.
+#: Characters that require quotation marks around a cell.
 SPECIAL = re.compile(r'[",\r\n]')
 
 
 def write_csv(table: pd.DataFrame, path: Path) -> None:
     """Write a table as UTF-8 CSV with LF: a header line, no index, missing cells empty.
 
-    The bytes are those of pandas' ``to_csv``, but for texts that a spreadsheet would calculate.
+    The bytes are those of pandas' ``to_csv``, except for texts that a spreadsheet would evaluate.
     """
     with path.open("w", encoding="utf-8", newline="") as file:
         rows = zip(*(_words(table[name]) for name in table.columns), strict=True)
@@ -34,14 +34,14 @@ def write_csv(table: pd.DataFrame, path: Path) -> None:
 
 
 def _cell(text: str) -> str:
-    """Return a text as one cell, harmless to spreadsheets and quoted if necessary."""
+    """Return a text as one cell, safe for spreadsheets and quoted if necessary."""
     cell = harmless_cell(text)
     return '"' + cell.replace('"', '""') + '"' if SPECIAL.search(cell) else cell
 
 
 def _words(column: pd.Series[Any]) -> list[str]:
     codes, values = pd.factorize(column)
-    # A missing cell has code -1: the last word, which is none.
+    # A missing cell has code -1, which selects the last word: the empty one.
     told = (_cell(each) if isinstance(each, str) else str(each) for each in values.tolist())
     words = np.array([*told, ""], dtype=object)
     found: list[str] = words[codes].tolist()

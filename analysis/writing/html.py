@@ -1,6 +1,6 @@
-"""The report's building blocks: tables, figures, sentences, as safe HTML.
+"""Build safe HTML for the report: tables, figures, sentences.
 
-Everything that comes from data is escaped, by Jinja or by markupsafe.
+All content from data is escaped, by Jinja or by markupsafe.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
 
-#: What a caption starts with -> what is counted.
+#: First word of a caption -> what is counted.
 KINDS = {"<figcaption>": "Figure", "<caption>": "Table"}
-#: A table of so many rows is not broken across two pages.
+#: Tables with up to this many rows are not broken across pages.
 ROWS_TOGETHER = 8
 
 
 @dataclass(slots=True)
 class ReportSection:
-    """A heading and the blocks under it."""
+    """A heading and its blocks."""
 
     title: str
     blocks: list[Markup] = field(default_factory=list)
-    #: "always", "open" or "closed" on screen; on paper everything is open.
+    #: "always", "open" or "closed" on screen; everything is open in print.
     shown: Literal["always", "open", "closed"] = "closed"
 
     @property
@@ -43,7 +43,7 @@ class ReportSection:
 class TableColumn:
     """A column of a table: its heading, unit, alignment, and whether it is the paper's.
 
-    A left-aligned column holds words and may break its lines, unless it is ``whole``.
+    A left-aligned column contains words and may break its lines, unless it is ``whole``.
     """
 
     title: str
@@ -54,14 +54,14 @@ class TableColumn:
 
     @property
     def classes(self) -> str:
-        """Its classes of report.css, separated by blanks."""
+        """Its CSS classes, separated by blanks."""
         names = (("l", self.left), ("paper", self.paper), ("whole", self.whole))
         return " ".join(name for name, on in names if on)
 
 
 @cache
 def environment(package: str = "slipscale.analysis.reporting") -> Environment:
-    """Return the environment of a package's templates: all is escaped, nothing may be undefined."""
+    """Return a package's template environment with escaping and without undefined names."""
     return Environment(
         loader=PackageLoader(package),
         autoescape=True,
@@ -84,7 +84,7 @@ def heading(text: str) -> Markup:
 
 
 def labelled(label: str, text: str) -> Markup:
-    """Return a paragraph that starts with what it is."""
+    """Return a paragraph that starts with a label."""
     return Markup("<p><b>{}.</b> {}</p>").format(label, text)
 
 
@@ -94,14 +94,14 @@ def figure_if_drawn(svgs: Mapping[str, str], name: str, caption: str, alt: str) 
 
 
 def details(title: str, blocks: Iterable[Markup]) -> Markup:
-    """Return blocks that a reader opens; on paper they are open."""
+    """Return blocks that a reader can open; they are open in print."""
     return Markup("<details><summary>{}</summary>{}</details>").format(
         title, Markup("").join(blocks)
     )
 
 
 def numbered(sections: list[ReportSection]) -> list[ReportSection]:
-    """Give every figure and table of the page its number, in reading order."""
+    """Return the sections with numbered figures and tables, in reading order."""
     counts: Counter[str] = Counter()
 
     def number(match: re.Match[str]) -> str:
@@ -129,11 +129,11 @@ def figure(svg: str, caption: str, alt: str) -> Markup:
     Parameters
     ----------
     svg : str
-        Matplotlib's own output.
+        Matplotlib's output.
     caption : str
         Plain text under the figure.
     alt : str
-        What the picture shows, for readers who cannot see it.
+        Description of the picture for readers who cannot see it.
     """
     attributes = Markup('<svg role="img" aria-label="{}"').format(alt)
     picture = Markup(svg.replace("<svg", attributes, 1))  # noqa: S704 - matplotlib escapes
@@ -150,7 +150,7 @@ def table(
 ) -> Markup:
     """Return a table.
 
-    A table of more than `ROWS_TOGETHER` rows may break across printed pages, under the same head.
+    A table of more than `ROWS_TOGETHER` rows may break across printed pages, repeating its head.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def table(
     caption : str
         Above the table.
     over : sequence of (str, int)
-        A line of headings over the columns, each with how many it spans.
+        A line of headings over the columns, each with the number of columns that it spans.
     marked : int, optional
         The row to emphasise.
     """

@@ -1,4 +1,4 @@
-"""Numbers as they are printed: in sentences, tables and figures' captions."""
+"""Format numbers for sentences, tables and figure captions."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-#: Slopes below this, per µPa for example, would read 0.00.
+#: Smaller slopes, per µPa for example, would be printed as 0.00.
 SMALLEST_OF_TWO_DECIMALS = 0.095
-#: What stands in a table where there is no number.
+#: Shown in a table instead of a missing number.
 DASH = "–"
 
 
 def number(value: float | None, decimals: int = 2, *, thousands: str = "") -> str:
-    """Return a number for reading: fixed decimals, a real minus, a dash where there is none.
+    """Format a number for reading: fixed decimals, a real minus, a dash if missing.
 
     >>> number(-1.5), number(float("nan")), number(1234567, 0, thousands=" "), number(None)
     ('−1.50', '–', '1 234 567', '–')
@@ -33,7 +33,7 @@ def number(value: float | None, decimals: int = 2, *, thousands: str = "") -> st
 
 
 def significant(value: float) -> str:
-    """Return a number of any size for reading, to three significant digits.
+    """Format a number of any size for reading, to three significant digits.
 
     >>> significant(0.0213), significant(-1.234e-8), significant(float("nan"))
     ('0.0213', '−1.23 × 10⁻⁸', '–')
@@ -49,7 +49,7 @@ def _raised(power: int) -> str:
 
 
 def of_size(value: float) -> Callable[[float], str]:
-    """Return how a value and its interval are written: two decimals, unless they show nothing.
+    """Return the format of a value and its interval: two decimals if that is precise enough.
 
     >>> of_size(0.82)(0.05), of_size(0.0021)(0.0004)
     ('0.05', '0.000400')
@@ -58,7 +58,7 @@ def of_size(value: float) -> Callable[[float], str]:
 
 
 def grouped(value: float | None, decimals: int = 2) -> str:
-    """Return a number for a table's cell, its thousands apart.
+    """Format a number for a table's cell, with separated thousands.
 
     >>> grouped(1234.5)
     '1 234.50'
@@ -67,7 +67,7 @@ def grouped(value: float | None, decimals: int = 2) -> str:
 
 
 def counted(count: int, one: str, many: str) -> str:
-    """Return a count with its noun.
+    """Format a count with its noun.
 
     >>> counted(1, "participant", "participants"), counted(0, "trial", "trials")
     ('1 participant', '0 trials')
@@ -91,7 +91,7 @@ def p_value(p: float | None) -> str:
 
 
 def unit_number(value: float, decimals: int = 2) -> str:
-    """Return a number that cannot exceed 1 without its leading zero.
+    """Format a number that cannot exceed 1, without its leading zero.
 
     >>> unit_number(0.517), unit_number(-0.2)
     ('.52', '−.20')
@@ -102,7 +102,7 @@ def unit_number(value: float, decimals: int = 2) -> str:
 
 
 def cell(result: T | NotComputed, write: Callable[[T], str]) -> str:
-    """Return a result as written, or a dash for one that was not computed."""
+    """Format a result with ``write``; a dash if it was not computed."""
     return fold(result, write, lambda _: DASH)
 
 
@@ -131,7 +131,7 @@ def level_of(confidence: float) -> str:
 
 
 def reliable(p: float, confidence: float) -> bool:
-    """Whether a p is below the study's level, 1 - confidence; one that is not defined is not.
+    """Whether p is below the study's level, 1 - confidence; False if it is not defined.
 
     >>> reliable(0.03, 0.95), reliable(0.03, 0.99), reliable(float("nan"), 0.95)
     (True, False, False)

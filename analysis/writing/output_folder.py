@@ -1,4 +1,4 @@
-"""The folder that a command writes into, made before anything takes time."""
+"""Create the output folder of a command before any long computation."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
 
 
 def make_folder(out: Path) -> None:
-    """Make the folder for the output.
+    """Create the output folder.
 
     Raises
     ------
     UserError
-        There is a file of that name, or the folder cannot be made.
+        A file with that name exists, or the folder cannot be created.
     """
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -28,10 +28,10 @@ def make_folder(out: Path) -> None:
 
 
 def default_folder(data: Dataset, source: str | Path) -> Path:
-    """Return where the output goes when the user does not say.
+    """Return the default output folder.
 
-    ``derivatives/slipscale`` in a data set; beside a tidy table a folder with its name and
-    ``-slipscale``.
+    ``derivatives/slipscale`` in a data set; for a tidy table, a folder next to it with its name
+    and ``-slipscale``.
     """
     if data.folder is not None:
         return data.folder / "derivatives" / "slipscale"

@@ -1,4 +1,4 @@
-"""Individual points beside means: marks that several figures share."""
+"""Draw individual points and means, for several figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The papers that a methods section cites: how they are listed, and as BibTeX."""
+"""List the papers that a methods section cites, as text and as BibTeX."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Reference:
     cited : str
         In a sentence: "Friedman, 1937".
     authors : str
-        As BibTeX has them, joined by " and ".
+        As in BibTeX, joined by " and ".
     title, journal, pages : str
         ``pages`` with a hyphen.
     year : int
@@ -31,7 +31,7 @@ class Reference:
 
     @property
     def listed(self) -> str:
-        """Its line in a list of references."""
+        """Its entry in a list of references."""
         names = self.authors.replace(" and others", " et al.").replace(" and ", "; ")
         place = [self.journal, self.volume, self.pages.replace("-", "–")]
         return f"{names} ({self.year}). {self.title}. {', '.join(part for part in place if part)}."

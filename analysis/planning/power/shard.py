@@ -54,7 +54,7 @@ STUDIES_A_SHARD = 250
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Looks:
-    """Interim analyses, including the final one."""
+    """Interim analyses, including the final one; if ``number`` is 1, the final one only."""
 
     number: int = 1
     spending: Spending = "obrien-fleming"

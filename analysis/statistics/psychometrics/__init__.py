@@ -1,1 +1,1 @@
-"""Thresholds and slopes: psychometric functions, of each participant and of the population."""
+"""Fit thresholds and slopes: psychometric functions of each participant and of the population."""

@@ -1,13 +1,13 @@
-"""A hierarchical psychometric model: thresholds of a population and of its people in one fit.
+"""Fit a hierarchical psychometric model: thresholds of a population and its members in one fit.
 
     p(level u, participant i, condition c) = guess + (1 - guess - lapse) G(a + s (u - m_ic))
     m_ic = x_ic β + τ b_i + ω e_ic,   b and e standard normal
 
 ``u`` is the level's coordinate, ``G`` the curve and ``a`` its argument at the threshold. Slope and
-lapse rate are shared: they are then determined by everybody's answers, and a participant's few
-answers need neither a prior nor a bound near the truth. Catch trials, at a level that nobody
-misses, are wrong by lapses alone and count in the likelihood. The fit is by maximum marginal
-likelihood (see `integrated_over_people`); no package on PyPI fits a psychometric function with
+lapse rate are shared and therefore determined by all participants' answers, so a participant's few
+answers need neither a prior nor a bound near the true value. Catch trials, at a level that nobody
+misses, are wrong only because of lapses and enter the likelihood. The fit is by maximum marginal
+likelihood (see `integrated_over_people`). No package on PyPI fits a psychometric function with
 lapses and random thresholds.
 """
 
@@ -34,36 +34,36 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Model
 
-#: Widest spread of people, and furthest threshold, in standard deviations of the levels.
+#: Largest standard deviation of people, and farthest threshold, in standard deviations of the
+#: levels.
 WIDEST, FARTHEST = 5.0, 6.0
-#: Slopes from a rise over 20 standard deviations of the levels to one within a fiftieth.
+#: Slopes range from a rise over 20 standard deviations of the levels to one within a fiftieth.
 SHALLOWEST, STEEPEST = 20.0, 0.02
-#: Nodes of people by the square root of a participant's answers; the fewest and the most.
+#: Nodes of people per square root of a participant's answers, with their minimum and maximum.
 NODES, FEWEST_NODES, MOST_NODES = 4.0, 21, 161
 #: Nodes of a participant's deviations between conditions.
 INNER_NODES = 9
-#: Lapse rates where the search begins: the likelihood can have a peak for each. And how many
-#: standard deviations of the levels the curve rises over there.
+#: Initial lapse rates: the likelihood can have a peak for each. And the initial rise of the curve
+#: in standard deviations of the levels.
 LAPSES, WIDTHS = (0.005, 0.03, 0.1), (3.0, 1.5, 0.8)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trials:
-    """Answers of several people, counted; one row per person, condition and level.
+    """Counted answers of several people; one row per person, condition and level.
 
     Parameters
     ----------
     person, condition : int array, shape (rows,)
         From 0.
     design : array, shape (rows, coefficients)
-        What the coefficients of the thresholds are multiplied with; constant within a person's
-        condition.
+        Multipliers of the thresholds' coefficients; constant within a person's condition.
     u : array, shape (rows,)
         Coordinates of the levels; `likelihood.FAR_BELOW` for 0 on a logarithmic axis.
     yes, n : array, shape (rows,)
         Correct (or "yes") answers, and all.
     catch_right, catch_wrong : int
-        Catch trials of everybody.
+        Catch trials of all participants.
     """
 
     person: NDArray[np.intp]
@@ -77,7 +77,7 @@ class Trials:
 
 
 class HierarchicalFit:
-    """A fitted hierarchical model, whose profiles give intervals.
+    """A fitted hierarchical model with profile likelihood intervals.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ class HierarchicalFit:
         self.best = self._best()
 
     def _best(self) -> Maximum:
-        """Return the likeliest of the maxima from each lapse rate where a search begins."""
+        """Return the best maximum over all initial lapse rates."""
         guess = sum(self._guess) / 2
 
         def start(lapse: float, width: float) -> Array:
@@ -188,12 +188,12 @@ class HierarchicalFit:
         return self._centre + self._scale * np.asarray(coefficient, float)
 
     def interval(self, place: int, df: int, confidence: float) -> Interval:
-        """Return a parameter with its profile likelihood interval; the fit's own units.
+        """Return a parameter with its profile likelihood interval, in the fit's own units.
 
         Parameters
         ----------
         place : int
-            A coefficient's number, or ``slope`` (its natural logarithm).
+            Index of a coefficient, or ``slope`` (its natural logarithm).
         df : int
             Degrees of freedom between people.
         """
@@ -201,7 +201,7 @@ class HierarchicalFit:
         return self._fitted.profile(self.best, place, fall)
 
     def p(self, coefficient: int, df: int) -> float:
-        """Return the p of a coefficient of 0: Student's t whose interval would just end there."""
+        """Return the p of a coefficient of 0: from the Student's t interval that ends at 0."""
         from scipy import stats  # noqa: PLC0415 - half a second's import
 
         fallen = max(self.fallen({coefficient: 0.0}), 0.0)
@@ -209,29 +209,30 @@ class HierarchicalFit:
         return float(2 * stats.t.sf(t, df))
 
     def fallen(self, held: dict[int, float]) -> float:
-        """Return how much less likely the best fit with parameters held is."""
+        """Return the loss of log likelihood of the best fit with some parameters held."""
         return self.best.log_likelihood - self._fitted.fit(self.best.theta, held).log_likelihood
 
     @property
     def jumps(self) -> bool:
-        """Whether the steepest slope tried is as likely as any."""
+        """Whether the steepest slope tried is about as likely as the best one."""
         steepest = self._fitted.bounds[self.slope][1]
         return self.fallen({self.slope: steepest}) < FLAT
 
     def deviations(self) -> Array:
-        """Return how far each person's threshold lies from the population's, coordinates.
+        """Return each person's deviation from the population's threshold, in coordinates.
 
-        Means given the person's answers and the fit: drawn towards 0, the more the fewer answers.
+        Means given the person's answers and the fit, shrunk towards 0; the shrinkage increases
+        with fewer answers.
         """
         _, shares = self._fitted.posteriors(self.best.theta)
         return np.asarray(self.sd * (shares @ self._fitted.outer))
 
     @property
     def sd(self) -> float:
-        """Standard deviation of people's thresholds, coordinates."""
+        """Standard deviation of people's thresholds, in coordinates."""
         return self._scale * float(self.best.theta[self.spread])
 
     @property
     def scale(self) -> float:
-        """How many coordinates one unit of the fit is."""
+        """Number of coordinates per unit of the fit."""
         return self._scale

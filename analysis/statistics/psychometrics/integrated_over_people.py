@@ -1,16 +1,17 @@
-"""Likelihoods of counts, integrated over what differs between people, and their profiles.
+"""Integrate likelihoods of counts over differences between people, and compute their profiles.
 
 A participant's answers come in kinds (a level, a size of step), and kinds in cells (a condition).
 All kinds of a participant share one random effect; those of a cell share a second one:
 
     L(participant) = ∑_b w_b ∏_cells ∑_e w_e ∏_kinds p(b, e)^yes (1 - p(b, e))^no
 
-Both are standard normal and summed on even grids: with a step below the width of a participant's
-own likelihood the error is negligible, whereas Gauss and Hermite's few points miss a narrow peak.
+Both are standard normal and summed on even grids. With a step below the width of a participant's
+own likelihood the error is negligible, whereas Gauss-Hermite quadrature with few points misses a
+narrow peak.
 
-Intervals are the profile likelihood's. The fall of the log likelihood to their ends is the one that
-gives Student's interval of a normal sample exactly, (n / 2) log(1 + t² / df): few people make no
-narrower intervals than a t test's.
+Intervals are from the profile likelihood. The drop in log likelihood at their ends is the one that
+gives Student's interval of a normal sample exactly, (n / 2) log(1 + t² / df). With few people,
+intervals are therefore no narrower than those of a t test.
 """
 
 from __future__ import annotations
@@ -28,20 +29,20 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Grids of random effects end so many standard deviations from 0.
+#: Grids of random effects extend this many standard deviations from 0.
 FARTHEST_NODE = 5.0
-#: A log likelihood that falls by less than this up to the edge of the search has no maximum.
+#: If the log likelihood falls by less than this up to the edge of the search, it has no maximum.
 FLAT = 1e-3
-#: An interval's end is found to this share of its distance from the maximum, or after so many fits.
+#: Relative accuracy of an interval's end (distance from the maximum), and maximum number of fits.
 PRECISION, MOST_FITS = 1e-3, 30
-#: The least standard deviation of people at which a search begins: at 0 the slope is 0 by symmetry.
+#: Smallest initial standard deviation of people: at 0 the slope is 0 by symmetry.
 AWAY_FROM_ZERO = 0.3
 
 
 class Prediction(NamedTuple):
     """Log probabilities of yes and no, (kinds, outer nodes, inner nodes), and their derivatives.
 
-    ``gradient`` returns the log likelihood's gradient from how often each yes and each no counts.
+    ``gradient`` returns the log likelihood's gradient from the weight of each yes and each no.
     """
 
     log_yes: Array
@@ -50,7 +51,7 @@ class Prediction(NamedTuple):
 
 
 class Predict(Protocol):
-    """What a model says of the answers, at its parameters and the nodes of the random effects."""
+    """A model's predictions of answers, given parameters and nodes of the random effects."""
 
     def __call__(self, theta: Array, outer: Array, inner: Array) -> Prediction:
         """Return the prediction; ``outer`` has shape (nodes, 1), ``inner`` (nodes,)."""
@@ -76,12 +77,12 @@ class Counted:
 
     @property
     def most_answers(self) -> float:
-        """The most answers of one participant."""
+        """The largest number of answers of one participant."""
         return float((self.yes + self.no).sum(axis=1).max())
 
 
 class Maximum(NamedTuple):
-    """A likelihood's maximum: where, and the log likelihood there with its gradient."""
+    """A likelihood's maximum: its location, and the log likelihood there with its gradient."""
 
     theta: Array
     log_likelihood: float
@@ -89,7 +90,7 @@ class Maximum(NamedTuple):
 
 
 class Interval(NamedTuple):
-    """A parameter's estimate, None if the likelihood has no maximum, and the interval's ends."""
+    """A parameter's estimate (None if the likelihood has no maximum) and the interval's ends."""
 
     value: float | None
     low: float
@@ -105,7 +106,7 @@ def nodes(count: int) -> tuple[Array, Array]:
 
 
 def students_fall(people: int, df: int, confidence: float) -> float:
-    """Return how far the log likelihood falls to the ends of an interval (see the module)."""
+    """Return the drop in log likelihood at the ends of an interval (see the module)."""
     from scipy import stats  # noqa: PLC0415 - half a second's import
 
     t = float(stats.t.ppf((1 + confidence) / 2, df))
@@ -113,18 +114,18 @@ def students_fall(people: int, df: int, confidence: float) -> float:
 
 
 class IntegratedModel:
-    """A model whose people differ, fitted by maximum marginal likelihood.
+    """A model with random effects of people, fitted by maximum marginal likelihood.
 
     Parameters
     ----------
     counted : Counted
     predict : Predict
     bounds : sequence of (float, float)
-        Of each parameter; equal ones hold it.
+        Bounds of each parameter; equal bounds fix it.
     spreads : collection of int
-        Which parameters are standard deviations of random effects.
+        Indices of the parameters that are standard deviations of random effects.
     outer, inner : int
-        Nodes of each random effect; one node leaves the effect out.
+        Nodes of each random effect; a single node omits the effect.
     more : callable, optional
         Returns the log likelihood, and its gradient, of answers without random effects.
     """
@@ -154,7 +155,7 @@ class IntegratedModel:
         return logs, shares
 
     def _integrated(self, told: Prediction) -> tuple[Array, Array, list[Array]]:
-        """Return log likelihoods, probabilities of outer nodes and, by cell, of inner ones."""
+        """Return log likelihoods, probabilities of outer nodes and, by cell, of inner nodes."""
         total = np.broadcast_to(self.outer_weights, (len(self.counted.yes), len(self.outer)))
         within = []
         for kinds in self._cells:
@@ -184,7 +185,7 @@ class IntegratedModel:
         return -value, -gradient
 
     def fit(self, start: Array, held: Mapping[int, float] | None = None) -> Maximum:
-        """Return the maximum, some parameters held."""
+        """Return the maximum, with some parameters held."""
         from scipy import optimize  # noqa: PLC0415
 
         bounds, start = list(self.bounds), np.array(start, float)
@@ -202,12 +203,13 @@ class IntegratedModel:
         Parameters
         ----------
         best : Maximum
-            `fit`'s, with nothing held.
+            Result of `fit` with nothing held.
         fall : float
-            Of the log likelihood, such as `students_fall`'s.
+            Drop in log likelihood, such as `students_fall` returns.
         """
         edges = [self.fit(best.theta, {place: edge}) for edge in self.bounds[place]]
-        # At the edge, held there, the search may find what the free one stopped short of.
+        # At the edge, with the parameter held there, the search may continue where the free one
+        # stopped.
         best = max([best, *edges], key=lambda each: each.log_likelihood)
         low, high = (self._end(best, edge, place, fall) for edge in edges)
         flat = any(best.log_likelihood - edge.log_likelihood < FLAT for edge in edges)
@@ -237,7 +239,7 @@ class IntegratedModel:
 
 
 def _log_sum(terms: Array) -> tuple[Array, Array]:
-    """Return the logarithm of the sum over the last axis, and each term's share of it."""
+    """Return the logarithm of the sum over the last axis, and each term's proportion of it."""
     top = terms.max(axis=-1, keepdims=True)
     share = np.exp(terms - top)
     total = share.sum(axis=-1, keepdims=True)

@@ -1,16 +1,16 @@
-"""Threshold and slope from a posterior in which all else is integrated, not fitted.
+"""Estimate threshold and slope from a posterior that integrates over all other parameters.
 
-The parameters of `psychometric_fit`, on a grid. What is thought of them before the answers:
+The parameters are those of `psychometric_fit`, on a grid. The priors are:
 
-- threshold: any coordinate as likely, to one range of levels beyond the outermost;
-- slope: log-normal, `SLOPE_SD`. A logarithmic curve's has its median at `USUAL_SLOPE`: between the
-  1.3 of a d' in proportion to the level and the 3.5 of contrast detection (Watson and Pelli 1983,
-  Percept. Psychophys. 33, 113-120). Another curve's rises from 5 to 95 % over the levels' range;
-- lapse rate: any as likely up to its bound (Wichmann and Hill 2001, Percept. Psychophys. 63,
-  1293-1313), and a free guess rate up to its own.
+- threshold: uniform in its coordinate, to one range of levels beyond the outermost;
+- slope: log-normal, `SLOPE_SD`. For a logarithmic curve the median is `USUAL_SLOPE`, between the
+  1.3 of a d' proportional to the level and the 3.5 of contrast detection (Watson and Pelli 1983,
+  Percept. Psychophys. 33, 113-120). Other curves rise from 5 to 95 % over the levels' range;
+- lapse rate: uniform up to its bound (Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313);
+  a free guess rate is uniform up to its own bound.
 
-Levels that depended on the answers before change nothing: a posterior depends on the answers alone.
-How often its intervals hold the truth stands in ``docs/validation/measured/recovery.md``.
+Levels may have depended on earlier answers: a posterior depends on the answers alone. For the
+intervals' coverage, see ``docs/validation/measured/recovery.md``.
 """
 
 from __future__ import annotations
@@ -28,12 +28,13 @@ if TYPE_CHECKING:
 
 USUAL_SLOPE = 2.0
 SLOPE_SD = 0.6
-#: A slope so many standard deviations from the usual one is not looked at.
+#: Slopes more standard deviations than this from the usual one are ignored.
 SLOPE_SDS = 3.5
-#: Points of threshold and slope on a first grid, to find where to look, and on the second.
+#: Points of threshold and slope on a first, coarse grid that locates the posterior, and on the
+#: second.
 COARSE, FINE = (60, 30), (100, 40)
 LAPSES, GUESSES = 8, 10
-#: Left out at either end of the coarse grid: a probability that changes no interval.
+#: Omitted at either end of the coarse grid: a probability that changes no interval.
 TAIL = 1e-5
 
 
@@ -61,7 +62,7 @@ def marginals(model: Model, counts: Counts, confidence: float) -> Marginals:
     Parameters
     ----------
     counts : Counts
-        Of one data set.
+        Counts of one data set.
     """
     bounds = likelihood.search_bounds(model, counts.u)
     low, high = bounds.low[0], bounds.high[0]
@@ -101,7 +102,7 @@ def marginals(model: Model, counts: Counts, confidence: float) -> Marginals:
 
 
 def _middles(low: float, high: float, parts: int) -> Array:
-    """Return the middles of equal parts of a range; the one value where it has no width."""
+    """Return the midpoints of equal parts of a range; a single value if its width is zero."""
     if low >= high:
         return np.array([low])
     return np.asarray(low + (high - low) * (np.arange(parts) + 0.5) / parts)
@@ -116,6 +117,6 @@ def _where(values: Array, weights: Array, points: int) -> Array:
 
 
 def _quantiles(values: Array, weights: Array, confidence: float) -> Array:
-    """Return the median and the ends, each weight spread evenly around its value."""
+    """Return the median and the ends, with each weight spread evenly around its value."""
     below = np.cumsum(weights) - weights / 2
     return np.interp([0.5, (1 - confidence) / 2, (1 + confidence) / 2], below, values)

@@ -1,8 +1,8 @@
-"""Psychometric functions by maximum likelihood, for many data sets at once.
+"""Fit psychometric functions by maximum likelihood, for many data sets at once.
 
-Fisher scoring with Levenberg's damping, each parameter held within its bounds: one pass of NumPy
-moves all data sets, so that intervals, Monte Carlo tests and simulations cost little more than one
-fit. `thresholds` is the entrance for a participant's data.
+Fisher scoring with Levenberg's damping, with each parameter held within its bounds. Each NumPy
+pass updates all data sets, so intervals, Monte Carlo tests and simulations cost little more than
+one fit. For a participant's data, use `thresholds`.
 """
 
 from __future__ import annotations
@@ -21,19 +21,20 @@ Guess = Literal["fixed", "free", "equal to lapse"]
 
 #: Columns of a parameter array: coordinate of the threshold, natural logarithm of the slope.
 THRESHOLD, LOG_SLOPE, LAPSE, GUESS = range(4)
-#: Probabilities are kept this far from 0 and 1, where the likelihood has no logarithm.
+#: Probabilities are kept this far from 0 and 1, so that logarithms are finite.
 EDGE = 1e-9
-#: Where a level of 0 lies on a logarithmic axis: so far that every curve is at its asymptote.
+#: Coordinate of a level of 0 on a logarithmic axis: far enough for every curve to be at its
+#: asymptote.
 FAR_BELOW = -1e6
 #: Upper bound of a free guess rate.
 LARGEST_GUESS = 0.5
 ITERATIONS = 200
-#: A gain of log likelihood below this is none.
+#: Smaller gains of log likelihood count as none.
 TOLERANCE = 1e-9
-#: No step is short enough to gain.
+#: Damping at which the search stops: no step is short enough to gain.
 MOST_DAMPING = 1e10
-#: An interval's end is sought among so many values at once, and so often among those between
-#: two of them: to a 65-thousandth of the range searched.
+#: An interval's end is searched among this many values at once, repeated this often between two of
+#: them: to a 65-thousandth of the range searched.
 SECTIONS, ROUNDS = 16, 4
 
 
@@ -46,7 +47,7 @@ class Counts:
     u : array, shape (sets, levels)
         Coordinates of the levels (`coordinates`).
     correct, trials : array, shape (sets, levels)
-        Correct answers and all answers; levels without answers count for nothing.
+        Correct answers and all answers; levels without answers are ignored.
     """
 
     u: Array
@@ -66,32 +67,32 @@ class Counts:
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """Where parameters are searched, each of shape (sets, 4)."""
+    """Search ranges of parameters, each of shape (sets, 4)."""
 
     low: Array
     high: Array
 
     def __getitem__(self, sets: npt.NDArray[np.intp]) -> Bounds:
-        """Return those of some of the data sets."""
+        """Return the bounds of some of the data sets."""
         return Bounds(self.low[sets], self.high[sets])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
-    """What is fitted.
+    """The model to fit.
 
     Parameters
     ----------
     curve : Curve
         The family.
     share : float
-        The threshold is where the curve without guesses and lapses has this value.
+        Value of the curve, without guesses and lapses, at the threshold.
     guess : {"fixed", "free", "equal to lapse"}
         Lower asymptote.
     guess_rate : float
-        Its value where it is fixed.
+        Its value if it is fixed.
     largest_lapse : float
-        Upper bound of the lapse rate; 0 fixes it there.
+        Upper bound of the lapse rate; 0 fixes it at 0.
     """
 
     curve: Curve
@@ -107,12 +108,12 @@ class Model:
 
     @property
     def spread(self) -> float:
-        """Distance of the curve's arguments at 5 and 95 %."""
+        """Distance between the curve's arguments at 5 and 95 %."""
         low, high = self.curve.inverse(np.array([0.05, 0.95]))
         return float(high - low)
 
     def proportion(self, theta: Array, u: Array) -> Array:
-        """Return the proportion correct, shape (sets, levels), as `fit` knows parameters."""
+        """Return the proportion correct, shape (sets, levels), for parameters as in `fit`."""
         return self._with_share(theta, u)[0]
 
     def _with_share(self, theta: Array, u: Array) -> tuple[Array, Array, Array]:
@@ -141,7 +142,7 @@ class Model:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fits:
-    """The likeliest parameters of some data sets.
+    """Maximum-likelihood parameters of some data sets.
 
     Parameters
     ----------
@@ -150,7 +151,7 @@ class Fits:
     log_likelihood : array, shape (sets,)
         Without the binomial coefficients.
     bounds : Bounds
-        Within which was searched.
+        Search ranges.
     """
 
     theta: Array
@@ -158,7 +159,7 @@ class Fits:
     bounds: Bounds
 
     def at_bound(self, parameter: int) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-        """Return whether a parameter ended on its lower and its upper bound, each (sets,)."""
+        """Return whether a parameter is at its lower and its upper bound, each (sets,)."""
         value = self.theta[:, parameter]
         low, high = self.bounds.low[:, parameter], self.bounds.high[:, parameter]
         near = 1e-6 * (high - low)
@@ -166,15 +167,15 @@ class Fits:
 
 
 def coordinates(curve: Curve, levels_um_pp: Array) -> Array:
-    """Return finite coordinates of levels: 0 on a logarithmic axis lies far below."""
+    """Return finite coordinates of levels; 0 on a logarithmic axis is far below the others."""
     return np.maximum(curve.coordinate(levels_um_pp), FAR_BELOW)
 
 
 def search_bounds(model: Model, u: Array) -> Bounds:
-    """Return where parameters are searched.
+    """Return the search ranges of parameters.
 
-    The threshold within one range of levels beyond the outermost; slopes from a rise over twenty
-    ranges to one within a tenth of the closest levels.
+    The threshold lies within one range of levels beyond the outermost. Slopes extend from a rise
+    over twenty ranges to one within a tenth of the distance between the closest levels.
     """
     seen = np.where(u > FAR_BELOW, u, np.nan)
     bottom, top = np.nanmin(seen, axis=1), np.nanmax(seen, axis=1)
@@ -200,16 +201,16 @@ def search_bounds(model: Model, u: Array) -> Bounds:
 
 
 def fit(model: Model, counts: Counts, bounds: Bounds | None = None) -> Fits:
-    """Return the likeliest parameters of each data set.
+    """Return the maximum-likelihood parameters of each data set.
 
     Parameters
     ----------
     bounds : Bounds or None
-        Where to search; equal ones hold a parameter. `search_bounds` if not given.
+        Search ranges; equal bounds hold a parameter. Default: `search_bounds`.
     """
     bounds = search_bounds(model, counts.u) if bounds is None else bounds
-    # Two starts: a lapse rate takes the blame for errors at high levels, or none; the likelihood
-    # can have a peak for each. Both climb in one pass.
+    # Two starts: the lapse rate explains errors at high levels, or does not; the likelihood can
+    # have a peak for each. Both climb in one pass.
     lapses = (0.0, model.largest_lapse)
     start = np.concatenate([_start(model, counts, bounds, lapse) for lapse in lapses])
     twice = np.tile(np.arange(len(counts.u)), 2)
@@ -226,19 +227,19 @@ def fit(model: Model, counts: Counts, bounds: Bounds | None = None) -> Fits:
 def profile(
     model: Model, counts: Counts, fits: Fits, parameter: int, *, drop: float
 ) -> tuple[Array, Array]:
-    """Return where the likelihood, the other parameters refitted, has fallen by a given amount.
+    """Return where the likelihood, with other parameters refitted, has fallen by an amount.
 
     Parameters
     ----------
     parameter : int
         `THRESHOLD` or `LOG_SLOPE`.
     drop : float
-        Of log likelihood: half a chi-square quantile for an interval.
+        Drop in log likelihood: half a chi-square quantile for an interval.
 
     Returns
     -------
     tuple of arrays, each of shape (sets,)
-        Lower and upper end; infinite where it does not fall so far within the bounds.
+        Lower and upper end; infinite if the drop is not reached within the bounds.
     """
     # Each set twice: its lower end, then its upper one.
     sets = np.tile(np.arange(len(fits.theta)), 2)
@@ -271,11 +272,12 @@ def profile(
 def _start(model: Model, counts: Counts, bounds: Bounds, lapse: float) -> Array:
     """Return the best parameters of a coarse grid, shape (sets, 4).
 
-    From where a curve says of an answer that it cannot be, no slope leads away: the grid begins
-    with shallow ones.
+    If a curve declares an observed answer impossible, its gradient does not lead away from there,
+    so the grid starts with shallow curves.
     """
     sets = len(counts.u)
-    # Data sets simulated from one differ in their answers only: one curve of each kind serves all.
+    # Data sets simulated from one model differ only in their answers, so one curve of each kind
+    # is enough.
     alike = all(np.all(each == each[:1]) for each in (counts.u, bounds.low, bounds.high))
     u, bounds = (counts.u[:1], bounds[np.arange(1)]) if alike else (counts.u, bounds)
     seen = np.where(u > FAR_BELOW, u, np.nan)
@@ -303,7 +305,7 @@ def _start(model: Model, counts: Counts, bounds: Bounds, lapse: float) -> Array:
 
 
 def _climb(model: Model, counts: Counts, start: Array, bounds: Bounds) -> Fits:
-    """Return the likelihoods' peaks nearest to where the search starts."""
+    """Return the local maxima of the likelihoods, from the given start."""
     theta = start.copy()
     value = counts.log_likelihood(model.proportion(theta, counts.u))
     damping = np.full(len(theta), 1e-2)
@@ -326,7 +328,7 @@ def _climb(model: Model, counts: Counts, start: Array, bounds: Bounds) -> Fits:
 
 
 def _step(model: Model, counts: Counts, theta: Array, bounds: Bounds, damping: Array) -> Array:
-    """Return a damped step of Fisher scoring, along the bounds where it points beyond."""
+    """Return a damped step of Fisher scoring, projected onto the bounds if it leaves them."""
     p, gradient = model.with_gradient(theta, counts.u)
     p = np.clip(p, EDGE, 1 - EDGE)
     weight = 1 / (p * (1 - p))
@@ -337,7 +339,8 @@ def _step(model: Model, counts: Counts, theta: Array, bounds: Bounds, damping: A
     score = np.where(held, 0.0, score)
     information = np.where(held[:, :, None] | held[:, None, :], 0.0, information)
     diagonal = np.einsum("spp->sp", information)
-    # A held parameter, or one the data say nothing of, has a row of zeros: 1 keeps it solvable.
+    # A parameter that is held or not determined by the data has a row of zeros: 1 keeps it
+    # solvable.
     ridge = np.where(diagonal > 0, damping[:, None] * diagonal, 1.0) + EDGE
     information[:, range(4), range(4)] += ridge
     return np.asarray(np.linalg.solve(information, score[:, :, None])[:, :, 0])

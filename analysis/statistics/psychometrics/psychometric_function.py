@@ -1,4 +1,4 @@
-"""A fitted psychometric function, and the answers it is fitted to.
+"""Represent a fitted psychometric function, and the answers it is fitted to.
 
 Levels are µm peak to peak: an amplitude (detection) or a difference of amplitudes
 (discrimination).
@@ -30,9 +30,9 @@ class Method:
     Parameters
     ----------
     guess : {"fixed", "free", "equal to lapse"}
-        What is known of the lower asymptote.
+        Constraint on the lower asymptote.
     guess_rate : float
-        Its value where it is fixed.
+        Its value if it is fixed.
     """
 
     guess: Guess
@@ -42,9 +42,9 @@ class Method:
 METHODS: dict[str, Method] = {
     "two_interval": Method(guess="fixed", guess_rate=1 / 2),
     "three_interval": Method(guess="fixed", guess_rate=1 / 3),
-    # "Was there a vibration?": yes without one is the participant's own.
+    # "Was there a vibration?": the rate of yes without a vibration depends on the participant.
     "yes_no": Method(guess="free", guess_rate=0.0),
-    # "Is the second more slippery?": a slip says either.
+    # "Is the second more slippery?": a lapse gives either answer.
     "comparison": Method(guess="equal to lapse", guess_rate=0.0),
 }
 
@@ -56,14 +56,14 @@ class Answers:
     Parameters
     ----------
     levels_um_pp : array, shape (levels,)
-        µm peak to peak, rising.
+        µm peak to peak, ascending.
     correct, trials : array, shape (levels,)
         Correct (or "yes") answers, and all.
 
     Raises
     ------
     UserError
-        Lengths differ, levels do not rise, or counts are impossible.
+        Lengths differ, levels are not ascending, or counts are impossible.
     """
 
     levels_um_pp: Array
@@ -81,7 +81,7 @@ class Answers:
 
     @classmethod
     def of_trials(cls, levels_um_pp: Sequence[float], correct: Sequence[bool]) -> Answers:
-        """Return answers counted from single trials, as an adaptive track leaves them."""
+        """Return answers counted from single trials, such as those of an adaptive track."""
         levels, place = np.unique(np.asarray(levels_um_pp, float), return_inverse=True)
         return cls(
             levels_um_pp=levels,
@@ -92,7 +92,7 @@ class Answers:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """A value with its interval, in the unit of the name it stands under."""
+    """A value with its interval, in the unit given by the name of its field."""
 
     value: float
     interval: ConfidenceInterval
@@ -111,21 +111,22 @@ class PsychometricFunction:
     Parameters
     ----------
     estimator : {"maximum likelihood", "posterior"}
-        How it was found.
+        Estimation method.
     curve, method : str
         Keys of `slipscale.experiments.protocols.adaptive.curves.CURVES` and of `METHODS`.
     share : float
-        The threshold is where the curve without guesses and lapses has this value.
+        Value of the curve, without guesses and lapses, at the threshold.
     threshold_um_pp : Estimate
-        µm peak to peak; an end is infinite, or 0 on a logarithmic curve, where the data set none.
+        µm peak to peak; an end that the data do not determine is infinite, or 0 on a logarithmic
+        curve.
     slope : Estimate or NotComputed
-        Of the curve's argument: per µm, without unit on a logarithmic curve.
+        Slope of the curve's argument: per µm, or without unit on a logarithmic curve.
     lapse, guess : float
         1 minus the upper asymptote, and the lower one.
     slope_value : float
-        The slope, also where it is only the steepest that was tried.
+        The slope, even if it is only the steepest that was tried.
     trials, levels : int
-        How many.
+        Numbers of trials and levels.
     """
 
     estimator: Literal["maximum likelihood", "posterior"]
@@ -168,7 +169,7 @@ class PsychometricFunction:
         return float(curve.level(u))
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         slope = self.slope
         return {
             "estimator": self.estimator,

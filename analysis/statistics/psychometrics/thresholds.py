@@ -1,7 +1,7 @@
-"""Thresholds: a participant's psychometric function and its intervals, in two ways.
+"""Estimate thresholds: a participant's psychometric function with intervals, in two ways.
 
 Levels are µm peak to peak: an amplitude (detection) or a difference of amplitudes
-(discrimination). The definitions and figures measured stand in ``docs/explanation/thresholds.md``.
+(discrimination). For definitions and measured performance, see ``docs/explanation/thresholds.md``.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
 #: Upper bound of the lapse rate (Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313).
 LARGEST_LAPSE = 0.06
-#: A fall of log likelihood that says nothing.
+#: A negligible drop in log likelihood.
 NO_LESS_LIKELY = 1e-3
-#: A slope whose interval's ends are further apart than this factor is not determined.
+#: A slope is not determined if the ratio of its interval's ends exceeds this factor.
 WIDEST = 20.0
 
 
@@ -54,7 +54,7 @@ def fit_threshold(
     method, curve : str
         Keys of `METHODS` and `CURVES`.
     share : float
-        Where the threshold is, on the curve without guesses and lapses: 0.5 is half-way between
+        Position of the threshold on the curve without guesses and lapses: 0.5 is half-way between
         the asymptotes (75 % correct of two intervals, if there are no lapses).
     largest_lapse : float
         Upper bound of the lapse rate; 0 for none.
@@ -98,20 +98,20 @@ def fit_threshold(
 def threshold_values(
     people: Sequence[Answers], *, method: str, curve: str, half_width: bool = False
 ) -> Array:
-    """Return the thresholds of many people at once, µm peak to peak, as `fit_threshold` has them.
+    """Return many people's thresholds at once, µm peak to peak, equal to those of `fit_threshold`.
 
-    Without intervals, so that thousands take a second.
+    Intervals are not computed, so that thousands of thresholds take a second.
 
     Parameters
     ----------
     half_width : bool
-        In place of the threshold half the distance between 25 and 75 % of the curve, which must be
-        one of the amplitude itself.
+        Return half the distance between 25 and 75 % of the curve instead of the threshold; the
+        curve must be a function of the amplitude itself.
 
     Returns
     -------
     array, shape (people,)
-        NaN where `fit_threshold` finds none.
+        NaN if `fit_threshold` finds none.
     """
     model = model_of(method, curve, 0.5, LARGEST_LAPSE)
     found = np.full(len(people), np.nan)
@@ -134,7 +134,7 @@ def threshold_values(
 
 
 def side_by_side(sets: Sequence[Counts]) -> Counts:
-    """Return data sets as one; shorter ones have their last level again, without answers."""
+    """Return data sets as one; shorter ones are padded with their last level, without answers."""
     longest = max(each.u.shape[1] for each in sets)
 
     def padded(values: Array, *, repeat: bool) -> Array:
@@ -158,8 +158,8 @@ def fit_threshold_by_posterior(
 ) -> PsychometricFunction | NotComputed:
     """Fit a psychometric function by medians of a posterior, with equal-tailed intervals.
 
-    `slipscale.analysis.statistics.psychometrics.posterior` says what is thought beforehand.
-    Parameters and errors as for `fit_threshold`; where that finds no threshold, neither does this.
+    For the priors, see `slipscale.analysis.statistics.psychometrics.posterior`. Parameters and
+    errors are those of `fit_threshold`; if that finds no threshold, neither does this.
     """
     model = model_of(method, curve, share, LARGEST_LAPSE)
     likeliest = _likeliest(answers, model)
@@ -183,7 +183,7 @@ def fit_threshold_by_posterior(
 
 
 def model_of(method: str, curve: str, share: float, largest_lapse: float) -> Model:
-    """Return what is fitted, its choices checked."""
+    """Return the model to fit, after checking its choices."""
     if method not in METHODS:
         raise UserError(f"method is {method!r}, expected one of {', '.join(METHODS)}")
     if curve not in CURVES:
@@ -209,7 +209,7 @@ def counts_of(answers: Answers, model: Model) -> Counts:
 
 
 def _likeliest(answers: Answers, model: Model) -> likelihood.Fits | NotComputed:
-    """Return the likeliest parameters, or why the answers have no threshold."""
+    """Return the maximum-likelihood parameters, or why the answers have no threshold."""
     if why := _too_little(answers, model):
         return NotComputed(why)
     found = likelihood.fit(model, counts_of(answers, model))
@@ -243,7 +243,7 @@ def _slope(value_and_ends: Array, answers: Answers, confidence: float) -> Estima
 
 
 def _jumps(model: Model, counts: Counts, found: likelihood.Fits) -> NDArray[np.bool_]:
-    """Return for each set whether the steepest slope tried is as likely as any."""
+    """Return for each set whether the steepest slope tried is about as likely as the best one."""
     steepest = likelihood.Bounds(found.bounds.low.copy(), found.bounds.high)
     steepest.low[:, likelihood.LOG_SLOPE] = found.bounds.high[:, likelihood.LOG_SLOPE]
     held = likelihood.fit(model, counts, steepest)
@@ -251,7 +251,7 @@ def _jumps(model: Model, counts: Counts, found: likelihood.Fits) -> NDArray[np.b
 
 
 def _half_chi_square(confidence: float) -> float:
-    """Return how far the log likelihood falls from its peak to an interval's ends."""
+    """Return the drop in log likelihood from the peak to an interval's ends."""
     from scipy import stats  # noqa: PLC0415 - half a second's import
 
     return float(stats.chi2.ppf(confidence, 1)) / 2
