@@ -1,1 +1,1 @@
-"""One folder for each kind of task, and the table that lists them."""
+"""One folder per kind of task, and the table that lists them."""

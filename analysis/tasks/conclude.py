@@ -26,12 +26,12 @@ def conclude(
     bayesian: bool = False,
     kinds: Sequence[TaskAnalysis] | None = None,
 ) -> Inference:
-    """Compute every statistic that the study chose, and those that no study can leave out.
+    """Compute every statistic that the study chose, and the mandatory ones.
 
     Parameters
     ----------
     kinds : sequence of TaskAnalysis, optional
-        Default: ours.
+        Default: all kinds of Slipscale.
     data, prepared, rule, bayesian
         See `slipscale.analysis.statistics.statistic.Inputs`.
     """

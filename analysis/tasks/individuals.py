@@ -1,4 +1,4 @@
-"""What is known of each participant: their power function, their d' and criterion."""
+"""Tabulate results of each participant: their power function, their d' and criterion."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ if TYPE_CHECKING:
 
 
 def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame:
-    """Return one row a participant; columns only of what was computed.
+    """Return one row per participant, with columns only for computed results.
 
     Parameters
     ----------
     prepared : Prepared or None
         Magnitude estimates.
     inference : Inference
-        `slipscale.analysis.tasks.conclude.conclude`'s result.
+        Result of `slipscale.analysis.tasks.conclude.conclude`.
 
     Returns
     -------
     DataFrame
-        ``participant_id``; ``exponent``, ``estimate_at_1_um`` (the normalised estimate that the
-        power function gives 1 µm peak to peak), ``points`` (amplitudes it went through) and
-        ``growth_function`` (the one of least AICc); ``exponent_bayesian`` with ``_low`` and
-        ``_high`` where it was asked for; ``hits changes false_alarms catches d_prime
-        criterion``; ``threshold_um_pp`` with ``_low`` and ``_high``. A participant
-        without one task has no values of it.
+        ``participant_id``; ``exponent``, ``estimate_at_1_um`` (the normalised estimate of the
+        power function at 1 µm peak to peak), ``points`` (number of amplitudes fitted) and
+        ``growth_function`` (the one with the smallest AICc); ``exponent_bayesian`` with ``_low``
+        and ``_high`` if requested; ``hits changes false_alarms catches d_prime criterion``;
+        ``threshold_um_pp`` with ``_low`` and ``_high``. A participant who did not perform a task
+        has no values of it.
     """
     parts = []
     if prepared is not None and not prepared.refused and _wanted(prepared, "power_law"):

@@ -1,11 +1,12 @@
-"""The result of an analysis, and what a kind of task declares: a session's `Protocol`, analysed.
+"""Represent the result of an analysis, and declare kinds of task for the analysis.
 
-A folder below `slipscale.analysis.tasks` holds one kind. Its ``declaration`` names everything that
-the report and its files show of it, and `slipscale.analysis.tasks.table` lists the declarations.
-Other packages declare theirs by an entry point, see `slipscale.analysis.tasks.outside`.
-The rules:
+A folder in `slipscale.analysis.tasks` contains one kind, the counterpart of a session's
+`Protocol`. Its ``declaration`` names everything that the report and its files show about it, and
+`slipscale.analysis.tasks.table` lists the declarations. Other packages declare theirs by an entry
+point, see `slipscale.analysis.tasks.outside`. The rules:
 
-- the centre (loading, inference, page, files, plans) loops over `Analysis.kinds`, names no kind;
+- the centre (loading, inference, page, files, plans) loops over `Analysis.kinds` and names no
+  kind;
 - every callable takes the whole `Analysis` and returns nothing if the kind was not run.
 """
 
@@ -57,24 +58,25 @@ def _no_sessions(_data: Dataset, _prepared: Prepared | None) -> tuple[SessionTab
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskAnalysis:
-    """One kind of task, as the analysis knows it.
+    """One kind of task, as declared for the analysis.
 
     Parameters
     ----------
     name : str
         Its folder's name.
     trials : TaskTrials, optional
-        Which tables hold its trials, and how they are read; a study may give such a task a label.
+        Which tables contain its trials, and how they are read; a study may give such a task a
+        label.
     statistics : tuple of Statistic
-        In the order in which they are computed, and of ``inference.json``.
+        In the order of computation and of ``inference.json``.
     questions : callable
-        Returns the questions that the report's summary opens with.
+        Returns the questions at the start of the report's summary.
     design : callable
-        Returns how many trials of which surfaces there were.
+        Returns the numbers of trials and surfaces.
     answers : callable
         Returns the summary's sentences.
     doubts : callable
-        Returns what the summary tells a reader to doubt.
+        Returns the caveats of the summary.
     sentences : callable
         Returns the results section: heading -> sentences.
     sections : tuple of callable
@@ -86,7 +88,7 @@ class TaskAnalysis:
     session_tables : callable
         Returns the measures of a participant's session.
     package, version : str
-        The package that brings it; empty for ours.
+        The package that provides it; empty for Slipscale.
     """
 
     name: str
@@ -105,12 +107,12 @@ class TaskAnalysis:
     version: str = ""
 
     def __reduce__(self) -> tuple[Callable[[str], object], tuple[str]]:
-        """Pickle the declaration as its name: its functions cannot be pickled."""
+        """Pickle the declaration as its name, because its functions cannot be pickled."""
         return _kind_named, (self.name,)
 
 
 def _kind_named(name: str) -> object:
-    # By name, when unpickled: the declarations import this module.
+    # Looked up by name when unpickled, because the declarations import this module.
     table = import_module("slipscale.analysis.tasks.outside.guard")
     return next(kind for kind in table.every_kind() if kind.name == name)
 
@@ -122,7 +124,7 @@ class Analysis:
     Parameters
     ----------
     dataset : Dataset
-        What was analysed: as read, less the participants excluded.
+        What was analysed: as read, minus the excluded participants.
     rule : str
         The normalisation, a key of `slipscale.analysis.preprocessing.normalisation.RULES`.
     estimates : DataFrame
@@ -134,27 +136,28 @@ class Analysis:
     textures : DataFrame
         See `slipscale.analysis.tasks.estimation.textures.describe`.
     prepared : Prepared or None
-        What the tests were computed from; None where there are no magnitude estimates.
+        Input of the tests; None without magnitude estimates.
     inference : Inference
-        One field a test, see `slipscale.analysis.tasks.conclude`.
+        One field per test, see `slipscale.analysis.tasks.conclude`.
     sensitivity : tuple of RuleSummary
         Means and spreads under every normalisation.
     robustness : tuple of SubsetSummary
-        The chief results with and without flagged participants.
+        The main results with and without flagged participants.
     individuals : DataFrame
         See `slipscale.analysis.tasks.individuals`.
     measures, flags : DataFrame
-        Data quality of every participant read, see `slipscale.analysis.preprocessing.data_quality`.
+        Data quality of every participant read, see
+        `slipscale.analysis.preprocessing.data_quality`.
     excluded : Mapping
         Participant -> the flags that excluded them.
     friction : MeasuredFriction or None
-        Ratings against measured friction; None where none was measured.
+        Ratings against measured friction; None if none was measured.
     kinds : tuple of TaskAnalysis
-        Ours, then those of other packages: what the report loops over.
+        Kinds of task of Slipscale, then of other packages, in the order of the report.
     plan : PlanCheck or None
-        What is otherwise than in a frozen plan; None where there is none to be held against.
+        Deviations from a frozen plan; None without a plan.
     problems : tuple of str
-        What was wrong with the data or could not be computed, one sentence each.
+        Errors in the data and results that could not be computed, one sentence each.
     """
 
     dataset: Dataset
@@ -186,5 +189,5 @@ class Analysis:
         return str(self._displays().html(self))
 
     def _displays(self) -> ModuleType:
-        # By name, when displayed: the reports import this module.
+        # Imported when displayed, because the reports import this module.
         return import_module("slipscale.analysis.reporting.notebook")

@@ -1,4 +1,4 @@
-"""What an analysis does otherwise than its frozen plan: `analysis.preregistration` finds it."""
+"""Represent deviations of an analysis from its frozen plan; see `analysis.preregistration`."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ Kind = Literal[
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Deviation:
-    """One thing that is otherwise than planned.
+    """One deviation from the plan.
 
     Parameters
     ----------
     kind : str
         What it concerns.
     what : str
-        One sentence: what was planned, and what is there.
+        One sentence: what was planned, and what was done.
     """
 
     kind: Kind
@@ -37,18 +37,18 @@ class Deviation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanCheck:
-    """An analysis beside its plan.
+    """An analysis compared with its plan.
 
     Parameters
     ----------
     plan : str
         The bundle's name.
     frozen_utc : str
-        When it was frozen, as it says.
+        Time of freezing according to the plan.
     digest : str
-        SHA-256 of the plan, which its page prints.
+        SHA-256 of the plan, as printed on its page.
     deviations : tuple of Deviation
-        None: the analysis is the planned one.
+        Empty if the analysis is the planned one.
     """
 
     plan: str

@@ -1,4 +1,4 @@
-"""The one list of kinds of task, in the order of the report.
+"""List the kinds of task in the order of the report.
 
 A new kind is one folder and one line here.
 """
@@ -32,7 +32,7 @@ KINDS = (
     ratios.ANALYSIS,
     productions.ANALYSIS,
 )
-#: In the order of ``inference.json``; a statistic may use the results of those before it.
+#: In the order of ``inference.json``; a statistic may use the results of earlier ones.
 STATISTICS = tuple(statistic for kind in KINDS for statistic in kind.statistics)
-#: Trials that a study may give a label, in the order in which their tables are recognised.
+#: Trials that a study may label, in the order in which their tables are recognised.
 TRIALS = tuple(kind.trials for kind in KINDS if kind.trials is not None)

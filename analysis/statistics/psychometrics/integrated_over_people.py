@@ -216,7 +216,7 @@ class IntegratedModel:
         return Interval(None if flat else float(best.theta[place]), low, high)
 
     def _end(self, best: Maximum, edge: Maximum, place: int, fall: float) -> float:
-        """Return where the profile has fallen: Newton's steps on its root, which is near a line."""
+        """Return where the profile reaches the drop, by Newton's steps on its near-linear root."""
         outside = float(edge.theta[place])
         if best.log_likelihood - edge.log_likelihood <= fall:
             return float(np.copysign(inf, outside - best.theta[place]))

@@ -1,1 +1,1 @@
-"""What declarations of kinds of task share."""
+"""Code shared by the declarations of kinds of task."""

@@ -1,4 +1,4 @@
-"""Results as a table: one column per key of ``inference.json``."""
+"""Convert results to a table with one column per key of ``inference.json``."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 
 def flat(rows: Sequence[object]) -> pd.DataFrame:
-    """Return results as a table, under inference.json's keys; see `flat_under`."""
+    """Return results as a table with inference.json's keys; see `flat_under`."""
     return flat_under([({}, row) for row in rows])
 
 
 def flat_under(rows: Sequence[tuple[JsonObject, object]]) -> pd.DataFrame:
-    """Return results as a table, each after the cells of what it belongs to.
+    """Return results as a table, each row preceded by the cells of its parent.
 
     An interval ``[low, high]`` becomes two columns, such as ``ratio_ci_low ratio_ci_high``; a
-    field that is called ``interval`` becomes ``ci_low ci_high``.
+    field called ``interval`` becomes ``ci_low ci_high``.
     """
     cells: list[JsonObject] = []
     for above, row in rows:

@@ -1,4 +1,4 @@
-"""What kinds of task with trials and one statistic share: their declaration and section."""
+"""Declare a kind of task with trials and a single statistic, including its section."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def of_one_statistic(
     Parameters
     ----------
     question, what, title : str
-        The summary's question, what the trials are called, and the heading of the sentences.
+        The summary's question, the name of the trials, and the heading of the sentences.
     answers, sentences : callable
         Return texts from the result and the confidence level.
     heading : str
@@ -76,7 +76,7 @@ def of_one_statistic(
         return {} if found is None else {name: table(found)}
 
     def section(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-        closed = analysis.prepared is not None  # magnitude estimates lead the report
+        closed = analysis.prepared is not None  # magnitude estimates come first in the report
         written = ReportSection(heading or title, shown="closed" if closed else "open")
         found = analysis.inference.found(statistic)
         if found is not None:

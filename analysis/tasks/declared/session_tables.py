@@ -1,4 +1,4 @@
-"""Values of participants by sessions: what a kind of task offers to compare sessions."""
+"""Compute values of participants by sessions, with which a kind of task compares sessions."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def logarithms(values: pd.Series[float]) -> pd.Series[float]:
 def mean_by_session(
     trials: TaskTrials, what: str, unit: str, value: Callable[[pd.DataFrame], pd.Series[float]]
 ) -> Callable[[Dataset, Prepared | None], Iterator[SessionTable]]:
-    """Return what yields the mean of a value of every main trial, task by task."""
+    """Return a function that yields the mean of a value over all main trials, task by task."""
 
     def tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
         for task, rows in by_task(data.of(trials)):

@@ -1,4 +1,4 @@
-"""How well two human coders of verbal reports agree."""
+"""Compute the agreement of two human coders of verbal reports."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class CoderAgreement:
     coders : tuple of 2 str
         Their names.
     reports : int
-        Coded by both.
+        Reports coded by both.
     kappa : float
         With its 95 % ``interval``.
     agreed : int
@@ -40,7 +40,7 @@ class CoderAgreement:
     agreed: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self, interval="ci95")
 
 

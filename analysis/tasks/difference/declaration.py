@@ -1,4 +1,4 @@
-"""The descending difference, declared."""
+"""Declare the descending difference."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figure of the descending difference: each step, and "yes" against the size of the step."""
+"""Plot the descending difference: each step, and "yes" against the size of the step."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.difference.step_size_curve import PsychometricCurve
     from slipscale.analysis.tasks.difference.yes_no import DescendingDifference, StepAnswers
 
-#: Area of a ring for each participant, square points.
+#: Area of a participant's ring, in square points.
 RING = 34.0
 #: Height of a row of the upper panel and of the lower panel, inches.
 ROW, LOWER = 0.36, 2.9
@@ -39,18 +39,18 @@ def difference(
     confidence: float = 0.95,
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Figure:
-    """Draw the share of "yes": of each step and of catch steps, and against the size of the step.
+    """Plot the proportion of "yes" per step and for catch steps, and against the step size.
 
     Parameters
     ----------
     found : DescendingDifference
-        `slipscale.analysis.tasks.difference.yes_no.analyse_differences`'s result.
+        Result of `slipscale.analysis.tasks.difference.yes_no.analyse_differences`.
     steps : DataFrame
-        `slipscale.analysis.reading.dataset.Dataset.differences`, what it was computed from.
+        `slipscale.analysis.reading.dataset.Dataset.differences`, from which it was computed.
     confidence : float
-        Of all intervals and of the curve's band.
+        Level of all intervals and of the curve's band.
     quantity : Quantity
-        What the steps are steps of.
+        Quantity of the steps.
     """
     rows = len(found.steps) + (found.catch.n > 0)
     upper = 0.9 + ROW * rows
@@ -70,13 +70,13 @@ def difference(
         above = ": above the reference" if steps["amplitude_um_pp"].any() else ""
         bottom.set_xlabel(f"{quantity.axis}{above}")
         bottom.set_ylabel(f"“{capitalised(quantity.yes)}”")
-    # Outside: the data may lie anywhere.
+    # Outside, because the data may be anywhere.
     figure.legend(*bottom.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
 def step_label(step: StepAnswers, quantity: Quantity) -> str:
-    """Return "2.3 → 1.2 µm"; of another quantity the stimulus, and its reference if any."""
+    """Return "2.3 → 1.2 µm"; for another quantity the stimulus, and its reference if any."""
     if quantity.of_plate:
         return f"{step.from_um_pp:g} → {quantity.value(step.to_um_pp)}"
     stimulus = quantity.value(step.from_um_pp)
@@ -187,9 +187,9 @@ def _against_size(
 
 
 def _participants(axes: Axes, steps: pd.DataFrame) -> None:
-    """Draw participants' shares where they are: a ring's area counts the people who share it.
+    """Plot participants' proportions; a ring's area is the number of people who share it.
 
-    Nothing is spread along an axis, which both are quantities.
+    Points are not jittered, because both axes are quantities.
     """
     own = (
         steps.groupby(["size", steps[PARTICIPANT].astype(str)])["difference_felt"]
@@ -198,7 +198,7 @@ def _participants(axes: Axes, steps: pd.DataFrame) -> None:
     )
     counted = own.groupby(["size", "difference_felt"]).size()
     rows = counted.reset_index(name="people").to_numpy(float).tolist()
-    # In the legend one person's ring: the largest would hide other entries.
+    # The legend shows one person's ring: the largest would cover other entries.
     axes.plot(
         [],
         linestyle="none",

@@ -1,13 +1,13 @@
-"""d' by a probit model with participants: each step size its own d', people differ in two ways.
+"""Estimate d' by a probit model with random participants and a separate d' per step size.
 
     P(yes | step of size s, participant i) = Φ(d'_s + τ v_i - c - σ u_i)
     P(yes | catch step, participant i)     = Φ(-c - σ u_i),   u_i and v_i normal
 
-Both the criterion and the sensitivity differ between people. Without τ the intervals of people
-whose sensitivities differ by 0.4 covered .80 to .90. The likelihood is integrated over u and v;
-intervals are the profile likelihood's. Neither needs a correction for counts of 0 or of all: where
-every step was felt, or no catch step was, the interval has no upper bound and the lower one says
-what the counts allow.
+Both the criterion and the sensitivity differ between people. Without τ, and with sensitivities
+that differ by 0.4 between people, the intervals covered .80 to .90. The likelihood is integrated
+over u and v; intervals are from the profile likelihood. Counts of 0 or of all need no correction:
+if every step was felt, or no catch step was, the interval has no upper bound, and the lower bound
+is what the counts allow.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: d', criterion and standard deviations are searched within these; counts cannot tell a d' beyond.
+#: Search ranges of d', criterion and standard deviations; counts cannot determine a larger d'.
 FARTHEST, LARGEST_SPREAD = 8.0, 4.0
-#: With fewer answers to steps, or to catch steps, a participant (mean), counts do not tell a
-#: difference of sensitivity from one of the criterion: τ is then 0. Estimated from three steps and
-#: one catch step it made the median d' 15 % too large (30 people, d' = 3).
+#: With fewer answers to steps, or to catch steps, per participant (mean), counts do not separate a
+#: difference in sensitivity from one in the criterion, and τ is set to 0. Estimated from three
+#: steps and one catch step, it made the median d' 15 % too large (30 people, d' = 3).
 FEWEST_OF_A_KIND = 5
-#: Nodes of u and v: the more, the more answers a participant has; between the fewest and the most.
+#: Minimum and maximum nodes of u and v; their number increases with a participant's answers.
 FEWEST_NODES, MOST_NODES = 15, 161
-#: Nodes of u by the square root of a participant's answers; of v half as many.
+#: Nodes of u per square root of a participant's answers; v has half as many.
 NODES = 8.0
 
 
@@ -59,11 +59,11 @@ class DPrimeOfSize:
     steps, yes : int
         Answers, and those that were "yes".
     d_prime : float or None
-        Of a participant, on the scale of the model; None where the likelihood grows without
-        end, at ceiling mostly.
+        d' of a participant, on the scale of the model; None if the likelihood grows without limit,
+        mostly at ceiling.
     interval : ConfidenceInterval
         Profile likelihood, Student's quantile with n - 1 degrees of freedom; infinite on a side
-        on which the counts end.
+        that the counts do not bound.
     """
 
     removed_um_pp: float
@@ -74,11 +74,11 @@ class DPrimeOfSize:
 
     @property
     def at_ceiling(self) -> bool:
-        """Whether counts give a lower bound only."""
+        """Whether counts give only a lower bound."""
         return self.d_prime is None or self.interval.high == inf
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self, interval=key_of(self.interval)) | {"at_ceiling": self.at_ceiling}
 
 
@@ -96,7 +96,7 @@ def d_primes(
     who : int array, shape (answers,)
         0 to participants - 1.
     confidence : float
-        Of the intervals.
+        Level of the intervals.
     """
     kinds, kind = np.unique(sizes, return_inverse=True)
     people = int(who.max()) + 1 if len(who) else 0
@@ -108,7 +108,7 @@ def d_primes(
     shape = (people, len(kinds))
     total = np.bincount(who * len(kinds) + kind, minlength=people * len(kinds)).reshape(shape)
     yes = np.bincount(who * len(kinds) + kind, felt, people * len(kinds)).reshape(shape)
-    # Catch steps first; people of the same counts are computed once.
+    # Catch steps first; people with the same counts are computed once.
     columns = [catch, *(place for place in range(len(kinds)) if place != catch)]
     counts = np.stack([yes, total - yes], axis=-1)[:, columns]
     patterns, times = np.unique(counts, axis=0, return_counts=True)
@@ -149,10 +149,10 @@ def d_primes(
 
 
 class _Probit:
-    """What the model says at (d'..., criterion, σ, τ); kind 0 is the catch step."""
+    """Predictions of the model at (d'..., criterion, σ, τ); kind 0 is the catch step."""
 
     def __init__(self, kinds: int) -> None:
-        # Sensitivity differs between people on steps only.
+        # Sensitivity differs between people only for steps.
         self.step = np.arange(kinds) > 0
 
     def __call__(self, theta: Array, outer: Array, inner: Array) -> Prediction:
@@ -165,7 +165,8 @@ class _Probit:
         yes, no = special.log_ndtr(where), special.log_ndtr(-where)
 
         def gradient(pull_yes: Array, pull_no: Array) -> Array:
-            # Density over probability, as logarithms: both underflow far out, their ratio does not.
+            # Logarithm of density over probability: both underflow in the tails, but their ratio
+            # does not.
             density = -(where**2) / 2 - 0.5 * np.log(2 * np.pi)
             slope = pull_yes * np.exp(density - yes) - pull_no * np.exp(density - no)
             each = slope.sum(axis=(1, 2))

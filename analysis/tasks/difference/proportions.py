@@ -1,4 +1,4 @@
-"""Intervals of a share of "yes": exact, and where participants answered several times."""
+"""Compute intervals of a proportion of "yes": exact, and for repeated answers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def exact_interval(yes: float, n: float, confidence: float = 0.95) -> ConfidenceInterval:
-    """Return Clopper and Pearson's exact interval of a proportion, of independent answers."""
+    """Return Clopper and Pearson's exact interval of a proportion, for independent answers."""
     from statsmodels.stats.proportion import proportion_confint  # noqa: PLC0415
 
     low, high = proportion_confint(yes, n, alpha=1 - confidence, method="beta")
@@ -25,12 +25,12 @@ def exact_interval(yes: float, n: float, confidence: float = 0.95) -> Confidence
 def clustered_interval(
     yes: NDArray[np.float64], answers: NDArray[np.float64], confidence: float = 0.95
 ) -> ConfidenceInterval:
-    """Return the interval of a share where a participant's answers resemble each other.
+    """Return the interval of a proportion if answers of the same participant are correlated.
 
-    Clopper and Pearson's, of as many answers as there would be independent ones (Korn and
-    Graubard 1998, Surv. Methodol. 24, 193-201): the answers over the design effect, corrected by
-    Student's t for few participants. Where nobody differs from anybody, the answers count as one
-    a participant. With one answer a participant it is Clopper and Pearson's own.
+    Clopper and Pearson's interval with the effective sample size (Korn and Graubard 1998, Surv.
+    Methodol. 24, 193-201): the number of answers divided by the design effect, corrected by
+    Student's t for few participants. If all participants have equal proportions, the answers count
+    as one per participant. With one answer per participant, it is Clopper and Pearson's own.
 
     Parameters
     ----------

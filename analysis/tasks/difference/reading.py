@@ -1,4 +1,4 @@
-"""Steps of the descending difference, from a data set or a table made by hand."""
+"""Read steps of the descending difference from a data set or a single table."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def read_steps(
     entries: Entries, folder: Path, problems: Problems, _counts: dict[str, int]
 ) -> tuple[pd.DataFrame, list[Source]]:
-    """Return every step, with its numbers and answers read."""
+    """Return every step, with its numbers and answers parsed."""
     if not entries:
         return empty_differences(), []
     frame, sources = read_protocol(DIFFERENCE, entries, folder, problems)

@@ -1,4 +1,4 @@
-"""The descending difference: its figure, the words, the coders."""
+"""Write the section on the descending difference: its figure, verbal reports, coders."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.kind import Analysis
     from slipscale.stimuli.quantity import Quantity
 
-#: Of a category's reports, so many different wordings are shown.
+#: Maximum number of different wordings shown per category.
 WORDINGS_SHOWN = 40
 
 
@@ -44,7 +44,7 @@ def _caption(found: DescendingDifference, quantity: Quantity) -> str:
 
 
 def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-    """Return the descending difference: figure, steps, words."""
+    """Return the section on the descending difference: figure, steps, verbal reports."""
     quantity = analysis.dataset.quantity
     section = ReportSection(capitalised(quantity.yes_no.name))
     found = analysis.inference[DIFFERENCE]
@@ -62,7 +62,7 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         )
     )
     if not quantity.of_plate:
-        # Nobody was asked what has been removed.
+        # Participants were not asked about the removed amplitude.
         if (analysis.dataset.differences["amplitude_um_pp"] > 0).any():
             section.blocks.append(
                 html.paragraph("Levels are those of the stimulus less its reference.", "note")

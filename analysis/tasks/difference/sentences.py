@@ -1,4 +1,4 @@
-"""The sentences on the descending difference, in APA style (7th edition)."""
+"""Write the sentences on the descending difference, in APA style (7th edition)."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 def _measured(
     found: PsychometricCurve, quantity: Quantity
 ) -> tuple[str, str, Callable[[str], str]]:
-    """Return what "yes" depends on, per what, and what writes one of it."""
+    """Return what "yes" depends on, its unit, and a function that formats a value."""
     if found.measure == "weber_fraction":
         return (
             f"the step's Weber fraction, of the {quantity.name} before",
@@ -47,7 +47,7 @@ def _measured(
 def psychometric(
     found: PsychometricCurve | NotComputed, confidence: float, quantity: Quantity
 ) -> str:
-    """Return the sentence of the curve of "yes" against the size of the step."""
+    """Return the sentence on the curve of "yes" against the size of the step."""
     if isinstance(found, NotComputed):
         size = quantity.yes_no.size
         return f"No curve of “{quantity.yes}” against {size} was fitted: {found.reason}."
@@ -76,7 +76,7 @@ def psychometric(
 
 
 def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]:
-    """Return the sentence on participants' own thresholds; none where nobody has one."""
+    """Return the sentence on participants' own thresholds; empty if nobody has one."""
     own = [one for one in found.thresholds.values() if one]
     if not own:
         return []
@@ -92,7 +92,7 @@ def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]
 
 
 def finding(found: Finding) -> str:
-    """Return the paper's finding: who felt a difference, and who said it was less slippery."""
+    """Return the paper's finding: how many felt a difference, and reported less slipperiness."""
     n = found.n
     if n == 1:
         felt = "a difference" if found.felt_a_difference else "no difference"
@@ -111,7 +111,7 @@ def finding(found: Finding) -> str:
 
 
 def answer(found: DescendingDifference, confidence: float, quantity: Quantity) -> list[str]:
-    """Return what the task's question is answered with: of a plate the paper's finding."""
+    """Return the answer to the task's question; for a plate, the paper's finding."""
     if not quantity.of_plate:
         return [psychometric(found.psychometric, confidence, quantity)]
     return [finding(found.finding)] if found.finding.n else []
@@ -120,7 +120,7 @@ def answer(found: DescendingDifference, confidence: float, quantity: Quantity) -
 def difference_sentences(
     found: DescendingDifference | NotComputed, confidence: float, quantity: Quantity
 ) -> list[str]:
-    """Return the sentences on the descending difference; none where it was not run."""
+    """Return the sentences on the descending difference; empty if it was not run."""
     if not found:
         return []
     texts = answer(found, confidence, quantity)
@@ -143,7 +143,7 @@ def difference_sentences(
 
 
 def sensitivity(found: SignalDetection, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence on d', step size by step size."""
+    """Return the sentence on d' per step size."""
     if isinstance(found.by_size, NotComputed):
         return f"d′ was not computed: {found.by_size.reason}."
     words = quantity.yes_no

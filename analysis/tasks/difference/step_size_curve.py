@@ -1,6 +1,7 @@
-"""The descending difference's "yes" against the size of the step: a curve for the population.
+"""Fit the population's curve of "yes" against the size of the step.
 
-The size is what was removed, in µm peak to peak, or its Weber fraction of the amplitude before.
+The size is the amplitude removed, in µm peak to peak, or its Weber fraction of the previous
+amplitude.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ class PsychometricCurve:
     Parameters
     ----------
     measure : {"removed_um_pp", "weber_fraction"}
-        What the size is: µm peak to peak, or a share of the amplitude before.
+        The size: µm peak to peak, or a fraction of the previous amplitude.
     log_odds_per_unit, se : float
         Slope per unit of the size, and its standard error.
     interval : ConfidenceInterval
@@ -44,16 +45,16 @@ class PsychometricCurve:
     t, df, p : float, int, float
         Test of the slope against 0.
     intercept : float
-        Log odds of "yes" on a step of no size.
+        Log odds of "yes" for a step of size 0.
     covariance : array-like, shape (2, 2)
-        Of intercept and slope.
+        Covariance of intercept and slope.
     half_yes : float or None
-        The size of step on which half would say yes; None where the curve does not rise.
+        The step size with 50 % "yes"; None if the curve does not rise.
     half_yes_interval : ConfidenceInterval or None
-        Its, by Fieller's theorem; None where the slope is not reliably above 0: then no size is
-        ruled out.
+        Its interval, by Fieller's theorem; None if the slope is not significantly above 0, because
+        no size can then be excluded.
     correlation : float
-        Of a participant's answers.
+        Correlation of a participant's answers.
     n, answers : int
         Participants and answered steps.
     """
@@ -74,7 +75,7 @@ class PsychometricCurve:
     answers: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         names = {"interval": "ci", "half_yes_interval": "half_yes_ci"}
         if self.measure == "removed_um_pp":
             names |= {"log_odds_per_unit": "log_odds_per_um", "half_yes": "half_yes_um"}
@@ -87,22 +88,23 @@ def psychometric(
     measure: Measure = "removed_um_pp",
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> PsychometricCurve | NotComputed:
-    """Fit a logistic curve of "yes" on the size of the step, catch steps at 0.
+    """Fit a logistic curve of "yes" on the size of the step, with catch steps at 0.
 
-    Generalised estimating equations (Liang and Zeger 1986, Biometrika 73, 13-22), answers of a
-    participant exchangeably correlated, by statsmodels; errors are Mancl and DeRouen's (2001,
-    Biometrics 57, 126-134), which suit few participants, the interval is Student's with n - 2.
+    Generalised estimating equations (Liang and Zeger 1986, Biometrika 73, 13-22) with exchangeable
+    correlation of a participant's answers, by statsmodels. Standard errors are Mancl and DeRouen's
+    (2001, Biometrics 57, 126-134), which suit few participants; the interval is Student's with n -
+    2.
 
     Parameters
     ----------
     steps : DataFrame
-        `slipscale.analysis.reading.dataset.Dataset.differences`: answered steps, catch steps among
-        them.
+        `slipscale.analysis.reading.dataset.Dataset.differences`: answered steps, including catch
+        steps.
     measure : {"removed_um_pp", "weber_fraction"}
-        Of the size; a step from 0 has no Weber fraction and is left out of that curve.
+        Measure of the size; a step from 0 has no Weber fraction and is omitted from that curve.
     quantity : Quantity
-        What was presented. A Weber fraction is a fraction of the plate's amplitude before the
-        step, and elsewhere of the stimulus's reference.
+        What was presented. A Weber fraction is relative to the plate's amplitude before the step,
+        or, for another quantity, to the stimulus' reference.
     """
     base = "amplitude_before_um_pp" if quantity.of_plate else "amplitude_um_pp"
     if measure == "weber_fraction":
@@ -127,19 +129,19 @@ def psychometric(
 def curve(
     found: PsychometricCurve, removed: NDArray[np.float64], confidence: float = 0.95
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the fitted share of "yes" and its pointwise band, Student's on log odds.
+    """Return the fitted proportion of "yes" and its pointwise band, Student's on log odds.
 
     Parameters
     ----------
     found : PsychometricCurve
-        `psychometric`'s result.
+        Result of `psychometric`.
     removed : array, shape (k,)
         Sizes of steps, µm peak to peak.
 
     Returns
     -------
     tuple of arrays, each of shape (k,)
-        Share, lower bound, upper bound.
+        Proportion, lower bound, upper bound.
     """
     from scipy import special, stats  # noqa: PLC0415
 
@@ -156,7 +158,7 @@ def separated(
     felt: NDArray[np.float64],
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> str | None:
-    """Say why no finite slope exists, or None.
+    """Return why no finite slope exists, or None.
 
     >>> separated(np.array([0, 1.0, 2]), np.array([0, 1.0, 1]))[:19]
     'complete separation'
@@ -190,7 +192,7 @@ def _fit(
         cov_struct=cov_struct.Exchangeable(),
     )
     try:
-        # A fit that runs away ends in "did not converge", not in the libraries' warnings.
+        # A diverging fit is reported as "did not converge", without the libraries' warnings.
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", IterationLimitWarning)
             fit = model.fit(cov_type="bias_reduced")
@@ -229,7 +231,7 @@ def fieller(
     quantile: float,
     confidence: float,
 ) -> ConfidenceInterval | None:
-    """Return the interval of where a line a + b x is 0; None where b is not reliably above 0.
+    """Return the interval of the zero of a line a + b x; None if b is not significantly above 0.
 
     Fieller (1954), J. R. Stat. Soc. B 16, 175-185: all x at which the line is less than
     ``quantile`` standard errors from 0.

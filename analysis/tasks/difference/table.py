@@ -1,4 +1,4 @@
-"""The answers of yes and no as a table."""
+"""Tabulate the answers of yes and no."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-#: Columns of a yes or no, where they hold anything.
+#: Columns of yes-no answers, included if they are not empty.
 ANSWERS = (
     *(PARTICIPANT, "session", "run", "series", "trial", "step"),
     *("amplitude_before_um_pp", "amplitude_um_pp", "catch", "difference_felt"),
@@ -20,9 +20,9 @@ ANSWERS = (
 
 
 def answers_table(analysis: Analysis) -> pd.DataFrame:
-    """Return the analysed answers of yes and no: all that the difference task's numbers rest on.
+    """Return the analysed answers of yes and no, on which all results of the task are based.
 
-    Of another quantity than the plate's, the stimulus and its reference.
+    For another quantity than the plate's, includes the stimulus and its reference.
     """
     rows = analysis.dataset.differences
     kept = [name for name in ANSWERS if name in rows and not _empty(rows[name])]

@@ -1,4 +1,4 @@
-"""The code book: what a verbal report says of slipperiness, by the stems of its words."""
+"""Code verbal reports: what they state about slipperiness, by the stems of their words."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from pydantic import BaseModel, ConfigDict, Field
 from slipscale.faults.toml_file import read_toml
 
 Meaning = Literal["less_slippery", "more_slippery", "unclear"]
-#: A stem without a letter would be found in every report.
+#: A stem without a letter would match every report.
 Word = Annotated[str, Field(pattern=r"\w")]
 SHIPPED = Path(__file__).parent / "codebook.toml"
 OTHER = "other"
-#: What parts one statement from the next: "less smooth, it sticks more".
+#: Separators between statements: "less smooth, it sticks more".
 CLAUSES = re.compile(r"[,;.!/]+| and | but | et | mais ")
 
 
 class Category(BaseModel):
-    """One category: the stems that find it, and what it means for slipperiness.
+    """One category: the stems that identify it, and its meaning for slipperiness.
 
-    ``more_stems`` are comparatives that say "more" in themselves ("rougher").
+    ``more_stems`` are comparatives that include "more" ("rougher").
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -36,7 +36,7 @@ class Category(BaseModel):
 
 
 class Codebook(BaseModel):
-    """A code book, as its TOML file has it."""
+    """A code book, as in its TOML file."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -48,7 +48,7 @@ class Codebook(BaseModel):
     categories: Annotated[dict[str, Category], Field(min_length=1)]
 
     def code(self, report: str) -> list[str]:
-        """Return the categories of a report, in the book's order; "other" where none fits.
+        """Return the categories of a report, in the book's order; "other" if none matches.
 
         >>> load_codebook().code("C'est moins glissant, plus rugueux")
         ['slippery', 'rough']
@@ -58,7 +58,7 @@ class Codebook(BaseModel):
         return found or [OTHER]
 
     def direction(self, report: str, category: str) -> Literal["less", "more", "bare"]:
-        """Return whether the report says less or more of a category, or only names it."""
+        """Return whether the report states less or more of a category, or only names it."""
         text = plain(report)
         if _has(text, self.less_phrases):
             return "less"
@@ -79,7 +79,7 @@ class Codebook(BaseModel):
         return "bare"
 
     def meaning(self, report: str) -> Meaning:
-        """Return what a report says of slipperiness; contradictory reports are unclear.
+        """Return what a report states about slipperiness; contradictory reports are unclear.
 
         >>> book = load_codebook()
         >>> [book.meaning(words) for words in ("less smooth, it sticks more", "warm")]
@@ -101,14 +101,14 @@ class Codebook(BaseModel):
 
 
 def plain(text: str) -> str:
-    """Return text in lower case, without accents, apostrophes alike, blanks single."""
+    """Return text in lower case, without accents, with uniform apostrophes and single blanks."""
     bare = unicodedata.normalize("NFKD", text.replace("\u2019", "'")).casefold()
     bare = "".join(mark for mark in bare if not unicodedata.combining(mark))
     return re.sub(r"\s+", " ", bare).strip()
 
 
 def _last(text: str, stem: str) -> int:
-    """Return where a stem last begins a word, or -1."""
+    """Return the last position at which a stem begins a word, or -1."""
     found = [match.start() for match in re.finditer(rf"(?<!\w){re.escape(plain(stem))}", text)]
     return found[-1] if found else -1
 
@@ -123,6 +123,6 @@ def load_codebook(path: Path = SHIPPED) -> Codebook:
     Raises
     ------
     UserError
-        The file cannot be read or is not a code book; says every fault.
+        The file cannot be read or is not a code book; the message lists every error.
     """
     return read_toml(path, Codebook)

@@ -1,4 +1,4 @@
-"""Verbal reports counted under the categories of a code book."""
+"""Count verbal reports in the categories of a code book."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CategoryCount:
-    """How many reports a category has, and how often each was given in these words."""
+    """Number of reports in a category, and the frequency of each wording."""
 
     count: int
     words: Mapping[str, int]
@@ -34,11 +34,11 @@ class VerbalReports:
     codebook : str
         Title of the code book.
     n : int
-        Reports.
+        Number of reports.
     categories : Mapping
         Category -> count and words, in the book's order; a report may have several.
     meaning : Mapping
-        What the reports say of slipperiness -> how many.
+        Statement about slipperiness -> number of reports.
     """
 
     codebook: str
@@ -48,12 +48,12 @@ class VerbalReports:
 
 
 def code_reports(changes: pd.DataFrame, book: Codebook) -> VerbalReports | NotComputed:
-    """Count categories over reports, with the raw words.
+    """Count reports by category, with their original words.
 
     Parameters
     ----------
     changes : DataFrame
-        ``difference_felt verbal_report``, one row a step on which the amplitude changed.
+        ``difference_felt verbal_report``, one row per step on which the amplitude changed.
     book : Codebook
         Codes the reports.
     """

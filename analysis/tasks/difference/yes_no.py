@@ -1,6 +1,6 @@
-"""The descending difference: "yes" on steps and on catch steps, and what participants said.
+"""Analyse the descending difference: "yes" on steps and catch steps, and verbal reports.
 
-Without catch steps "yes" is confounded with bias, and d' does not exist.
+Without catch steps, "yes" is confounded with bias, and d' cannot be computed.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.difference.verbal_coding import Codebook
     from slipscale.analysis.tasks.difference.verbal_reports import VerbalReports
 
-#: Of fewer steps of a kind a participant's own d' is mostly its correction.
+#: With fewer steps of a kind, a participant's own d' consists mostly of its correction.
 TRIALS_FOR_OWN = 20
-#: Steps that differ in size by less than this share of the largest level are of one size.
+#: Step sizes that differ by less than this fraction of the largest level count as equal.
 SAME_SIZE = 1e-9
 
 
@@ -59,20 +59,20 @@ class StepAnswers:
     interval: ConfidenceInterval
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self, interval="" if self.interval is None else key_of(self.interval))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CatchAnswers:
-    """Answers on catch steps; no interval where there are none."""
+    """Answers on catch steps; no interval if there are none."""
 
     n: int
     yes: int
     interval: ConfidenceInterval | None
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self, interval="" if self.interval is None else key_of(self.interval))
 
 
@@ -95,15 +95,15 @@ class SignalDetection:
     Parameters
     ----------
     pooled : Sensitivity
-        Of all answers.
+        From all answers.
     by_size : tuple of DPrimeOfSize or NotComputed
         d' of each size of step, by a probit model with participants.
     all_sizes : DPrimeOfSize or NotComputed
-        The same, all sizes taken as one.
+        The same, with all sizes treated as one.
     mean_d_prime : MeanOverParticipants or NotComputed
-        Of participants' own, where each has `TRIALS_FOR_OWN` of both kinds of step.
+        Mean of participants' own d', if each has `TRIALS_FOR_OWN` of both kinds of step.
     participants : Mapping
-        Participant -> their own.
+        Participant -> their own d' and criterion.
     """
 
     pooled: Sensitivity
@@ -113,7 +113,7 @@ class SignalDetection:
     participants: Mapping[str, Sensitivity]
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         pooled = record(self.pooled)
         return {
             "pooled_d_prime": pooled.pop("d_prime"),
@@ -128,16 +128,16 @@ class SignalDetection:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """The paper's finding, in numbers of participants.
+    """The paper's finding, as numbers of participants.
 
     Parameters
     ----------
     n : int
         Participants.
     felt_a_difference, felt_every_change : int
-        Who felt a change at least once, and always.
+        Participants who felt a change at least once, and always.
     said_less_slippery : int
-        Who said that the surface became less slippery.
+        Participants who reported that the surface became less slippery.
     """
 
     n: int
@@ -152,11 +152,11 @@ class Finding:
 
     @property
     def all_said_less_slippery(self) -> bool:
-        """Whether every participant said that the surface became less slippery."""
+        """Whether every participant reported that the surface became less slippery."""
         return self.n > 0 and self.said_less_slippery == self.n
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self) | {
             "all_felt_a_difference": self.all_felt_a_difference,
             "all_said_less_slippery": self.all_said_less_slippery,
@@ -165,7 +165,7 @@ class Finding:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DescendingDifference:
-    """Everything about the descending difference.
+    """All results of the descending difference.
 
     Parameters
     ----------
@@ -176,17 +176,17 @@ class DescendingDifference:
     signal_detection, psychometric, verbal_reports, finding
         See their classes.
     weber : PsychometricCurve or NotComputed
-        Of "yes" on the Weber fraction of the amplitude before.
+        Curve of "yes" on the Weber fraction of the previous amplitude.
     thresholds : Mapping
-        Participant -> their own curve of "yes" on what was removed, half-way between their false
-        alarms and their "yes" on the largest steps; NotComputed with fewer than
+        Participant -> their own curve of "yes" on the amplitude removed, half-way between their
+        false alarms and their "yes" on the largest steps; NotComputed with fewer than
         `TRIALS_FOR_OWN` answers.
     participants : int
-        Who answered.
+        Participants who answered.
     answers_per_participant_and_step : float
         Mean.
     coders : CoderAgreement, NotComputed or None
-        None where the data set has no codes of human coders.
+        None if the data set has no codes of human coders.
     """
 
     steps: tuple[StepAnswers, ...]
@@ -202,7 +202,7 @@ class DescendingDifference:
     coders: CoderAgreement | NotComputed | None = None
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         detection = self.signal_detection
         keys = renamed(self, coders="" if self.coders is None else "coders")
         d_prime = detection.pooled.d_prime if detection else detection
@@ -212,8 +212,9 @@ class DescendingDifference:
 def d_prime(hits: float, signals: float, false_alarms: float, noises: float) -> tuple[float, float]:
     """Return d' and the criterion c of a yes-no task, with the log-linear correction.
 
-    Half a response is added to hits and false alarms, one trial to each kind, always (Hautus
-    1995, Behav. Res. Methods Instrum. Comput. 27, 46-51), so that rates of 0 and 1 stay finite.
+    Half a response is added to hits and false alarms, and one trial to each kind, in every case
+    (Hautus 1995, Behav. Res. Methods Instrum. Comput. 27, 46-51), so that rates of 0 and 1 stay
+    finite.
 
     >>> d, c = d_prime(10, 20, 10, 20)
     >>> round(d, 12), round(c, 12)
@@ -232,7 +233,7 @@ def analyse_differences(
     confidence: float = 0.95,
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> DescendingDifference | NotComputed:
-    """Return everything about the descending difference but the coders' agreement.
+    """Return all results of the descending difference except the coders' agreement.
 
     Parameters
     ----------
@@ -241,7 +242,7 @@ def analyse_differences(
     book : Codebook
         Codes the verbal reports.
     confidence : float
-        Of every interval.
+        Level of every interval.
     quantity : Quantity
         What was presented.
     """
@@ -281,7 +282,7 @@ def analyse_differences(
 
 
 def interval_of(answers: pd.DataFrame, confidence: float) -> ConfidenceInterval:
-    """Return the interval of the share of "yes", answers of a participant being alike."""
+    """Return the interval of the proportion of "yes", allowing for correlated answers."""
     own = answers.groupby(answers[PARTICIPANT].astype(str))["difference_felt"].agg(["sum", "size"])
     return clustered_interval(own["sum"].to_numpy(float), own["size"].to_numpy(float), confidence)
 
@@ -296,7 +297,7 @@ def _repetitions(changes: pd.DataFrame) -> float:
 def signal_detection(
     changes: pd.DataFrame, catches: pd.DataFrame, confidence: float, quantity: Quantity
 ) -> SignalDetection | NotComputed:
-    """Return d' and c, pooled and of each participant who had both kinds of step."""
+    """Return d' and c, pooled and for each participant with both kinds of step."""
     if not len(catches):
         return NotComputed(
             f"no {quantity.yes_no.catch[1]}: “{quantity.yes}” cannot be separated from a readiness "
@@ -338,7 +339,7 @@ def signal_detection(
 
 
 def step_sizes(steps: pd.DataFrame) -> NDArray[np.float64]:
-    """Return how much amplitude each step removed, µm peak to peak; rounding makes no new size.
+    """Return the amplitude removed by each step, µm peak to peak, without rounding artefacts.
 
     >>> step_sizes(
     ...     pd.DataFrame(
@@ -353,15 +354,15 @@ def step_sizes(steps: pd.DataFrame) -> NDArray[np.float64]:
     if not largest:
         return np.zeros(len(levels))
     decimals = -math.ceil(math.log10(largest * SAME_SIZE))
-    # Of numbers, decimal by decimal: NumPy's own rounding multiplies and divides, 1e-12 comes back
-    # as 1.0000000000000002e-12.
+    # Numbers are rounded decimally one by one: NumPy's rounding multiplies and divides, which
+    # turns 1e-12 into 1.0000000000000002e-12.
     return np.array([round(size, decimals) + 0.0 for size in removed.tolist()])
 
 
 def own_thresholds(
     steps: pd.DataFrame, confidence: float
 ) -> dict[str, PsychometricFunction | NotComputed]:
-    """Return each participant's threshold, where there are answers enough for one."""
+    """Return each participant's threshold, if there are enough answers for one."""
     sizes = pd.Series(np.abs(step_sizes(steps)), index=steps.index)
     found: dict[str, PsychometricFunction | NotComputed] = {}
     for who, own in steps.groupby(steps[PARTICIPANT].astype(str)):
@@ -381,7 +382,7 @@ def own_thresholds(
 def _mean_of_own(
     own: Mapping[str, Sensitivity], confidence: float, quantity: Quantity = PLATE_AMPLITUDE
 ) -> MeanOverParticipants | NotComputed:
-    """Return the mean of participants' own d', where their counts can tell one from another."""
+    """Return the mean of participants' own d', if their counts are large enough."""
     fewest = min((min(each.changes, each.catches) for each in own.values()), default=0)
     if fewest < TRIALS_FOR_OWN:
         return NotComputed(

@@ -1,1 +1,1 @@
-"""Magnitude estimation: tests, exponents, order effects, and what the report says of them."""
+"""Magnitude estimation: tests, exponents, order effects, and their sections of the report."""

@@ -1,4 +1,4 @@
-"""Pairwise comparisons, and the tests that could not be computed."""
+"""Write the section on pairwise comparisons and on tests that could not be computed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.kind import Analysis
     from slipscale.stimuli.quantity import Quantity
 
-#: Whether a pair differs reliably, and whether it is equal within the bound -> what follows.
+#: Whether a pair differs significantly, and whether it is equal within the bound -> conclusion.
 CONCLUSIONS = {
     (True, False): "differ",
     (True, True): "differ, by less than the bound",
@@ -34,7 +34,7 @@ CONCLUSIONS = {
 
 
 def _bare_p(p: float | None) -> str:
-    """Return a p for a column that is headed p: ".023", "< .001"."""
+    """Format a p-value for a column headed p: ".023", "< .001"."""
     return p_value(p).removeprefix("p ").removeprefix("= ")
 
 
@@ -148,7 +148,7 @@ def _row(pair: PairComparison) -> list[str]:
 
 
 def _parts(inference: Inference) -> dict[str, object]:
-    """Return every test on magnitude estimates, and the parts of those that have parts."""
+    """Return every test on magnitude estimates, and the parts of tests that have parts."""
     table: tuple[Statistic[object], ...] = (*STATISTICS, SESSIONS, GROUPS)
     titled = [statistic for statistic in table if statistic.title]
     parts: dict[str, object] = {each.title: inference[each] for each in titled}

@@ -1,4 +1,4 @@
-"""Magnitude estimation, declared."""
+"""Declare magnitude estimation."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def _answers(analysis: Analysis) -> list[str]:
 
 
 def _equal(analysis: Analysis) -> list[str]:
-    """Return the sentence on pairs that were shown to be equal, if there are any."""
+    """Return the sentence on pairs with demonstrated equivalence, if there are any."""
     level = analysis.dataset.choices.confidence
     pairs = analysis.inference.found(PAIRWISE) or ()
     if not any(reliable(pair.logs.equivalence_p_holm, level) for pair in pairs if pair.logs):

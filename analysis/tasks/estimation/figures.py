@@ -149,7 +149,7 @@ def table3(
     unit : str
         The unit of the estimates.
     quantity : Quantity
-        What the amplitudes are.
+        Quantity of the amplitudes.
     """
     figure = Figure(figsize=(5.6, 3.6), layout="constrained")
     axes = figure.add_subplot()
@@ -194,14 +194,14 @@ def in_the_paper(cells: pd.DataFrame, quantity: Quantity) -> bool:
 
 @styled
 def residuals(logs: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> Figure:
-    """Draw residuals of participants' and amplitudes' means: against a normal, and by amplitude.
+    """Draw residuals from participants' and amplitudes' means: normal plot, and by amplitude.
 
     Parameters
     ----------
     logs : DataFrame, shape (participants, amplitudes)
         Complete mean logarithms.
     quantity : Quantity
-        What the amplitudes are.
+        Quantity of the amplitudes.
     """
     from scipy import stats  # noqa: PLC0415 - a second's import
 

@@ -1,4 +1,4 @@
-"""The growth of sensation: its figure and the models compared."""
+"""Write the section on the growth of sensation: its figure and the models compared."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The jackknife over participants: an error for an estimate that is not a mean of theirs."""
+"""Compute the jackknife over participants, for estimates that are not means over participants."""
 
 from __future__ import annotations
 
@@ -20,18 +20,19 @@ def jackknife(
 ) -> MeanOverParticipants | NotComputed:
     """Return an estimate with Student's interval and its test against 0.
 
-    The standard error is the jackknife's (Tukey 1958, Ann. Math. Stat. 29, 614), which for a
-    regression over clusters is at least as wide as the sandwich's and covers for few of them
-    (Bell and McCaffrey 2002, Surv. Methodol. 28, 169-181). Degrees of freedom are n - 1.
+    The standard error is the jackknife's (Tukey 1958, Ann. Math. Stat. 29, 614). For a regression
+    over clusters it is at least as wide as the sandwich estimator's, and it has the stated
+    coverage for few clusters (Bell and McCaffrey 2002, Surv. Methodol. 28, 169-181). Degrees of
+    freedom are n - 1.
 
     Parameters
     ----------
     estimate : float
-        Of everybody.
+        Estimate from all participants.
     without : array, shape (participants,)
-        The same, each participant left out in turn.
+        The same, with each participant omitted in turn.
     confidence : float
-        Of the interval.
+        Level of the interval.
     """
     from scipy import stats  # noqa: PLC0415 - a second's import
 

@@ -1,4 +1,4 @@
-"""The linear mixed model of the exponent, and whether its fit can be believed."""
+"""Fit the linear mixed model of the exponent, and check whether the fit is trustworthy."""
 
 from __future__ import annotations
 
@@ -22,14 +22,15 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
 
-#: A mixed model of more participants takes minutes and says what the slopes' t interval says.
+#: With more participants, the mixed model takes minutes and agrees with the slopes' t interval.
 AT_MOST = 200
-#: statsmodels' optimisers, all tried: each alone fails on some data, or says that it converged
-#: where another finds a better fit (on the R reference lbfgs stops short of lme4's maximum).
+#: statsmodels' optimisers, all of which are tried: each one fails on some data, or reports
+#: convergence although another finds a better fit (on the R reference lbfgs stops short of lme4's
+#: maximum).
 OPTIMISERS = ("bfgs", "lbfgs", "powell")
 #: Log-likelihoods closer than this are the same maximum.
 SAME_MAXIMUM = 1e-3
-#: What statsmodels' warnings have in common where a variance or correlation is at its bound.
+#: Common text of statsmodels' warnings about a variance or correlation at its bound.
 AT_ITS_BOUND = ("boundary", "not positive definite", "singular")
 
 
@@ -51,13 +52,13 @@ class MixedModel:
     log_likelihood_reml : float
         Restricted.
     converged : bool
-        An optimiser ended there by its own rule.
+        Whether the optimiser met its convergence criterion.
     at_bound : bool
-        A variance or correlation cannot go further.
+        Whether a variance or correlation is at its bound.
     optimiser : str
-        The one whose fit this is.
+        The optimiser that found this fit.
     warnings : tuple of str
-        statsmodels' of that fit.
+        Warnings of statsmodels for that fit.
     n, trials : int
         Participants and trials above 0 µm.
     """
@@ -78,17 +79,18 @@ class MixedModel:
     trials: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self, interval="ci")
 
 
 def mixed_model(data: Prepared) -> MixedModel | NotComputed:
-    """Linear mixed model of log estimate on log amplitude, random intercepts and slopes (REML).
+    """Fit a linear mixed model of log estimate on log amplitude, with random effects (REML).
 
-    Fitted by statsmodels on trials above 0 µm. The interval of the slope is Student's with n - 1
-    degrees of freedom: statsmodels' own is the normal's, too short for a dozen people. Variances
-    are given without errors: those of statsmodels are not usable. The fit is the
-    likeliest of `OPTIMISERS`'.
+    Intercepts and slopes are random. Fitted by statsmodels on trials above 0 µm. The interval of
+    the slope is Student's with n - 1 degrees of freedom; statsmodels uses the normal distribution,
+    whose intervals are too narrow for a dozen people. Variances have no errors, because those of
+    statsmodels are not usable. The fit is the one with the highest likelihood over all
+    `OPTIMISERS`.
     """
     from scipy import stats  # noqa: PLC0415
 
@@ -157,12 +159,12 @@ def _centre(frame: pd.DataFrame) -> float:
 
 
 def _fit(frame: pd.DataFrame) -> tuple[MixedLMResults, str, list[str]]:
-    """Return the likeliest fit, its optimiser, and what statsmodels warned of in that attempt."""
-    # Not statsmodels.formula.api, which loads all of statsmodels: half a second.
+    """Return the fit with the highest likelihood, its optimiser, and its statsmodels warnings."""
+    # Not statsmodels.formula.api, which loads all of statsmodels and takes half a second.
     from statsmodels.regression.mixed_linear_model import MixedLM  # noqa: PLC0415
 
-    # Far from 0, such as logarithms of nanometres, intercept and slope are so correlated that an
-    # optimiser stops short and says that it converged. The likelihood is the same.
+    # Far from 0, for example with logarithms of nanometres, intercept and slope are so correlated
+    # that an optimiser stops early and reports convergence. The likelihood is the same.
     centred = frame.assign(lx=frame["lx"] - _centre(frame))
     model = MixedLM.from_formula("ly ~ lx", centred, groups="who", re_formula="~lx")
     attempts = []
@@ -173,8 +175,8 @@ def _fit(frame: pd.DataFrame) -> tuple[MixedLMResults, str, list[str]]:
                 fit = model.fit(reml=True, method=[optimiser])
                 fit.bse_fe  # noqa: B018 - computed on first use, and it warns
             except np.linalg.LinAlgError:
-                continue  # this optimiser's end has no standard error; another's may have
-        # An optimiser that diverged leaves no likelihood.
+                continue  # this optimiser's result has no standard error; another's may have one
+        # An optimiser that diverged returns no likelihood.
         if np.isfinite(fit.llf):
             said = sorted({str(w.message).splitlines()[0] for w in caught})
             attempts.append((fit, optimiser, said))

@@ -1,4 +1,4 @@
-"""Effects of order: drift over the trials and carry-over, fitted jointly."""
+"""Estimate effects of order: drift over the trials and carry-over, fitted jointly."""
 
 from __future__ import annotations
 
@@ -25,27 +25,27 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: A column of which the others leave less than this share of its variance is not identifiable.
+#: A column is not identifiable if the others leave less than this fraction of its variance.
 IDENTIFIABLE = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OrderEffects:
-    """Slopes of log estimates on the order, each with amplitude and the other held constant.
+    """Slopes of log estimates on the order, each with amplitude and the other slope held constant.
 
     Parameters
     ----------
     log_slope_per_trial : MeanOverParticipants or NotComputed
-        On the trial's position: drift.
+        Slope on the trial's position: drift.
     log_slope_per_um_pp_before : MeanOverParticipants or NotComputed
-        On the amplitude of the surface before, µm peak to peak: carry-over.
+        Slope on the previous surface's amplitude, µm peak to peak: carry-over.
     """
 
     log_slope_per_trial: MeanOverParticipants | NotComputed
     log_slope_per_um_pp_before: MeanOverParticipants | NotComputed
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return {
             "position": {
                 "unit": "natural logarithm per trial",
@@ -59,13 +59,13 @@ class OrderEffects:
 
 
 def order_effects(data: Prepared) -> OrderEffects | NotComputed:
-    """Test whether estimates drift with the trial's position, or follow the surface before.
+    """Test whether estimates drift with the trial's position, or depend on the previous surface.
 
-    One least-squares model of all log estimates: a mean for each participant, one for each
-    amplitude, a slope on the position and one on the amplitude before (trials without one, the
-    first and those after a texture, take no part). Fitted apart, carry-over shows as drift,
-    because a participant's positions and the surfaces before are correlated. Errors are a
-    jackknife's over participants, with Student's n - 1 degrees of freedom.
+    One least-squares model of all log estimates: a mean per participant, a mean per amplitude, a
+    slope on the position and a slope on the previous amplitude (trials without one, the first and
+    those after a texture, are omitted). If the two were fitted separately, carry-over would appear
+    as drift, because a participant's positions and previous surfaces are correlated. Standard
+    errors are from a jackknife over participants, with Student's n - 1 degrees of freedom.
     """
     if data.refused:
         return NotComputed(data.zero_sentence)
@@ -98,7 +98,7 @@ def order_effects(data: Prepared) -> OrderEffects | NotComputed:
 
 
 def not_identifiable(trials: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> str | None:
-    """Say why the order cannot be told from the amplitude, or None."""
+    """Return why the effect of order cannot be separated from amplitude, or None."""
     who, _ = pd.factorize(trials[PARTICIPANT])
     in_turn = np.argsort(who, kind="stable")
     amplitudes, who = trials["amplitude_um_pp"].to_numpy(float)[in_turn], who[in_turn]
@@ -125,13 +125,13 @@ def not_identifiable(trials: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE)
 
 
 def _within(column: Array, who: NDArray[np.intp], people: int) -> Array:
-    """Return a column less each participant's mean."""
+    """Return a column minus each participant's mean."""
     means = np.bincount(who, column, people) / np.bincount(who, minlength=people)
     return np.asarray(column - means[who])
 
 
 def _products(design: Sequence[Array], who: NDArray[np.intp], people: int) -> Array:
-    """Return each participant's sums of products of columns: leaving one out is a subtraction."""
+    """Return each participant's sums of products of columns; omitting one is a subtraction."""
     width = len(design)
     products = np.empty((people, width, width))
     for row in range(width):

@@ -1,4 +1,4 @@
-"""The sentences of the primary analysis, which the study declares, and of the others."""
+"""Write the sentences of the primary analysis, which the study declares, and of the others."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.analysis_choices import Primary
     from slipscale.stimuli.quantity import Quantity
 
-#: Primary analysis -> what it is called in a plan, of a quantity ``q``.
+#: Primary analysis -> its name in a plan, for a quantity ``q``.
 TITLES: dict[Primary, str] = {
     "ranks": "Friedman's test, and Wilcoxon's test of each pair of {q.levels}, Holm-corrected",
     "logarithms": "repeated-measures ANOVA of log estimates (Greenhouse-Geisser), and paired t of "

@@ -1,7 +1,7 @@
-"""Trials of magnitude estimation, from a data set or a table made by hand.
+"""Read trials of magnitude estimation from a data set or a single table.
 
-A texture's amplitude is its largest: among plain surfaces of that amplitude it would count as one
-of them. Trials of textures are therefore kept apart.
+The amplitude of a texture is its maximum. Among plain surfaces of that amplitude it would count as
+one of them, so trials of textures are kept separate.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 def read_estimates(
     entries: Entries, folder: Path, problems: Problems, _counts: dict[str, int]
 ) -> tuple[pd.DataFrame, list[Source]]:
-    """Return every trial of magnitude estimation, with its numbers read."""
+    """Return every trial of magnitude estimation, with its numbers parsed."""
     if not entries:
         return empty_estimates(), []
     frame, sources = read_protocol(ESTIMATION, entries, folder, problems)
@@ -41,14 +41,14 @@ def read_estimates(
 def divide(
     frame: pd.DataFrame, problems: Problems, counts: dict[str, int]
 ) -> dict[str, pd.DataFrame]:
-    """Return ``answers``, the answered ones of them (``estimates``), and ``textures``."""
+    """Return ``answers``, the answered ones among them (``estimates``), and ``textures``."""
     main = _keep_main_trials(frame, counts)
     answers, textures = _part_textures(main, counts, problems)
     return {"estimates": _answered(answers, counts), "answers": answers, "textures": textures}
 
 
 def _keep_main_trials(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
-    """Return main trials that were not voided or damaged, marked by what happened in them."""
+    """Return main trials that were not voided or damaged, with columns for their events."""
     counts["estimation_rows"] = len(frame)
     practice, voided = set_aside(frame)
     counts["practice"], counts["voided"] = int(practice.sum()), int(voided.sum())
@@ -63,11 +63,11 @@ def _keep_main_trials(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFra
 def _part_textures(
     main: pd.DataFrame, counts: dict[str, int], problems: Problems
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the trials of plain surfaces, and the answered ones of textures."""
+    """Return the trials of plain surfaces, and the answered trials of textures."""
     modulated = main["texture"].astype(str) != ""
     textures = main[modulated & main["estimate"].notna()].reset_index(drop=True)
     runs = [main[name] for name in IDENTITY]
-    # The plain surface in the row above is then not the surface felt before.
+    # The plain surface in the previous row is then not the one felt before.
     main["after_texture"] = modulated.groupby(runs, observed=True).shift(fill_value=False)
     counts["textures"] = int(modulated.sum())
     if counts["textures"]:

@@ -92,7 +92,7 @@ def _cell(*values: float) -> str:
 
 
 def textures(analysis: Analysis) -> Markup:
-    """Return the same statistics for textures, which have no one amplitude."""
+    """Return the same statistics for textures, which have no single amplitude."""
     titles = ("Mean", "Max. dev.", "SD")
     return html.table(
         [
@@ -110,7 +110,7 @@ def textures(analysis: Analysis) -> Markup:
 
 
 def table3(analysis: Analysis) -> Markup:
-    """Return Table III, beside the paper's where the amplitudes are the paper's."""
+    """Return Table III, next to the paper's if the amplitudes are the paper's."""
     quantity, convention = analysis.dataset.quantity, analysis.dataset.choices.standard_deviation
     paper = biet2007.BY_AMPLITUDE
     beside = quantity.of_plate and any(

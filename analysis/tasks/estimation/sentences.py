@@ -1,6 +1,6 @@
-"""The sentences a results section needs, numbers filled in, in APA style (7th edition).
+"""Write the sentences of a results section, in APA style (7th edition).
 
-Each writer takes a result and returns its sentence.
+Each function takes a result and returns its sentence.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.estimation.order_effects import OrderEffects
     from slipscale.stimuli.quantity import Quantity
 
-#: What `slipscale.analysis.tasks.estimation.growth.growth_models.MODELS` are called in a sentence.
+#: Names of `slipscale.analysis.tasks.estimation.growth.growth_models.MODELS` in a sentence.
 MODEL_NAMES = {
     "power": "Stevens's power law",
     "threshold": "the power law with a threshold",
@@ -51,14 +51,14 @@ MOST_LISTED = 6
 MOST_DECISIVE = 100.0
 
 
-#: Posterior predictive checks, in words, of a quantity ``q``.
+#: Posterior predictive checks, in words, for a quantity ``q``.
 CHECKS = {
     "curvature": "the curvature on logarithmic axes",
     "largest_residual": "the largest residual",
     "kurtosis": "the residuals' tails",
     "spread_ratio": "the residuals' spread at the largest over that at the least {q.level}",
 }
-#: A posterior predictive p this near 0 or 1 says that the model misses something.
+#: A posterior predictive p this close to 0 or 1 indicates a misfit of the model.
 UNLIKELY = 0.025
 
 
@@ -67,7 +67,7 @@ def _ci(
     confidence: float,
     write: Callable[[float], str] = number,
 ) -> str:
-    """Return ", 95% CI [low, high]", or nothing where it is not defined."""
+    """Return ", 95% CI [low, high]", or nothing if it is not defined."""
     return "" if bounds is None else f", {level_of(confidence)} CI {bracketed(bounds, write)}"
 
 
@@ -77,7 +77,7 @@ def _degrees(df: float, epsilon: float) -> str:
 
 
 def rm_anova(found: RmAnova, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence of the repeated-measures ANOVA, always Greenhouse and Geisser's."""
+    """Return the sentence of the repeated-measures ANOVA, with Greenhouse and Geisser's p."""
     epsilon = found.epsilon_gg
     verb = "differed" if reliable(found.p_gg, confidence) else "did not differ reliably"
     ci = _ci(found.eta2_generalised_interval, confidence, unit_number)
@@ -115,7 +115,7 @@ def page_trend(found: PageTrend, confidence: float, quantity: Quantity) -> str:
 
 
 def linear_trend(found: LinearTrend, confidence: float, quantity: Quantity) -> str | None:
-    """Return the sentence of the linear contrast; None where its slope was not tested."""
+    """Return the sentence of the linear contrast; None if its slope was not tested."""
     slope = found.log_slope_per_um_pp
     if not slope:
         return None
@@ -173,9 +173,9 @@ def pairwise_logs(
 def equivalence(
     pairs: Sequence[PairComparison], confidence: float, quantity: Quantity
 ) -> str | None:
-    """Return what is known of pairs that paired t did not tell apart: equal within, or undecided.
+    """Return the result for pairs without a significant paired t: equivalent, or undecided.
 
-    None where all pairs were told apart.
+    None if all pairs differ significantly.
     """
     apart = [
         (pair, pair.logs)
@@ -228,7 +228,7 @@ def bayes_of_none(for_a_difference: float) -> str:
 def pairwise_ranks(
     pairs: Sequence[PairComparison], confidence: float, quantity: Quantity
 ) -> str | None:
-    """Return one sentence on all pairs, Wilcoxon's test of estimates, zeros among them."""
+    """Return one sentence on all pairs, Wilcoxon's test of estimates including zeros."""
     if len(pairs) == 1:
         pair, ranks = pairs[0], pairs[0].ranks
         verb = "differed" if reliable(ranks.p, confidence) else "did not differ reliably"
@@ -245,7 +245,7 @@ def _pair(pair: PairComparison, quantity: Quantity) -> str:
 
 
 def _of(n: int, incomplete: int) -> str:
-    """Return "n = 12", and of how many where some are left out."""
+    """Return "n = 12", with the total number if some are excluded."""
     return f"n = {n}" + (f" of {n + incomplete}" if incomplete else "")
 
 
@@ -300,7 +300,7 @@ def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
 
 
 def bayesian_growth(found: BayesianGrowth, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence of the hierarchical power function; numbers only where it converged."""
+    """Return the sentence of the hierarchical power function; numbers only if it converged."""
     if not found.converged:
         return (
             "The hierarchical Bayesian power function did not converge (largest R̂ = "
@@ -365,7 +365,7 @@ def reliability(found: Reliability, confidence: float, quantity: Quantity) -> st
 
 
 def mixed_model(found: MixedModel, confidence: float, _quantity: Quantity) -> str:
-    """Return the sentence of the mixed model; its numbers only where the fit converged."""
+    """Return the sentence of the mixed model, with numbers only if the fit converged."""
     if not found.converged:
         return (
             "The linear mixed model with random intercepts and slopes did not converge; its "

@@ -1,4 +1,4 @@
-"""Whether repeated estimates scatter alike at every level: tests of arithmetic means assume it."""
+"""Check whether repeated estimates have the same spread at every level, as rank tests assume."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ if TYPE_CHECKING:
 
 #: Ratio of standard deviations from which rank tests of arithmetic means err noticeably.
 NOTICEABLE = 1.75
-#: Differences within cells below which a standard deviation is too uncertain to compare.
+#: Minimum number of differences within cells to compare a standard deviation.
 FEWEST = 12
 
 
 def unequal_spread(data: Prepared) -> list[str]:
-    """Return what a reader should doubt if log estimates scatter unequally within cells.
+    """Return a warning if the spread of log estimates within cells is unequal.
 
-    Arithmetic means of skewed estimates grow with their scatter. If geometric means are equal but
-    scatter is not, arithmetic cell means differ, and tests of their ranks reject: with standard
-    deviations of 0.3 and 0.6 (natural logarithms), 12 participants and 3 repetitions Wilcoxon's
-    test in 9 % of 1,000 simulated studies at a level of 5 %, with 6 repetitions in 21 %; with equal
-    scatter in 4 %.
+    Arithmetic means of skewed estimates increase with their spread. If geometric means are equal
+    but spreads are not, arithmetic cell means differ, and tests of their ranks reject. With
+    standard deviations of 0.3 and 0.6 (natural logarithms), 12 participants and 3 repetitions,
+    Wilcoxon's test rejected in 9 % of 1,000 simulated studies at a level of 5 %, with 6
+    repetitions in 21 %; with equal spread in 4 %.
     """
     usable = data.trials[data.trials["log"].notna()]
     cells = usable.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True)["log"]

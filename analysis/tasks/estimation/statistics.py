@@ -1,4 +1,4 @@
-"""The statistics of magnitude estimates: the table that a new one is added to.
+"""List the statistics of magnitude estimates; add a new one to this table.
 
 The functions that compute and write are in their own modules; each declaration joins them.
 """
@@ -48,9 +48,9 @@ class NormalisationUsed:
     rule : str or None
         A key of `slipscale.analysis.preprocessing.normalisation.RULES`; None without estimates.
     zero_rule : str
-        What happened to estimates of zero before logarithms were taken.
+        How estimates of zero were treated before taking logarithms.
     zeros : int
-        How many estimates are zero.
+        Number of estimates that are zero.
     standard_deviation : {"sample", "population"}
         Convention of Table III.
     """
@@ -257,7 +257,7 @@ NORMALISATION: Statistic[NormalisationUsed] = Statistic(
     test=False,
 )
 
-#: In the order of ``inference.json`` and of a results section: a new statistic is one line here.
+#: In the order of ``inference.json`` and of a results section; a new statistic is one line here.
 STATISTICS: tuple[Statistic[object], ...] = (
     FRIEDMAN,
     RM_ANOVA,

@@ -1,4 +1,4 @@
-"""Magnitude estimates and what follows from them, as tables."""
+"""Tabulate magnitude estimates and their results."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
 
 
 def wide(analysis: Analysis) -> pd.DataFrame:
-    """Return one row a participant, as JASP, jamovi and SPSS read repeated measures.
+    """Return one row per participant, as JASP, jamovi and SPSS read repeated measures.
 
-    Names are letters, digits and underscores: ``estimate_0_5`` is the mean normalised estimate
+    Names contain letters, digits and underscores: ``estimate_0_5`` is the mean normalised estimate
     at 0.5 µm peak to peak, ``log_0_5`` the mean natural logarithm.
     """
 
@@ -57,7 +57,7 @@ def wide(analysis: Analysis) -> pd.DataFrame:
     about = analysis.dataset.participants
     if len(about.columns) > 1:
         about = about.drop_duplicates("participant_id")
-        # Our columns keep their names; a column of participants.tsv of the same name is marked.
+        # Our columns keep their names; a column of participants.tsv with the same name is marked.
         table = table.merge(
             about, on="participant_id", how="left", suffixes=("", "_participants_tsv")
         )

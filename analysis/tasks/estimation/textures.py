@@ -1,8 +1,8 @@
-"""Estimates of textures: beside the statistics over amplitudes, never among them.
+"""Describe estimates of textures, separately from the statistics over amplitudes.
 
-A texture has no one amplitude: its largest may be that of a plain surface which feels quite
-different. So textures decide nothing about the scale either; they are put on the one that the
-plain surfaces of the same run give.
+A texture has no single amplitude: its maximum may equal that of a plain surface that feels quite
+different. Textures therefore do not affect the scale; they are normalised with the scale of the
+plain surfaces in the same run.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ def describe(
     textures, estimates : DataFrame
         `slipscale.analysis.reading.dataset.Dataset.textures` and ``estimates``.
     rule : str
-        A key of `slipscale.analysis.preprocessing.normalisation.RULES`: each is one division within
-        a run.
+        A key of `slipscale.analysis.preprocessing.normalisation.RULES`: each is one division
+        within a run.
     standard_deviation : {"sample", "population"}
         Divide by n - 1 or by n.
 
     Returns
     -------
     DataFrame
-        ``texture n mean maximum_deviation standard_deviation``, sorted by name; empty where
-        there are none. A run without an estimate of a plain surface has no scale and is left out.
+        ``texture n mean maximum_deviation standard_deviation``, sorted by name; empty without
+        textures. A run without an estimate of a plain surface has no scale and is omitted.
     """
     columns = ["texture", "n", "mean", "maximum_deviation", "standard_deviation"]
     if not len(textures) or not len(estimates):

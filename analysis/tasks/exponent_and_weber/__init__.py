@@ -1,1 +1,1 @@
-"""The exponent and the Weber fraction of the same participants."""
+"""Compare the exponent and the Weber fraction of the same participants."""

@@ -1,4 +1,4 @@
-"""The exponent and the Weber fraction of the same participants, declared."""
+"""Declare the comparison of exponent and Weber fraction in the same participants."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The figure of exponents against Weber fractions."""
+"""Plot exponents against Weber fractions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @styled
 def exponent_and_weber(found: ExponentAndWeber) -> Figure:
-    """Draw participants, means with intervals, and what goes together by Ekman's law."""
+    """Plot participants, means with intervals, and the curve of Ekman's law."""
     figure, axes = canvas()
     weber = np.array([each.weber_fraction for each in found.participants])
     own = np.array([each.exponent for each in found.participants])

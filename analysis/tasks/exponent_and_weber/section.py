@@ -1,4 +1,4 @@
-"""The exponent of magnitude estimates beside the Weber fraction, and whether they agree."""
+"""Write the section on whether the exponent of magnitude estimates fits the Weber fraction."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 
 def exponent_and_weber(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-    """Return the section; a study that has both and no comparison says why."""
+    """Return the section; if a study has both measures but no comparison, it states why."""
     section = ReportSection("Exponent and Weber fraction")
     found = analysis.inference[EXPONENT_AND_WEBER]
     if isinstance(found, NotComputed):
-        # A study with one of the two alone has nothing to be told.
+        # A study with only one of the two has nothing to report.
         if analysis.prepared is not None and not isinstance(
             analysis.inference[THRESHOLDS], NotComputed
         ):

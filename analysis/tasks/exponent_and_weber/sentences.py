@@ -1,4 +1,4 @@
-"""The sentences on whether the exponent agrees with the Weber fraction."""
+"""Write the sentences on the agreement of exponent and Weber fraction."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate
     from slipscale.analysis.tasks.exponent_and_weber.statistics import ExponentAndWeber
 
-#: What each verdict says, after "The exponent".
+#: Text of each verdict, after "The exponent".
 VERDICTS = {
     "agrees": "agrees with the Weber fraction",
     "does not agree": "does not agree with the Weber fraction",
@@ -21,12 +21,12 @@ VERDICTS = {
 
 
 def sentences(found: tuple[ExponentAndWeber, ...], confidence: float) -> list[str]:
-    """Return a paragraph a task."""
+    """Return one paragraph per task."""
     return [sentence(one, confidence) for one in found]
 
 
 def sentence(one: ExponentAndWeber, confidence: float) -> str:
-    """Return what is measured, what is expected, and whether they agree."""
+    """Return the measured and expected values, and whether they agree."""
     level = level_of(confidence)
     low, high = PUBLISHED
     people = counted(len(one.participants), "participant has", "participants have")

@@ -1,12 +1,12 @@
-"""Whether the exponent of magnitude estimates agrees with the Weber fraction.
+"""Test whether the exponent of magnitude estimates agrees with the Weber fraction.
 
-Ekman's law: a just noticeable difference is a constant part *k* of the sensation. With a power
+Ekman's law: a just noticeable difference is a constant fraction *k* of the sensation. With a power
 function of exponent *n* and a Weber fraction *w* of the stimulus
 
     k = (1 + w)^n - 1,    n = log(1 + k) / log(1 + w)
 
-Teghtsoonian 1971 (Psychol. Rev. 78, 71-80) has *k* near 0.03 whatever the sense: steep functions go
-with fine discrimination.
+According to Teghtsoonian 1971 (Psychol. Rev. 78, 71-80), *k* is near 0.03 for every sense: steep
+functions occur with fine discrimination.
 """
 
 from __future__ import annotations
@@ -30,10 +30,11 @@ if TYPE_CHECKING:
 
 #: Teghtsoonian's k.
 EKMAN = 0.03
-#: k by the Weber fractions and exponents of nine continua, from brightness (0.079 and 0.33) to
+#: k from the Weber fractions and exponents of nine continua, from brightness (0.079 and 0.33) to
 #: vibration at 60 Hz (0.036 and 0.95).
 PUBLISHED = (0.025, 0.035)
-#: An interval within this factor of `EKMAN` that meets those published agrees: our own bound.
+#: An interval within this factor of `EKMAN` that overlaps the published ones agrees: our own
+#: bound.
 FACTOR = 2.0
 
 Verdict = Literal["agrees", "does not agree", "undecided"]
@@ -50,27 +51,27 @@ class OwnExponentAndWeber:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExponentAndWeber:
-    """The exponent beside the Weber fraction of one task, of the participants who have both.
+    """The exponent and the Weber fraction of one task, for the participants who have both.
 
     Parameters
     ----------
     task : str
-        The task of the Weber fraction, its label in file names.
+        Label of the Weber fraction's task in file names.
     standard_um_pp : float
-        With which surfaces were compared, µm peak to peak.
+        Standard of the comparison, µm peak to peak.
     participants : tuple of OwnExponentAndWeber
-        Whose they are.
+        One per participant.
     exponent : Estimate
         Mean, with Student's interval.
     weber_fraction : Estimate
         The population's (`TaskThresholds.weber_fraction`).
     expected_exponent : Estimate
-        What the Weber fraction and its interval predict with k = 0.03.
+        Exponent predicted by the Weber fraction and its interval with k = 0.03.
     ekman_fraction : Estimate
         k of these participants, with Student's interval of log(1 + k).
     verdict : {"agrees", "does not agree", "undecided"}
-        Whether that interval lies within a factor 2 of 0.03 and meets the published 0.025 to 0.035,
-        or lies apart from those, or neither.
+        Agrees if that interval lies within a factor 2 of 0.03 and overlaps the published 0.025 to
+        0.035; does not agree if it lies outside those; otherwise undecided.
     grows : bool
         Whether the exponent's interval lies above 0.
     """
@@ -96,9 +97,9 @@ def exponent_and_weber(
     Parameters
     ----------
     prepared : Prepared or None
-        Magnitude estimates; None where there are none.
+        Magnitude estimates; None if there are none.
     tasks : tuple of TaskThresholds or NotComputed
-        `slipscale.analysis.tasks.thresholds.statistics.thresholds`'s.
+        Result of `slipscale.analysis.tasks.thresholds.statistics.thresholds`.
     """
     if prepared is None:
         return NotComputed("no magnitude estimates")
@@ -147,7 +148,7 @@ def _task(
         participants=people,
         exponent=estimate(np.array([exponent.mean, *exponent.interval]), confidence),
         weber_fraction=whole,
-        # A larger Weber fraction goes with a smaller exponent.
+        # A larger Weber fraction corresponds to a smaller exponent.
         expected_exponent=estimate(np.log1p(EKMAN) / np.log1p(fraction[[0, 2, 1]]), confidence),
         ekman_fraction=estimate(ekman, confidence),
         verdict=_verdict(float(ekman[1]), float(ekman[2])),

@@ -1,1 +1,1 @@
-"""Judgements against measured friction."""
+"""Compare judgements with measured friction."""

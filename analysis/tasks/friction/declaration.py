@@ -1,4 +1,4 @@
-"""Judgements against measured friction, declared."""
+"""Declare the comparison of judgements with measured friction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figure of ratings against the friction that was measured under the finger."""
+"""Plot ratings against the friction measured under the finger."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def rating_friction(prepared: Prepared, *, unit: str) -> Figure:
     ----------
     prepared : Prepared
     unit : str
-        Of the estimates.
+        Unit of the estimates.
     """
     figure = Figure(figsize=(4.8, 3.8), layout="constrained")
     axes = figure.subplots()

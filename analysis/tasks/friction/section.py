@@ -1,4 +1,4 @@
-"""Ratings against measured friction: sentence, figure, participants' lines."""
+"""Write the section on ratings and measured friction: sentence, figure, participants' lines."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LESS_FRICTION = 0.1
 
 
 def measured_friction(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-    """Return the section; empty where no friction was measured."""
+    """Return the section; empty if no friction was measured."""
     section = ReportSection("Ratings against measured friction")
     found = analysis.friction
     if found is None:
@@ -74,7 +74,7 @@ def measured_friction(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSect
 
 
 def sentence(found: MeasuredFriction) -> str:
-    """Return what the lines say together."""
+    """Return the sentence on all participants' lines."""
     if isinstance(found.slope, NotComputed):
         return f"Ratings against measured friction: {found.slope.reason}."
     if not found.correlation:

@@ -1,1 +1,1 @@
-"""Groups of participants compared."""
+"""Compare groups of participants."""

@@ -1,4 +1,4 @@
-"""Groups of participants, declared."""
+"""Declare the comparison of groups of participants."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Groups of participants: their means, and every two of them compared."""
+"""Write the section on groups of participants: their means, and every two of them compared."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.groups.welch import Welch
     from slipscale.analysis.tasks.kind import Analysis
 
-#: Fields of `GroupComparison` -> what its numbers are, of a quantity ``q``, and how a
-#: value of them is read.
+#: Fields of `GroupComparison` -> description of the numbers, for a quantity ``q``, and format of a
+#: value.
 COMPARED: dict[str, tuple[str, str, Callable[[float], float]]] = {
     "exponents": ("Exponent", "difference", float),
     "levels": ("Geometric mean over all {q.levels}", "ratio", exp),
@@ -28,7 +28,7 @@ COMPARED: dict[str, tuple[str, str, Callable[[float], float]]] = {
 
 
 def groups(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
-    """Return the groups' means and pairs; empty where the participants are in no groups."""
+    """Return the groups' means and pairs; empty if the participants are in no groups."""
     section = ReportSection("Groups")
     found = analysis.inference[GROUPS]
     if not found:

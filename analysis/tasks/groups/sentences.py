@@ -1,4 +1,4 @@
-"""The sentences on groups of participants, in APA style (7th edition)."""
+"""Write the sentences on groups of participants, in APA style (7th edition)."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def group_sentences(
     found: GroupComparison | NotComputed, confidence: float, quantity: Quantity
 ) -> list[str]:
-    """Return the sentences on groups; none where the participants are in none."""
+    """Return the sentences on groups; empty if the participants are in no groups."""
     if not found:
         return []
     sizes = ", ".join(f"{name} (n = {n})" for name, n in found.n.items())

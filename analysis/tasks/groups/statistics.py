@@ -1,4 +1,4 @@
-"""Groups of participants compared: their exponents, their level, the shape of their growth."""
+"""Compare groups of participants: their exponents, their level, the shape of their growth."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
-#: The column of a data set's participants that is their group, where the study names none.
+#: Default column of the group in a data set's participants.
 DEFAULT_COLUMN = "group"
-#: Groups too small to compare are named up to so many.
+#: Maximum number of groups too small to compare that are named.
 NAMED = 6
 
 
@@ -43,9 +43,9 @@ class Effect:
     Parameters
     ----------
     F, df1, df2, p : float
-        Degrees of freedom as they were used: those with amplitude after Greenhouse and Geisser.
+        Degrees of freedom as used: with amplitude, after Greenhouse and Geisser.
     eta2_partial, eta2_partial_interval
-        By the non-central F; None where it is not defined.
+        By the non-central F; None if it is not defined.
     """
 
     F: float
@@ -56,7 +56,7 @@ class Effect:
     eta2_partial_interval: ConfidenceInterval | None
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self, eta2_partial_interval="eta2_partial_ci")
 
 
@@ -67,7 +67,7 @@ class MixedAnova:
     Parameters
     ----------
     group, amplitude, interaction : Effect
-        Of the groups' level, of amplitude, and of the groups' different growth.
+        Effect of group on the level, of amplitude, and of group on growth.
     epsilon_gg : float
         Greenhouse and Geisser's, of the covariance within groups.
     """
@@ -85,19 +85,19 @@ class GroupComparison:
     Parameters
     ----------
     column : str
-        Where the groups stand.
+        Column of the groups.
     n : Mapping
-        Group compared -> its participants.
+        Compared group -> number of participants.
     left_out : tuple of str
         Groups of fewer than three.
     without_group : int
-        Participants of no group.
+        Participants without a group.
     exponents : Welch or NotComputed
-        Of participants' power functions.
+        Comparison of participants' power functions.
     levels : Welch or NotComputed
-        Of participants' mean logarithms over all amplitudes.
+        Comparison of participants' mean logarithms over all amplitudes.
     anova : MixedAnova or NotComputed
-        Of participants with a logarithm at every amplitude.
+        From participants with a logarithm at every amplitude.
     """
 
     column: str
@@ -110,7 +110,7 @@ class GroupComparison:
 
 
 def membership(data: Dataset) -> pd.Series[str] | NotComputed:
-    """Return each participant's group, NaN where there is none.
+    """Return each participant's group; NaN if there is none.
 
     Raises
     ------
@@ -141,7 +141,7 @@ def compare_groups(
     Parameters
     ----------
     group_of : Series or NotComputed
-        `membership`'s result.
+        Result of `membership`.
     """
     if isinstance(group_of, NotComputed):
         return group_of
@@ -186,7 +186,7 @@ def _welch(
 def _mixed_anova(
     logs: pd.DataFrame, group_of: pd.Series[str], compared: list[str], data: Prepared
 ) -> MixedAnova | NotComputed:
-    """By pingouin, whose sums of squares are R's where everybody has every amplitude."""
+    """Return the mixed ANOVA by pingouin, which agrees with R if every cell is present."""
     import pingouin  # noqa: PLC0415 - a second's import
 
     groups = group_of.reindex(logs.index.astype(str)).to_numpy()
@@ -210,7 +210,7 @@ def _mixed_anova(
         }
     )
     with warnings.catch_warnings():
-        # pingouin's one warning on pandas 3 (dropna in place); no other.
+        # Only pingouin's warning on pandas 3 (dropna in place).
         warnings.filterwarnings("ignore", category=pd.errors.Pandas4Warning)
         found = pingouin.mixed_anova(
             data=long, dv="value", within="amplitude", subject="who", between="group"
@@ -253,7 +253,7 @@ def _welch_ps(found: GroupComparison) -> list[float]:
 
 def _pair_ps(found: GroupComparison) -> list[float]:
     parts = [part for part in (found.exponents, found.levels) if part]
-    # Of two groups the pair is the test of all.
+    # With two groups, their pair is the overall test.
     return [pair.p for part in parts if len(part.groups) > 2 for pair in part.pairs]  # noqa: PLR2004
 
 

@@ -1,4 +1,4 @@
-"""One value per participant compared between groups whose spreads may differ."""
+"""Compare one value per participant between groups with possibly unequal variances."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class GroupMean:
     interval: ConfidenceInterval
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self, interval="ci")
 
 
@@ -44,15 +44,15 @@ class GroupDifference:
     first, second : str
         Groups.
     difference : float
-        Of means, first less second.
+        Difference of means, first minus second.
     interval : ConfidenceInterval
         The difference's, Welch's.
     t, df, p, p_holm : float
         Two-sided; ``p_holm`` is corrected over all pairs of groups.
     hedges_g : float
-        The difference over the pooled standard deviation, with Hedges' correction.
+        The difference divided by the pooled standard deviation, with Hedges' correction.
     hedges_g_interval : ConfidenceInterval or None
-        By the non-central t, exact where both spreads are one; None where it is not defined.
+        By the non-central t, exact for equal variances; None if it is not defined.
     """
 
     first: str
@@ -67,23 +67,23 @@ class GroupDifference:
     hedges_g_interval: ConfidenceInterval | None
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self, interval="ci", hedges_g_interval="hedges_g_ci")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Welch:
-    """Welch's analysis of variance between groups, and every two of them.
+    """Welch's analysis of variance between groups, and every two of them compared.
 
     Parameters
     ----------
     groups : tuple of GroupMean
         In the order of their names.
     F, df1, df2, p : float
-        Welch's; of two groups F is t squared.
+        Welch's; with two groups, F is t squared.
     eta2, eta2_interval
-        Share of the values' variance that lies between groups, as the ordinary analysis of
-        variance has it; the interval by its non-central F.
+        Proportion of the values' variance between groups, from the ordinary analysis of variance;
+        the interval is by its non-central F.
     pairs : tuple of GroupDifference
         Every two groups.
     """
@@ -98,7 +98,7 @@ class Welch:
     pairs: tuple[GroupDifference, ...]
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self, eta2_interval="eta2_ci")
 
 
@@ -112,7 +112,7 @@ def welch(values: Mapping[str, NDArray[np.float64]], confidence: float) -> Welch
     values : Mapping
         Group -> one value per participant; at least two groups of at least three.
     confidence : float
-        Of every interval.
+        Level of every interval.
     """
     from statsmodels.stats.oneway import anova_oneway  # noqa: PLC0415 - a second's import
 

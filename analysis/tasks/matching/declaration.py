@@ -1,4 +1,4 @@
-"""Matching, declared."""
+"""Declare matching."""
 
 from __future__ import annotations
 

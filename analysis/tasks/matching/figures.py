@@ -1,4 +1,4 @@
-"""Figure of matches of references."""
+"""Plot matches of references."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def matches(found: Sequence[MatchedReference], trials: pd.DataFrame) -> Figure:
     Parameters
     ----------
     found : sequence of MatchedReference
-        Of one task.
+        References of one task.
     trials : DataFrame
         The trials of `slipscale.analysis.tasks.matching.reading.TRIALS` of the task.
     """

@@ -1,6 +1,7 @@
-"""Trials of matching, from a data set: amplitudes peak to peak.
+"""Read trials of matching from a data set: amplitudes peak to peak.
 
-``felt_again`` is how often the reference was felt again, NaN in tables without that column.
+``felt_again`` is the number of times that the reference was repeated; NaN in tables without that
+column.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The section on matching."""
+"""Write the section on matching."""
 
 from __future__ import annotations
 

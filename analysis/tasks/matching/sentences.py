@@ -1,4 +1,4 @@
-"""Sentences on matching."""
+"""Write sentences on matching."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ def matching_answer(found: MatchedReference, confidence: float) -> str:
 
 
 def matching_sentences(found: tuple[MatchedReference, ...], confidence: float) -> list[str]:
-    """Return a sentence a reference."""
+    """Return one sentence per reference."""
     return [matching_answer(each, confidence) + _besides(each) for each in found]
 
 
 def _besides(found: MatchedReference) -> str:
-    """Return what catch trials and the reference felt again say, where there are any."""
+    """Return the results of catch trials and of repeated references, if there are any."""
     said = ""
     if found.felt_again:
         said += f" The reference was felt again {number(found.felt_again)} times a match."

@@ -1,4 +1,4 @@
-"""Matching by adjustment: how far from the reference, how variable, and from which side."""
+"""Analyse matching by adjustment: bias, variability, and effect of the direction."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ASCENDING, DESCENDING = "ascending", "descending"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MatchedReference:
-    """How one reference was matched.
+    """Result of matching one reference.
 
     Parameters
     ----------
@@ -33,24 +33,25 @@ class MatchedReference:
     reference_um_pp : float
         µm peak to peak.
     matches, participants : int
-        How many.
+        Numbers of matches and participants.
     mean_um_pp : float
         Mean of participants' mean matches.
     bias_um_pp : MeanOverParticipants or NotComputed
-        Match less reference (constant error), and its test against 0.
+        Match minus reference (constant error), and its test against 0.
     variability_um_pp : float or None
         Root mean square of participants' own standard deviations within a direction (variable
-        error); None where nobody matched twice from one side.
+        error); None if nobody matched twice from one side.
     ascending_um_pp, descending_um_pp : float or None
         Mean matches from below and from above.
     direction_um_pp : MeanOverParticipants or NotComputed
-        Match from above less match from below, participant by participant, against 0.
+        Match from above minus match from below, per participant, tested against 0.
     catch_trials : int
-        Trials that began at the reference itself; they count as no match.
+        Trials that began at the reference itself; they do not count as matches.
     catch_error_um_pp : float or None
-        How far they ended from it, mean of the absolute differences; None without one.
+        Mean absolute difference from the reference in catch trials; None without any.
     felt_again : float or None
-        How often the reference was felt again, mean over matches; None where the data do not say.
+        How often the reference was repeated, mean over matches; None if the data do not contain
+        it.
     """
 
     task: str
@@ -71,7 +72,7 @@ class MatchedReference:
 def matching(
     matches: pd.DataFrame, confidence: float = 0.95
 ) -> tuple[MatchedReference, ...] | NotComputed:
-    """Return how each reference was matched.
+    """Return the result for each reference.
 
     Parameters
     ----------

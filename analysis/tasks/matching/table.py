@@ -1,4 +1,4 @@
-"""Matching as a table."""
+"""Tabulate matching."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def matching_table(found: Sequence[MatchedReference]) -> pd.DataFrame:
-    """Return one row a reference."""
+    """Return one row per reference."""
     rows: list[JsonObject] = []
     for each in found:
         row: JsonObject = {

@@ -1,1 +1,1 @@
-"""Kinds of task that other packages declare, and the short form of one."""
+"""Kinds of task that other packages declare, and the short form of a declaration."""

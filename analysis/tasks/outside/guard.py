@@ -1,11 +1,11 @@
-"""Kinds of task of other packages: the same `TaskAnalysis` as ours, guarded at every call.
+"""Load kinds of task of other packages: the same `TaskAnalysis` as ours, guarded at every call.
 
 A package names one by an entry point of the group ``slipscale.analyses``. The rules:
 
-- what outside code raises, or returns wrongly, is one sentence that names the package and the part;
-  the rest of the report is written;
-- texts, tables and figures are made before anything is written, so that the report can list what
-  failed; only sections have to wait for the figures;
+- an exception or a wrong return value of outside code becomes one sentence that names the package
+  and the part; the rest of the report is written;
+- texts, tables and figures are computed before anything is written, so that the report can list
+  what failed; only sections have to wait for the figures;
 - keys and files are called ``own_NAME`` or ``own_NAME_...``, so that no name hides one of ours.
 """
 
@@ -43,7 +43,7 @@ T = TypeVar("T")
 
 
 def every_kind() -> tuple[TaskAnalysis, ...]:
-    """Return our kinds of task, then those of installed packages."""
+    """Return Slipscale's kinds of task, then those of installed packages."""
     return (*KINDS, *installed_kinds([]))
 
 
@@ -53,7 +53,7 @@ def installed_kinds(faults: list[str]) -> tuple[TaskAnalysis, ...]:
     Parameters
     ----------
     faults : list of str
-        Receives one sentence for each failure, now and whenever a part is called.
+        Receives one sentence per failure, now and whenever a part is called.
 
     Raises
     ------
@@ -65,12 +65,12 @@ def installed_kinds(faults: list[str]) -> tuple[TaskAnalysis, ...]:
 
 
 def evaluated(analysis: Analysis, faults: list[str]) -> Analysis:
-    """Return the analysis with every part of outside kinds made, and with what failed.
+    """Return the analysis with every part of outside kinds computed, and with the failures.
 
     Parameters
     ----------
     faults : list of str
-        As given to `installed_kinds`.
+        As passed to `installed_kinds`.
     """
     kinds = tuple(_made(kind, analysis) if kind.package else kind for kind in analysis.kinds)
     problems = (*analysis.problems, *(f"{fault}." for fault in faults))
@@ -98,12 +98,12 @@ class _Guard:
         return self.point.dist.version if self.point.dist else "unknown"
 
     def call(self, part: str, action: Callable[[], T], otherwise: Callable[[str], T]) -> T:
-        """Return what outside code returns; if it fails, a value made from the sentence."""
+        """Return the result of outside code; if it fails, a value made from the error sentence."""
         subject = f"{self.named}: its {part}" if part else self.named
         try:
             return called(self.point, action, subject)
         except UserError as error:
-            # A sentence that the package raised itself does not name the package.
+            # A sentence raised by the package itself does not name the package.
             text = str(error)
             sentence = text if text.startswith(self.named) else f"{subject}: {text}"
             if sentence not in self.faults:
@@ -136,7 +136,7 @@ class _Guard:
 
     def _statistic(self, statistic: Statistic[object]) -> Statistic[object]:
         def computed(inputs: Inputs) -> object:
-            # Copies: what one package does to its tables, no other analysis sees.
+            # Copies, so that a package's changes to its tables affect no other analysis.
             data = inputs.data.with_tables(lambda rows: rows.copy())
             found = statistic.compute(replace(inputs, data=data))
             if not isinstance(found, NotComputed):
@@ -202,7 +202,7 @@ class _Guard:
 
 @dataclass(frozen=True, slots=True)
 class _Check:
-    """What a part must be: its empty value, and what one of its values must be."""
+    """Type check of a part: its empty value, and the type of one of its values."""
 
     empty: list[str] | dict[str, object]
     expected: str
@@ -210,7 +210,7 @@ class _Check:
     files: bool = False
 
     def __call__(self, name: str, value: object) -> object:
-        """Return a part; raise a `UserError` if it is of another type."""
+        """Return a part. Raises `UserError` if it has another type."""
         found: list[object] | dict[object, object]
         if isinstance(self.empty, list) and isinstance(value, list | tuple):
             found = values = list(value)
@@ -242,7 +242,7 @@ def _is_figure(value: object) -> bool:
     return True
 
 
-#: The parts of a kind that are made from the analysis alone.
+#: The parts of a kind that are computed from the analysis alone.
 _TEXTS = _Check([], "a list of texts", _is_text)
 PARTS: Mapping[str, _Check] = {
     "questions": _TEXTS,
@@ -262,7 +262,7 @@ def _is_own(name: str, key: str) -> bool:
 
 
 def _declared(name: str, kind: object) -> TaskAnalysis:
-    # The name is that of files and of a key of inference.json.
+    # The name is used for files and for a key of inference.json.
     if not re.fullmatch("[a-z][a-z0-9_]*", name):
         raise UserError("expected a name of small letters, digits and underscores")
     if not isinstance(kind, TaskAnalysis):

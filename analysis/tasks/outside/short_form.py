@@ -1,7 +1,7 @@
-"""The short form of an outside kind: one function from the data to sentences and numbers.
+"""Define an outside kind in short form: one function from the data to sentences and numbers.
 
 `own_analysis` returns the `TaskAnalysis` that an entry point needs. Everything here is frozen and
-checked when it is made, so that an error names the package that caused it.
+checked on creation, so that an error names the package that caused it.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.model import Study
 
 CELL = (str, int, float, bool, type(None))
-#: Rows of a table in the report; the CSV file holds them all.
+#: Maximum number of rows of a table in the report; the CSV file contains all of them.
 ROWS_SHOWN = 40
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OwnInput:
-    """What the function of an outside analysis receives.
+    """Input of an outside analysis function.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class OwnInput:
         Trials, participants and the frozen choices, after the study's exclusions; tables are
         copies. Tables of tasks that Slipscale does not read itself are in ``dataset.others``.
     study : Study or None
-        The study file; None if the data have none, or it cannot be read here.
+        The study file; None if the data have none, or if it cannot be read here.
     """
 
     dataset: Dataset
@@ -54,28 +54,29 @@ class OwnInput:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OwnResult:
-    """What the function of an outside analysis returns.
+    """Return value of an outside analysis function.
 
     Parameters
     ----------
     sentences : tuple of str
-        What was found, as in a results section; at least one.
+        The findings, as in a results section; at least one.
     numbers : Mapping
         Name -> number, text or None, or a tuple or mapping of these, for inference.json. Names
         include their unit: ``slope_per_um_pp``. NaN is written as null.
     table : DataFrame, optional
         One row per case, with named columns of numbers and words.
     table_caption : str
-        What its rows and columns are.
+        Description of its rows and columns.
     figure : Figure, optional
-        Of matplotlib.
+        A Matplotlib figure.
     figure_caption, figure_alt : str
-        What it shows: for readers, and for people who cannot see it. Required with a figure.
+        Description of the figure: for readers, and for people who cannot see it. Required with a
+        figure.
 
     Raises
     ------
     UserError
-        A field is of another type; the sentence names it.
+        A field has another type; the message names it.
     """
 
     sentences: tuple[str, ...]
@@ -114,7 +115,7 @@ class OwnResult:
             raise UserError("; ".join(faults))
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return {"sentences": self.sentences, "numbers": self.numbers}
 
 
@@ -130,7 +131,7 @@ def own_analysis(
     title : str
         The heading of its section in the report.
     run : callable
-        Returns what was found, or `NotComputed` with the reason why there is nothing.
+        Returns the findings, or `NotComputed` with the reason why there are none.
     """
     if not isinstance(title, str) or not title.strip():
         raise UserError(f"analysis '{name}': its title is {title!r}, expected a text")
@@ -192,7 +193,7 @@ class _Short:
 
 
 def study_of(data: Dataset) -> Study | None:
-    """Return the data set's study; None if there is none that can be read here."""
+    """Return the data set's study; None if there is none or it cannot be read here."""
     path = data.folder / "code" / "study.toml" if data.folder else None
     if path is None or not path.is_file():
         return None

@@ -1,4 +1,4 @@
-"""Magnitude production, declared."""
+"""Declare magnitude production."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figure of magnitude production."""
+"""Plot magnitude production."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @styled
 def productions(found: TaskProductions, trials: pd.DataFrame) -> Figure:
-    """Draw amplitudes produced against numbers, on logarithmic axes: participants, and means."""
+    """Plot produced amplitudes against numbers on logarithmic axes: participants, and means."""
     figure = Figure(figsize=SIZE, layout="constrained")
     axes = figure.add_subplot()
     table = log_cells(trials[~trials["catch"]], "number", "produced_um_pp")

@@ -1,4 +1,4 @@
-"""Trials of magnitude production, from a data set: amplitudes and numbers above 0."""
+"""Read trials of magnitude production from a data set: amplitudes and numbers above 0."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The section on magnitude production."""
+"""Write the section on magnitude production."""
 
 from __future__ import annotations
 

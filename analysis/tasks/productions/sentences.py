@@ -1,4 +1,4 @@
-"""Sentences on magnitude production."""
+"""Write sentences on magnitude production."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 
 def production_title(found: TaskProductions) -> str:
-    """Return what a task is called in the report."""
+    """Return the name of a task in the report."""
     return f"Magnitude production ({found.task})"
 
 
 def production_answer(found: TaskProductions, confidence: float) -> str:
-    """Return the chief sentence on production."""
+    """Return the main sentence on production."""
     what = (
         f"{production_title(found)}, {counted(found.answers, 'production', 'productions')} of "
         f"{counted(found.participants, 'participant', 'participants')}, with a standard of "
@@ -49,7 +49,7 @@ def production_answer(found: TaskProductions, confidence: float) -> str:
 
 
 def both_answer(found: BothExponents, confidence: float) -> str:
-    """Return the sentence on production beside estimation."""
+    """Return the sentence that compares production with estimation."""
     low, high = found.ratio_interval
     differs = (
         "which does not tell them apart"
@@ -69,7 +69,7 @@ def both_answer(found: BothExponents, confidence: float) -> str:
 
 
 def production_answers(found: TaskProductions, confidence: float) -> list[str]:
-    """Return the chief sentences on a task of production."""
+    """Return the main sentences on a production task."""
     texts = [production_answer(found, confidence)]
     if found.both:
         texts.append(both_answer(found.both, confidence))
@@ -77,7 +77,7 @@ def production_answers(found: TaskProductions, confidence: float) -> list[str]:
 
 
 def production_sentences(found: tuple[TaskProductions, ...], confidence: float) -> list[str]:
-    """Return a paragraph a task of production."""
+    """Return one paragraph per production task."""
     return [
         " ".join([*production_answers(task, confidence), *production_biases(task, confidence)])
         for task in found
@@ -85,7 +85,7 @@ def production_sentences(found: tuple[TaskProductions, ...], confidence: float) 
 
 
 def production_biases(found: TaskProductions, confidence: float) -> list[str]:
-    """Return the sentences on what draws productions: the beginning, the bounds, lapses."""
+    """Return the sentences on biases of productions: starting amplitude, bounds, lapses."""
     texts = []
     beginning = found.beginning
     if beginning:

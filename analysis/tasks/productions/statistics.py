@@ -1,10 +1,10 @@
-"""Magnitude production: amplitudes set to numbers, the exponent, and estimation's beside it.
+"""Analyse magnitude production: amplitudes set to numbers, the exponent, and estimation's.
 
-The number is given and the amplitude answered, so log amplitude is regressed on log number; the
-exponent of sensation is the slope's inverse. People shorten the range of what they control: of
-amplitudes here, which makes this exponent too large, of numbers in estimation, which makes that one
-too small. The geometric mean of both is the usual remedy (Stevens and Greenbaum 1966, Percept.
-Psychophys. 1, 439-446).
+The number is given and the amplitude is the response, so log amplitude is regressed on log number;
+the exponent of sensation is the inverse of the slope. People shorten the range of the variable
+that they control: amplitudes in production, which makes this exponent too large, and numbers in
+estimation, which makes that exponent too small. The geometric mean of both is the usual remedy
+(Stevens and Greenbaum 1966, Percept. Psychophys. 1, 439-446).
 """
 
 from __future__ import annotations
@@ -37,18 +37,18 @@ LOW, HIGH = "low", "high"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProducedNumber:
-    """Which amplitude one number was given.
+    """Amplitude produced for one number.
 
     Parameters
     ----------
     number : float
-        As it was shown.
+        As shown.
     participants, productions : int
-        How many.
+        Numbers of participants and productions.
     amplitude_um_pp : float
         Geometric mean of participants' geometric means, µm peak to peak.
     interval : ConfidenceInterval or None
-        Student's, of the mean logarithm; None where there is none.
+        Student's, of the mean logarithm; None if undefined.
     """
 
     number: float
@@ -60,7 +60,7 @@ class ProducedNumber:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BothExponents:
-    """The exponents of production and of estimation, of those who did both.
+    """The exponents of production and of estimation, for participants who did both.
 
     Parameters
     ----------
@@ -71,13 +71,14 @@ class BothExponents:
     estimation, production : float
         Geometric means of participants' exponents.
     ratio : float
-        Production's over estimation's: above 1 where each shortens the range of what it controls.
+        Production's divided by estimation's: above 1 if people shorten the range that they
+        control.
     ratio_interval : ConfidenceInterval
         Student's, of the mean logarithm of participants' ratios.
     combined : float
         Geometric mean of both.
     combined_interval : ConfidenceInterval
-        Likewise.
+        Student's, in the same way.
     """
 
     counterpart: str
@@ -92,7 +93,7 @@ class BothExponents:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskProductions:
-    """What a task of production shows.
+    """Results of a production task.
 
     Parameters
     ----------
@@ -101,24 +102,24 @@ class TaskProductions:
     standard_um_pp, modulus : float
         The standard, µm peak to peak, and its number.
     participants, answers, catch_trials : int
-        How many; ``answers`` are those of the numbers.
+        Their numbers; ``answers`` excludes catch trials.
     catch_um_pp : float or None
-        Geometric mean of catch trials: the standard's own number.
+        Geometric mean of catch trials, which present the standard's own number.
     at_bounds : int
-        Productions that ended within one notch of how far the plate can be turned: they are as
-        they are; those meant to go beyond make the slope too small.
+        Productions that ended within one notch of the plate's limits. They are kept; if people
+        wanted to go further, the slope is too small.
     numbers : tuple of ProducedNumber
-        In rising order.
+        In ascending order.
     slope : MeanOverParticipants or NotComputed
-        Of log amplitude on log number, mean of participants' slopes.
+        Slope of log amplitude on log number, mean of participants' slopes.
     exponent : float or None
-        Its inverse; None where the slope is not above 0.
+        Its inverse; None if the slope is not above 0.
     exponent_interval : ConfidenceInterval or None
-        The inverses of the slope's bounds; None where they are not above 0.
+        The inverses of the slope's bounds; None if they are not above 0.
     beginning : MeanOverParticipants or NotComputed
-        Log amplitude from a high beginning less that from a low one, participant by participant.
+        Log amplitude from a high start minus log amplitude from a low start, per participant.
     both : BothExponents or NotComputed
-        Beside estimation's.
+        Comparison with estimation.
     """
 
     task: str
@@ -156,7 +157,7 @@ class Counterpart:
 def productions(
     trials: pd.DataFrame, confidence: float = 0.95, counterpart: Counterpart | None = None
 ) -> tuple[TaskProductions, ...] | NotComputed:
-    """Return what each task of production shows.
+    """Return the results of each production task.
 
     Parameters
     ----------
@@ -175,7 +176,7 @@ def productions(
 
 
 def slopes(main: pd.DataFrame) -> pd.Series[float]:
-    """Return each participant's slope of log amplitude on log number; NaN of fewer than two."""
+    """Return each participant's slope of log amplitude on log number; NaN for fewer than two."""
     table = log_cells(main, "number", "produced_um_pp")
     lines = fit_lines(np.log(table.columns.to_numpy(float)), table.to_numpy(float))
     return pd.Series(lines.slope, index=table.index)
@@ -224,7 +225,7 @@ def _task(
 def _inverse(
     slope: MeanOverParticipants | NotComputed,
 ) -> tuple[float | None, ConfidenceInterval | None]:
-    """Return the exponent and its interval from the slope; None where it is not above 0."""
+    """Return the exponent and its interval from the slope; None if it is not above 0."""
     if not slope or slope.mean <= 0:
         return None, None
     low, high = slope.interval
@@ -233,7 +234,7 @@ def _inverse(
 
 
 def _beginning(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | NotComputed:
-    """Return how much higher the plate was left from a high beginning, in logarithms."""
+    """Return how much larger the produced amplitude is from a high start, in logarithms."""
     logs = main.assign(log=np.log(main["produced_um_pp"].to_numpy(float)))
     sides = logs.pivot_table(index=PARTICIPANT, columns="began", values="log", observed=True)
     sides = sides.reindex(columns=[LOW, HIGH])
@@ -243,7 +244,7 @@ def _beginning(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | 
 def both_exponents(
     own: pd.Series[float], counterpart: Counterpart, confidence: float
 ) -> BothExponents | NotComputed:
-    """Return production's and estimation's exponents of those who did both, and their means.
+    """Return both exponents of participants who did both tasks, and their means.
 
     Parameters
     ----------
@@ -278,7 +279,7 @@ def _exp(interval: ConfidenceInterval) -> ConfidenceInterval:
 
 
 def counterpart(inputs: Inputs) -> Counterpart | None:
-    """Return the exponents that production is compared with: of estimates, else of ratios."""
+    """Return the exponents to compare production with: from estimates, or else from ratios."""
     prepared = inputs.prepared
     if prepared is not None and not prepared.refused:
         return Counterpart(

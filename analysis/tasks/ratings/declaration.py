@@ -1,4 +1,4 @@
-"""Ratings on a visual analogue scale, declared."""
+"""Declare ratings on a visual analogue scale."""
 
 from __future__ import annotations
 

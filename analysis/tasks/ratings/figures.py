@@ -1,4 +1,4 @@
-"""Figure of ratings on a line."""
+"""Plot ratings on a visual analogue scale."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @styled
 def ratings(found: TaskRatings, trials: pd.DataFrame) -> Figure:
-    """Draw the line from 0 to 100: participants' mean ratings, and the means with intervals.
+    """Draw the scale from 0 to 100: participants' mean ratings, and the means with intervals.
 
     Parameters
     ----------
@@ -37,7 +37,8 @@ def ratings(found: TaskRatings, trials: pd.DataFrame) -> Figure:
     table = cells(main)
     plain = main.loc[main["amplitude_um_pp"].notna(), "surface"].astype(str).unique()
     whole = set(table.columns) == set(plain)
-    # Textures have no place on an axis of amplitudes: then all stand side by side.
+    # Textures have no position on an axis of amplitudes; all surfaces are then drawn side by
+    # side.
     places = np.array(
         [float(name) for name in table.columns] if whole else range(len(table.columns)), float
     )

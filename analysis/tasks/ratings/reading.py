@@ -1,4 +1,4 @@
-"""Trials of the visual analogue scale, from a data set.
+"""Read trials of the visual analogue scale from a data set.
 
 ``surface`` is the texture's name, or the amplitude (µm peak to peak); a texture has no
 ``amplitude_um_pp``. Catch trials are marked.
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reading.delimited import Problems
 
-#: Columns that make a table one of ratings on a line.
+#: Columns that identify a table of ratings on a visual analogue scale.
 RATED = ("rating", "amplitude_um_pp", "cursor_start")
 LENGTH = 100.0  # of the line
 

@@ -1,4 +1,4 @@
-"""The section on ratings on a line."""
+"""Write the section on ratings on a visual analogue scale."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def blocks(tasks: tuple[TaskRatings, ...], svgs: Mapping[str, str], level: float) -> list[Markup]:
-    """Return the section of ratings on a line."""
+    """Return the section of ratings on a visual analogue scale."""
     return [block for task in tasks for block in _task(task, svgs, level)]
 
 

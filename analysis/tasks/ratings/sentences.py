@@ -1,4 +1,4 @@
-"""Sentences on ratings on a line."""
+"""Write sentences on ratings on a visual analogue scale."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 
 def rating_title(found: TaskRatings) -> str:
-    """Return what a task is called in the report."""
+    """Return the name of a task in the report."""
     return f"Visual analogue scale ({found.task})"
 
 
 def rating_answer(found: TaskRatings) -> str:
-    """Return the chief sentence on ratings."""
+    """Return the main sentence on ratings."""
     means = ", ".join(
         f"{number(each.mean, 1)} ({_surface(each.surface)})" for each in found.surfaces
     )
@@ -36,7 +36,7 @@ def rating_answer(found: TaskRatings) -> str:
 
 
 def rating_tests(found: TaskRatings, confidence: float) -> str:
-    """Return what was tested of ratings, and what they cannot say."""
+    """Return the tests of ratings, and what ratings cannot show."""
     texts = []
     friedman, trend = found.friedman, found.page_trend
     if isinstance(friedman, NotComputed):
@@ -58,7 +58,7 @@ def rating_tests(found: TaskRatings, confidence: float) -> str:
 
 
 def rating_biases(found: TaskRatings, confidence: float) -> list[str]:
-    """Return the sentences on what draws ratings: the start, the ends of the line, lapses."""
+    """Return the sentences on biases of ratings: the start, the ends of the line, lapses."""
     texts = []
     start = found.start_effect
     if isinstance(start, NotComputed):
@@ -91,12 +91,12 @@ def rating_biases(found: TaskRatings, confidence: float) -> list[str]:
 
 
 def rating_sentences(found: tuple[TaskRatings, ...], confidence: float) -> list[str]:
-    """Return a paragraph a task of ratings."""
+    """Return one paragraph per rating task."""
     return [f"{rating_answer(task)} {rating_tests(task, confidence)}" for task in found]
 
 
 def _surface(name: str) -> str:
-    """Return a surface as sentences name it: an amplitude with its unit, or a texture's name."""
+    """Format a surface for a sentence: an amplitude with its unit, or a texture's name."""
     try:
         return f"{float(name):g} µm"
     except ValueError:

@@ -1,7 +1,8 @@
-"""Ratings on a visual analogue scale: bounded and without a unit, so means and ranks, no ratios.
+"""Analyse ratings on a visual analogue scale by means and ranks.
 
-Nothing is divided by anybody's maximum, no logarithm is taken and no exponent fitted: the place of
-a mark allows none of it. Surfaces are compared by ranks within participants.
+The scale is bounded and has no unit, so the position of a mark does not justify ratios: ratings
+are not divided by a participant's maximum, and no logarithms or exponents are computed. Surfaces
+are compared by ranks within participants.
 """
 
 from __future__ import annotations
@@ -39,20 +40,20 @@ ENDS = (0.0, 100.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RatedSurface:
-    """How one surface was rated, 0 to 100.
+    """Ratings of one surface, 0 to 100.
 
     Parameters
     ----------
     surface : str
         Amplitude (µm peak to peak), or a texture's name.
     participants, ratings : int
-        How many.
+        Numbers of participants and ratings.
     mean, sd : float, float or None
         Of participants' mean ratings (n - 1).
     interval : ConfidenceInterval or None
-        Of the mean, Student's over participants; None of fewer than three.
+        Student's interval of the mean over participants; None for fewer than three.
     at_left, at_right : int
-        Ratings at the ends of the line, where it could not be rated lower or higher.
+        Ratings at the ends of the line, which could not be lower or higher.
     """
 
     surface: str
@@ -67,17 +68,17 @@ class RatedSurface:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RatedPair:
-    """Two surfaces compared.
+    """Comparison of two surfaces.
 
     Parameters
     ----------
     from_surface, to_surface : str
     difference : MeanOverParticipants or NotComputed
-        Mean rating of the second less that of the first, participant by participant.
+        Mean rating of the second minus that of the first, per participant.
     participants : int
-        Who rated both.
+        Participants who rated both.
     p_wilcoxon, p_wilcoxon_holm : float
-        Signed-rank test, two-sided, and corrected over all pairs of the task; NaN where no rating
+        Signed-rank test, two-sided, and corrected over all pairs of the task; NaN if no rating
         differs or fewer than three people have both.
     """
 
@@ -91,28 +92,28 @@ class RatedPair:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskRatings:
-    """What a task of ratings on a line shows.
+    """Results of a task with ratings on a visual analogue scale.
 
     Parameters
     ----------
     task : str
         The task's label in file names.
     participants, answers, catch_trials : int
-        How many; ``answers`` are those of the surfaces.
+        Their numbers; ``answers`` excludes catch trials.
     catch_mean : float or None
         Mean rating of catch trials (the bare plate).
     resolution : float or None
-        Distance of two places that the mark can have; None where it was not one.
+        Smallest distance between two possible marks; None if it was not constant.
     surfaces : tuple of RatedSurface
-        In rising order of amplitude, textures after them.
+        In ascending order of amplitude, then textures.
     friedman : Friedman or NotComputed
-        Do ratings differ between surfaces.
+        Test of a difference between surfaces.
     page_trend : PageTrend or NotComputed
-        Do they grow with amplitude (textures left out); one-sided.
+        Test of an increase with amplitude (without textures); one-sided.
     pairs : tuple of RatedPair
     start_effect : MeanOverParticipants or NotComputed
-        By how much a mark was put further to the right for each place by which it had started
-        further right: mean of participants' slopes, within surfaces.
+        Change of the rating per unit of the mark's starting position: mean of participants'
+        slopes, within surfaces.
     """
 
     task: str
@@ -131,7 +132,7 @@ class TaskRatings:
 def ratings(
     trials: pd.DataFrame, confidence: float = 0.95
 ) -> tuple[TaskRatings, ...] | NotComputed:
-    """Return what each task of ratings shows.
+    """Return the results of each rating task.
 
     Parameters
     ----------
@@ -216,10 +217,10 @@ def _pairs(table: pd.DataFrame, confidence: float) -> tuple[RatedPair, ...]:
 
 
 def start_effect(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | NotComputed:
-    """Return by how much ratings move with the place where the mark started.
+    """Return the slope of ratings on the starting position of the mark.
 
-    Each participant's ratings and starts less their means of the same surface, one slope a
-    participant: surfaces and people do not mix with it.
+    Each participant's ratings and starts are centred within each surface, with one slope per
+    participant, so that surfaces and people are not confounded with it.
     """
     known = main[main["cursor_start"].notna()]
     cell = known.groupby([PARTICIPANT, "surface"], observed=True)

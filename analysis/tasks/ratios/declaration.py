@@ -1,4 +1,4 @@
-"""Ratio judgements, declared."""
+"""Declare ratio judgements."""
 
 from __future__ import annotations
 

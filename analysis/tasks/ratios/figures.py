@@ -1,4 +1,4 @@
-"""Figure of ratio judgements."""
+"""Plot ratio judgements."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 @styled
 def ratios(found: TaskRatios, trials: pd.DataFrame) -> Figure:
-    """Draw ratios to the standard on logarithmic axes: participants, and geometric means."""
+    """Plot ratios to the standard on logarithmic axes: participants, and geometric means."""
     figure = Figure(figsize=SIZE, layout="constrained")
     axes = figure.add_subplot()
     main = trials[~trials["catch"] & (trials["standard_um_pp"] == found.standard_um_pp)]
     table = log_cells(main, "comparison_um_pp", "ratio")
-    table = table.loc[:, table.columns.to_numpy(float) > 0]  # 0 µm has no place on the axis
+    table = table.loc[:, table.columns.to_numpy(float) > 0]  # no 0 on a logarithmic axis
     shown = [each for each in found.surfaces if each.comparison_um_pp > 0]
     amplitudes = table.columns.to_numpy(float)
     draw_people(axes, amplitudes, np.exp(table.to_numpy(float)))

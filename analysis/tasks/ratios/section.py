@@ -1,4 +1,4 @@
-"""The section on ratio judgements."""
+"""Write the section on ratio judgements."""
 
 from __future__ import annotations
 

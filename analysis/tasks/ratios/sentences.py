@@ -1,4 +1,4 @@
-"""Sentences on ratio judgements."""
+"""Write sentences on ratio judgements."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 
 def ratio_title(found: TaskRatios) -> str:
-    """Return what a task is called in the report."""
+    """Return the name of a task in the report."""
     return f"Ratio judgements against {found.standard_um_pp:g} µm ({found.task})"
 
 
 def ratio_answer(found: TaskRatios, confidence: float) -> str:
-    """Return the chief sentence on ratio judgements."""
+    """Return the main sentence on ratio judgements."""
     what = (
         f"{ratio_title(found)}, {counted(found.answers, 'judgement', 'judgements')} of "
         f"{counted(found.participants, 'participant', 'participants')}"
@@ -39,7 +39,7 @@ def ratio_answer(found: TaskRatios, confidence: float) -> str:
 
 
 def ratio_sentences(found: tuple[TaskRatios, ...], confidence: float) -> list[str]:
-    """Return a paragraph a task of ratio judgements."""
+    """Return one paragraph per task of ratio judgements."""
     return [f"{ratio_answer(task, confidence)} {_ratios(task, confidence)}" for task in found]
 
 

@@ -1,7 +1,7 @@
-"""Ratio judgements against a standard: geometric means, and the exponent that they follow.
+"""Analyse ratio judgements against a standard: geometric means and their exponent.
 
-A ratio needs no normalisation: everybody's scale has its 1 at the standard. All is computed on
-logarithms.
+A ratio needs no normalisation, because every participant's scale is 1 at the standard. Everything
+is computed on logarithms.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JudgedSurface:
-    """How many times as slippery as the standard one surface was judged.
+    """Judgements of one surface: how many times as slippery as the standard.
 
     Parameters
     ----------
     comparison_um_pp : float
         µm peak to peak.
     participants, judgements : int
-        How many.
+        Numbers of participants and judgements.
     ratio : float
         Geometric mean of participants' geometric means.
     interval : ConfidenceInterval or None
-        Student's, of the mean logarithm; None where there is none.
+        Student's, of the mean logarithm; None if undefined.
     """
 
     comparison_um_pp: float
@@ -50,7 +50,7 @@ class JudgedSurface:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskRatios:
-    """What a task of ratio judgements shows.
+    """Results of a task of ratio judgements.
 
     Parameters
     ----------
@@ -59,15 +59,15 @@ class TaskRatios:
     standard_um_pp : float
         µm peak to peak.
     name : str
-        The task's, and the standard in nm where it has several: names the figure.
+        Name of the figure: the task's, followed by the standard in nm if there are several.
     participants, answers, catch_trials : int
-        How many; ``answers`` are those of the surfaces.
+        Their numbers; ``answers`` excludes catch trials.
     catch_ratio : float or None
         Geometric mean of catch trials: the standard against itself.
     surfaces : tuple of JudgedSurface
-        In rising order.
+        In ascending order.
     power_law : PowerLaw or NotComputed
-        Of log ratio on log amplitude, participant by participant.
+        Of log ratio on log amplitude, per participant.
     """
 
     task: str
@@ -82,7 +82,7 @@ class TaskRatios:
 
 
 def ratios(trials: pd.DataFrame, confidence: float = 0.95) -> tuple[TaskRatios, ...] | NotComputed:
-    """Return what each task of ratio judgements shows, one entry a standard.
+    """Return the results of each task of ratio judgements, one entry per standard.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def log_cells(main: pd.DataFrame, by: str, value: str) -> pd.DataFrame:
 
 
 def geometric(logs: pd.Series[float], confidence: float) -> tuple[float, ConfidenceInterval | None]:
-    """Return the geometric mean over participants, and its interval where there is one."""
+    """Return the geometric mean over participants, and its interval if defined."""
     values = np.asarray(logs.dropna(), np.float64)
     found = mean_over_participants(values, confidence)
     if not found:
@@ -122,7 +122,7 @@ def geometric(logs: pd.Series[float], confidence: float) -> tuple[float, Confide
 
 
 def catch_mean(catch: pd.DataFrame, value: str) -> float | None:
-    """Return the geometric mean of catch trials, each participant's counting once."""
+    """Return the geometric mean of catch trials, with equal weight for each participant."""
     if not len(catch):
         return None
     logs = catch.assign(log=np.log(catch[value].to_numpy(float)))

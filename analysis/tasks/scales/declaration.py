@@ -1,4 +1,4 @@
-"""Scales from paired comparison and triads, declared."""
+"""Declare scales from paired comparison and triads."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
-"""Maximum likelihood difference scaling: how large differences between surfaces seem.
+"""Fit a scale of perceived differences by maximum likelihood difference scaling.
 
-Maloney and Yang 2003, J. Vis. 3(8):5; Knoblauch and Maloney 2008, J. Stat. Softw. 25(2): which of
-two differences is larger, as a probit model of scale values, the first of which is 0.
+Maloney and Yang 2003, J. Vis. 3(8):5; Knoblauch and Maloney 2008, J. Stat. Softw. 25(2): the
+choice of the larger of two differences follows a probit model of scale values, the first of which
+is 0.
 """
 
 from __future__ import annotations
@@ -18,13 +19,13 @@ from slipscale.faults import UserError
 
 Array = npt.NDArray[np.float64]
 
-#: A difference so many times the noise would never be misjudged: the data set no limit to it.
+#: A difference of this many times the noise is never misjudged: the data do not limit it.
 LARGEST = 30.0
-#: Fisher scoring ends by a step as small as this, or after so many.
+#: Fisher scoring ends with a step this small, or after this many steps.
 PRECISION, ITERATIONS = 1e-10, 50
-#: How far from certain a judgement is kept: beyond, its variance is rounding.
+#: Minimum distance of a probability from 0 and 1: closer, its variance is a rounding error.
 EDGE = 1e-12
-#: Simulated data sets without a scale, of all, that an interval still stands for.
+#: Maximum proportion of simulated data sets without a scale for which an interval is reported.
 MOST_FAILED = 0.05
 
 
@@ -35,17 +36,17 @@ class DifferenceScale:
     Parameters
     ----------
     values : tuple of float
-        One a surface, from 0 of the first to 1 of the last.
+        One per surface, from 0 for the first to 1 for the last.
     intervals : tuple of ConfidenceInterval or None
-        One a surface: bootstrap percentiles; None for the two that are fixed.
+        One per surface: bootstrap percentiles; None for the two that are fixed.
     noise : float
-        Standard deviation of a judgement, as a part of the whole scale (sigma).
+        Standard deviation of a judgement, as a fraction of the whole scale (sigma).
     noise_interval : ConfidenceInterval
         Its bootstrap percentiles, corrected for bias.
     log_likelihood : float
-        Of the fit.
+        Log likelihood of the fit.
     answers, simulations : int
-        How many.
+        Numbers of answers and simulations.
     """
 
     values: tuple[float, ...]
@@ -78,17 +79,17 @@ def difference_scale(
     Parameters
     ----------
     quadruples : array_like of int, shape (trials, 4)
-        Ranks of surfaces, 0 for the weakest: (a, b) against (c, d). Each pair is taken in rising
-        order, as on one scale the sign of a difference says nothing about its size.
+        Ranks of surfaces, 0 for the weakest: (a, b) against (c, d). Each pair is sorted in
+        ascending order, because on one scale the sign of a difference is not related to its size.
     second_larger : array_like of bool, shape (trials,)
-        Whether the difference of c and d seemed the larger.
+        Whether the difference of c and d was judged the larger.
     simulations : int
-        Data sets simulated from the fit, and fitted anew.
+        Number of data sets simulated from the fit and refitted.
 
     Raises
     ------
     UserError
-        Shapes or ranks that no such experiment has.
+        The shapes or ranks are impossible in such an experiment.
     """
     surfaces, larger = np.asarray(quadruples, int), np.asarray(second_larger, float)
     if surfaces.ndim != 2 or surfaces.shape[1] != 4 or len(surfaces) != len(larger):  # noqa: PLR2004
@@ -100,7 +101,8 @@ def difference_scale(
         return NotComputed(few("surfaces", count))
     if missing := sorted(set(range(count)) - set(surfaces.ravel().tolist())):
         raise UserError(f"quadruples: surface {missing[0]} was never presented")
-    # Trials of the same four surfaces count together: a model is fitted to their proportions.
+    # Trials of the same four surfaces are counted together: the model is fitted to their
+    # proportions.
     same, place = np.unique(_design(surfaces, count), axis=0, return_inverse=True)
     trials = np.bincount(place).astype(float)
     yes = np.bincount(place, weights=larger).astype(float)
@@ -122,7 +124,7 @@ def difference_scale(
 
 
 def _design(surfaces: npt.NDArray[np.int64], count: int) -> Array:
-    """Return what each trial weighs scale values with, shape (trials, surfaces - 1)."""
+    """Return each trial's weights of the scale values, shape (trials, surfaces - 1)."""
     first, second = np.sort(surfaces[:, :2], axis=1), np.sort(surfaces[:, 2:], axis=1)
     rows = np.arange(len(surfaces))
     design = np.zeros((len(surfaces), count))
@@ -149,9 +151,10 @@ def _fit(design: Array, yes: Array, trials: Array) -> tuple[Array, Array] | NotC
 
 
 def _likeliest(design: Array, yes: Array, trials: Array) -> Array:
-    """Return each data set's scale values, shape (sets, surfaces): a probit model, all at once.
+    """Return each data set's scale values, shape (sets, surfaces), from a vectorised probit model.
 
-    Fisher scoring; the likelihood has one peak, or none: then values grow past `LARGEST`.
+    Fisher scoring. The likelihood has one peak or none; without a peak, values grow beyond
+    `LARGEST`.
 
     Parameters
     ----------
@@ -177,12 +180,12 @@ def _likeliest(design: Array, yes: Array, trials: Array) -> Array:
         going = going[(np.abs(step).max(axis=1) > PRECISION) & (most <= LARGEST)]
         if not len(going):
             break
-    values[going] = np.inf  # it did not come to an end
+    values[going] = np.inf  # it did not converge
     return np.concatenate([np.zeros((len(yes), 1)), values], axis=1)
 
 
 def _why_no_scale(values: Array) -> npt.NDArray[np.str_]:
-    """Say of each data set's values why they are no scale; nothing of those that are."""
+    """Return why each data set's values are not a scale; empty for those that are."""
     return np.select(
         [~(np.abs(values).max(axis=1) <= LARGEST), values[:, -1] <= 0],
         [
@@ -204,11 +207,12 @@ def _result(
 
     _, yes, trials, share = data
     tails = [50 * (1 - confidence), 50 * (1 + confidence)]
-    # A scale's own maximum is its unit, in each simulated data set as in the observed one.
+    # A scale's maximum is its unit, in each simulated data set as in the observed one.
     low, high = np.percentile(simulated / simulated[:, -1:], tails, axis=0)
     noise = 1 / scale[-1]
-    # Few answers overstate how well differences are told apart, in the simulations once more: what
-    # they gain on the fit, the fit has gained on the truth.
+    # With few answers, the fit overestimates discrimination, and the simulations repeat this
+    # bias: the simulated overestimate relative to the fit estimates that of the fit relative to
+    # the truth.
     noise_low, noise_high = noise**2 / np.percentile(1 / simulated[:, -1], tails[::-1])
     inner = [
         ConfidenceInterval(float(a), float(b), confidence)

@@ -1,4 +1,4 @@
-"""Figure of a scale from paired comparison or triads."""
+"""Plot a scale from paired comparison or triads."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @styled
 def scale(found: TaskScale) -> Figure:
-    """Draw a task's scale: of pairs Bradley and Terry's, of triads the differences'."""
+    """Plot a task's scale: Bradley and Terry's for pairs, the difference scale for triads."""
     figure = Figure(figsize=(5.6, 3.4), layout="constrained")
     axes = figure.add_subplot()
     if found.bradley_terry:
@@ -42,7 +42,8 @@ def _points(
 ) -> None:
     numbers = [amplitude_of(name) for name in surfaces]
     known = [each for each in numbers if each is not None]
-    # Textures have no place on an axis of amplitudes: then all stand side by side.
+    # Textures have no position on an axis of amplitudes; all surfaces are then drawn side by
+    # side.
     amplitudes = len(known) == len(surfaces)
     places = known if amplitudes else [float(place) for place in range(len(surfaces))]
     if amplitudes:

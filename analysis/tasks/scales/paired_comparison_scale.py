@@ -1,12 +1,12 @@
-"""Paired comparisons: surfaces on one scale, from which of two was chosen.
+"""Scale surfaces from paired comparisons.
 
 Bradley and Terry 1952 (Biometrika 39, 324-345): the log odds of a choice are the difference of two
 scale values. Thurstone 1927 (Psychol. Rev. 34, 273-286), case V: its probit is.
 
 The likelihood is multiplied by the square root of the information's determinant (Firth 1993,
-Biometrika 80, 27-38). The values are then finite for all answers, also if a surface was never
-chosen (Kosmidis and Firth 2021, Biometrika 108, 71-82), and the bias of small samples is removed to
-first order. No package on PyPI fits these scales with this correction.
+Biometrika 80, 27-38). The values are then finite for all answers, even if a surface was never
+chosen (Kosmidis and Firth 2021, Biometrika 108, 71-82), and the bias of small samples is removed
+to first order. No package on PyPI fits these scales with this correction.
 """
 
 from __future__ import annotations
@@ -30,23 +30,23 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 Model = Literal["Bradley-Terry", "Thurstone V"]
 
-#: The probability of a choice, and the slope of its density's logarithm at z with probability p.
+#: The probability of a choice, and the derivative of its log density at z with probability p.
 MODELS: dict[Model, tuple[Curve, Callable[[Array, Array], Array]]] = {
     "Bradley-Terry": (CURVES["logistic"], lambda _z, p: 1 - 2 * p),
     "Thurstone V": (CURVES["normal"], lambda z, _p: -z),
 }
 
-#: With as many participants, their answers need not be independent of each other's.
+#: From this number of participants, answers need not be independent within a participant.
 FEWEST_CLUSTERS = 3
-#: How far from certain a fitted choice is kept: beyond, its variance is rounding.
+#: Minimum distance of a fitted probability from 0 and 1: closer, its variance is a rounding error.
 EDGE = 1e-12
-#: The search ends by a step as small as this, or has failed after so many.
+#: The search ends with a step this small, or fails after this many steps.
 PRECISION, ITERATIONS = 1e-10, 500
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScaleTest:
-    """Whether one scale describes all pairs: deviance from the proportions of each pair."""
+    """Test whether one scale describes all pairs: deviance from the proportions of each pair."""
 
     deviance: float
     df: int
@@ -62,15 +62,15 @@ class ComparisonScale:
     model : {"Bradley-Terry", "Thurstone V"}
         The unit is the natural logarithm of odds, or the standard deviation of a difference.
     values : tuple of float
-        One a surface; their sum is 0.
+        One per surface; their sum is 0.
     intervals : tuple of ConfidenceInterval
-        One a surface: of its distance from the mean of all.
+        One per surface: of its distance from the mean of all.
     covariance : tuple of tuple of float
-        Of the values, for distances between any two.
+        Covariance of the values, for distances between any two.
     fit : ScaleTest or NotComputed
-        Answers taken as independent.
+        Assumes independent answers.
     answers, participants : int
-        How many.
+        Numbers of answers and participants.
     """
 
     model: Model
@@ -83,7 +83,7 @@ class ComparisonScale:
 
 
 def checked_choices(chosen: npt.ArrayLike) -> Array:
-    """Return counts as (participants, surfaces, surfaces), or raise `UserError`.
+    """Return counts as (participants, surfaces, surfaces). Raises `UserError` if invalid.
 
     Parameters
     ----------
@@ -107,8 +107,9 @@ def bradley_terry(chosen: npt.ArrayLike, confidence: float = 0.95) -> Comparison
     Parameters
     ----------
     chosen : array_like
-        `checked_choices`. Given by participant, of whom there are three or more, intervals allow
-        for answers of one participant being alike (sandwich estimator, Student's t).
+        As in `checked_choices`. If counts are given per participant, for at least three
+        participants, intervals account for correlated answers of a participant (sandwich
+        estimator, Student's t).
     """
     return _scale("Bradley-Terry", checked_choices(chosen), confidence)
 
@@ -119,7 +120,7 @@ def thurstone(chosen: npt.ArrayLike, confidence: float = 0.95) -> ComparisonScal
 
 
 class _Fit(NamedTuple):
-    """Scale values, what they predict of each pair (row over column), and their covariance."""
+    """Scale values, their predictions for each pair (row over column), and their covariance."""
 
     values: Array
     p: Array
@@ -128,7 +129,7 @@ class _Fit(NamedTuple):
 
 
 def _likeliest(model: Model, pooled: Array) -> _Fit | NotComputed:
-    """Return the values of greatest penalised likelihood, by Fisher scoring."""
+    """Return the values with the highest penalised likelihood, by Fisher scoring."""
     from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
 
     if connected_components(pooled, directed=False)[0] > 1:
@@ -142,8 +143,8 @@ def _likeliest(model: Model, pooled: Array) -> _Fit | NotComputed:
         p = np.clip(curve.distribution(z), EDGE, 1 - EDGE)
         relative = np.asarray(curve.density(z) / (p * (1 - p)))
         weight = trials * relative * curve.density(z)
-        # Information about sum-zero values is a graph's Laplacian; its pseudo-inverse their
-        # covariance.
+        # The information about sum-zero values is a graph's Laplacian; its pseudo-inverse is
+        # their covariance.
         laplacian = np.diag(weight.sum(axis=1)) - weight
         covariance = np.asarray(np.linalg.pinv(laplacian, hermitian=True), np.float64)
         own = np.diagonal(covariance)
@@ -165,7 +166,7 @@ def _scale(model: Model, counts: Array, confidence: float) -> ComparisonScale | 
         return found
     covariance, participants = found.covariance, len(counts)
     quantile = float(stats.norm.ppf((1 + confidence) / 2))
-    # People who all chose alike show no spread: then answers count as independent.
+    # If all participants chose alike, they show no spread, and answers count as independent.
     if participants >= FEWEST_CLUSTERS and np.ptp(counts, axis=0).any():
         trials = counts + counts.transpose(0, 2, 1)
         scores = ((counts - trials * found.p) * found.relative_density).sum(axis=2)

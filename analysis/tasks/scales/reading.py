@@ -1,7 +1,7 @@
-"""Trials of paired comparison and of triads, from a data set.
+"""Read trials of paired comparison and of triads from a data set.
 
-Stimuli are labels, the third empty in pairs; ``response`` is the number of the interval chosen, or
-of the larger step.
+Stimuli are labels; the third is empty in pairs. ``response`` is the number of the chosen interval,
+or of the larger step.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def _comparisons(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
 
 
 def _plain(label: str) -> str:
-    """Return an amplitude as every table writes it; other labels as they are.
+    """Return an amplitude in the format of all tables; return other labels unchanged.
 
     >>> _plain("0.50"), _plain("fine")
     ('0.5', 'fine')

@@ -1,4 +1,4 @@
-"""The section on scales from paired comparison and triads."""
+"""Write the section on scales from paired comparison and triads."""
 
 from __future__ import annotations
 

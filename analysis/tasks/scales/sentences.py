@@ -1,4 +1,4 @@
-"""Sentences on scales from paired comparison and triads."""
+"""Write sentences on scales from paired comparison and triads."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
 
 
 def title(found: TaskScale) -> str:
-    """Return what a task is called in the report."""
+    """Return the name of a task in the report."""
     form = "Paired comparison" if found.consistency else "Triads"
     return f"{form} of {len(found.surfaces)} surfaces ({found.task})"
 
 
 def fit(found: TaskScale) -> str:
-    """Return how well one scale describes the answers: the table's caption."""
+    """Return the goodness of fit of one scale, for the table's caption."""
     texts = []
     for name, scale in (("Bradley-Terry", found.bradley_terry), ("Thurstone V", found.thurstone)):
         if isinstance(scale, NotComputed):
@@ -47,7 +47,7 @@ def fit(found: TaskScale) -> str:
 
 
 def scale_answer(found: TaskScale) -> str:
-    """Return the chief sentence of a task of comparisons."""
+    """Return the main sentence of a comparison task."""
     scale = found.bradley_terry if found.consistency else found.differences
     what = f"{title(found)}, {counted(found.answers, 'answer', 'answers')} of " + counted(
         found.participants, "participant", "participants"
@@ -63,5 +63,5 @@ def scale_answer(found: TaskScale) -> str:
 
 
 def scale_sentences(found: tuple[TaskScale, ...]) -> list[str]:
-    """Return a paragraph a task of comparisons."""
+    """Return one paragraph per comparison task."""
     return [f"{scale_answer(task)} {fit(task)}".strip() for task in found]

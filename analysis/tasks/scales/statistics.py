@@ -1,4 +1,4 @@
-"""Scales from the tasks of paired comparison: of pairs, and of triads."""
+"""Compute scales from tasks of paired comparison: from pairs, and from triads."""
 
 from __future__ import annotations
 
@@ -40,25 +40,25 @@ STIMULI = ("stimulus1", "stimulus2", "stimulus3")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskScale:
-    """What a task of comparisons shows.
+    """Results of a comparison task.
 
     Parameters
     ----------
     task : str
         The task's label in file names.
     surfaces : tuple of str
-        In rising order where they are amplitudes (µm peak to peak), else by name; the order of
+        In ascending order if they are amplitudes (µm peak to peak), else by name; the order of
         every scale's values.
     participants, answers, catch_trials : int
-        How many.
+        Their numbers.
     chosen, compared : tuple of int
-        Of pairs: how often each surface was chosen, and how often it was there to choose.
+        For pairs: how often each surface was chosen, and how often it was presented.
     bradley_terry, thurstone : ComparisonScale or NotComputed
         Scales of pairs.
     transitivity : StochasticTransitivity or NotComputed
         Over all participants' pairs.
     consistency : Mapping of str to Consistency or NotComputed
-        Each participant's.
+        By participant.
     differences : DifferenceScale or NotComputed
         The scale of triads.
     """
@@ -80,7 +80,7 @@ class TaskScale:
 def scales(
     comparisons: pd.DataFrame, confidence: float = 0.95
 ) -> tuple[TaskScale, ...] | NotComputed:
-    """Return the scales of every task of comparisons.
+    """Return the scales of every comparison task.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def _counts(values: NDArray[np.float64]) -> tuple[int, ...]:
 
 
 def in_order(names: set[str]) -> tuple[str, ...]:
-    """Return surfaces in rising order of amplitude, textures after them by name.
+    """Return surfaces in ascending order of amplitude, followed by textures by name.
 
     >>> in_order({"2.3", "0.5", "fine", "1.2"})
     ('0.5', '1.2', '2.3', 'fine')

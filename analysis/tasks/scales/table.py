@@ -1,4 +1,4 @@
-"""Scales as a table."""
+"""Tabulate scales."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def scale_table(tasks: Sequence[TaskScale]) -> pd.DataFrame:
-    """Return one row a task, model and surface."""
+    """Return one row per task, model and surface."""
     rows: list[JsonObject] = []
     for task in tasks:
         for name, chosen, compared in zip(task.surfaces, task.chosen, task.compared, strict=False):

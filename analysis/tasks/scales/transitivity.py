@@ -1,4 +1,4 @@
-"""Whether choices can come from one scale: circular triads, and stochastic transitivity.
+"""Check whether choices are consistent with one scale: circular triads, stochastic transitivity.
 
 Kendall and Babington Smith 1940 (Biometrika 31, 324-345): a participant who chooses A over B, B
 over C and C over A has no order of the three.
@@ -21,30 +21,30 @@ from slipscale.analysis.tasks.scales.paired_comparison_scale import checked_choi
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-#: Up to as many surfaces all ways of choosing are counted (32,768 for 6).
+#: Up to this many surfaces, all possible choices are enumerated (32,768 for 6).
 ENUMERATED = 6
-#: Participants who toss a coin, and the seed of their tosses.
+#: Number of simulated participants who choose at random, and their seed.
 SIMULATIONS, SEED = 10_000, 1940
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Consistency:
-    """How consistent one participant's choices are.
+    """Consistency of one participant's choices.
 
     Parameters
     ----------
     circular_triads : float
-        Of three surfaces each: the mean over all ways to break the ties.
+        Circular triads of three surfaces: the mean over all ways to break the ties.
     ties : int
-        Pairs of which neither surface was chosen more often.
+        Pairs in which both surfaces were chosen equally often.
     triads : int
-        All there are.
+        Number of all triads.
     zeta : float
-        Coefficient of consistence: 1 without circular triads, 0 with as many as possible.
+        Coefficient of consistence: 1 without circular triads, 0 for the largest possible number.
     p : float
-        Probability of so few or fewer if every choice were a toss of a coin. Without ties exact up
-        to 6 surfaces, by Kendall's chi-square beyond; with ties the share of `SIMULATIONS`
-        participants who toss a coin as often.
+        Probability of at most this many circular triads if every choice were random. Without ties,
+        exact up to 6 surfaces, and by Kendall's chi-square for more; with ties, the proportion of
+        `SIMULATIONS` simulated participants who choose at random, as often.
     """
 
     circular_triads: float
@@ -55,9 +55,9 @@ class Consistency:
 
 
 def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
-    """Count a participant's circular triads, by what was chosen more often of each pair.
+    """Count a participant's circular triads, from the surface chosen more often in each pair.
 
-    A pair of which neither was chosen more often is counted both ways, half each.
+    A tied pair is counted both ways, half each.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
         )
         tossed[:, one, other] = 2 * first - trials
         few_or_fewer = _circular_triads(tossed - tossed.transpose(0, 2, 1)) <= circular
-        # The participant is one of those who could have tossed a coin.
+        # The participant counts as one of those who may have chosen at random.
         p = float((1 + few_or_fewer.sum()) / (1 + SIMULATIONS))
     else:
         p = _p_so_few(k, round(circular))
@@ -97,21 +97,23 @@ def _circular_triads(more: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     Parameters
     ----------
     more : array, shape (tables, surfaces, surfaces)
-        How much more often the row's surface was chosen; the sign counts.
+        How much more often the row's surface was chosen; only the sign counts.
     """
     k = more.shape[1]
     wins, ties = (more > 0).sum(axis=2), (more == 0).sum(axis=2) - 1
-    # A score is the wins and a binomial part of the ties: mean and variance give its mean square.
+    # A score is the number of wins plus a binomial part for the ties; its mean and variance give
+    # its mean square.
     score = wins + ties / 2
     return np.asarray(comb(k, 3) - (score**2 + ties / 4 - score).sum(axis=1) / 2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StochasticTransitivity:
-    """Triads whose proportions break an order, of those that have one to break.
+    """Triads whose proportions violate transitivity, among those for which it is defined.
 
-    With A over B and B over C at least half of the time: weak asks for A over C at least half of
-    the time, moderate as often as the smaller of the two proportions, strong as the larger.
+    If A is chosen over B and B over C at least half of the time, weak transitivity requires A over
+    C at least half of the time, moderate as often as the smaller of the two proportions, strong as
+    the larger.
     """
 
     triads: int
@@ -123,8 +125,9 @@ class StochasticTransitivity:
 def stochastic_transitivity(chosen: npt.ArrayLike) -> StochasticTransitivity | NotComputed:
     """Count violations over all triads whose three pairs were compared.
 
-    A triad counts as violated where no order of its three surfaces holds. Counts, not a test:
-    proportions of few answers break strong transitivity by chance (`ComparisonScale.fit` tests).
+    A triad counts as violated if the condition holds for no order of its three surfaces. These are
+    counts, not a test: proportions of few answers violate strong transitivity by chance
+    (`ComparisonScale.fit` tests it).
     """
     counts = checked_choices(chosen).sum(axis=0)
     trials = counts + counts.T
@@ -154,7 +157,7 @@ def stochastic_transitivity(chosen: npt.ArrayLike) -> StochasticTransitivity | N
 
 @cache
 def circular_triads_by_chance(surfaces: int) -> tuple[int, ...]:
-    """Return how many of all ways of choosing have 0, 1, 2 ... circular triads."""
+    """Return how many of all possible choices have 0, 1, 2 ... circular triads."""
     one, other = np.triu_indices(surfaces, k=1)
     ways = np.arange(1 << len(one))
     scores = np.zeros((len(ways), surfaces), dtype=int)
@@ -173,6 +176,7 @@ def _p_so_few(surfaces: int, circular: int) -> float:
     from scipy import stats  # noqa: PLC0415 - half a second's import
 
     df = surfaces * (surfaces - 1) * (surfaces - 2) / (surfaces - 4) ** 2
-    # Kendall's half is for as many or more; as few or fewer are one more's rest.
+    # Kendall's one half is for at least this many; at most this many is the complement of one
+    # more.
     statistic = 8 / (surfaces - 4) * (comb(surfaces, 3) / 4 - circular - 0.5) + df
     return float(stats.chi2.sf(statistic, df))

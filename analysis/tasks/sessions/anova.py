@@ -1,4 +1,4 @@
-"""Analysis of variance of magnitude estimates with session as a factor beside amplitude."""
+"""Compute the analysis of variance of magnitude estimates with factors session and amplitude."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class SessionAnova:
     n : int
         Participants with a logarithm at every amplitude of every session.
     session, amplitude, interaction : Effect
-        With Greenhouse and Geisser's correction in their degrees of freedom.
+        Degrees of freedom include Greenhouse and Geisser's correction.
     """
 
     n: int
@@ -52,16 +52,16 @@ def session_anova(
 ) -> SessionAnova | NotComputed:
     """Test sessions and amplitudes together.
 
-    By pingouin, whose sums of squares and epsilons are R's where everybody has every cell.
+    Uses pingouin, which agrees with R in sums of squares and epsilons if every cell is present.
 
     Parameters
     ----------
     prepared : Prepared or None
         Magnitude estimates.
     sessions : list of str
-        Those that are to be compared.
+        Sessions to compare.
     confidence : float
-        Of the intervals of effect sizes.
+        Level of the intervals of effect sizes.
     """
     if prepared is None:
         return NotComputed("no magnitude estimates")
@@ -78,7 +78,7 @@ def session_anova(
 
 
 def _lacking(whole: pd.DataFrame, quantity: Quantity) -> str:
-    """Say why a table of participants by sessions and amplitudes allows no test, or nothing."""
+    """Return why a table of participants by sessions and amplitudes allows no test, if so."""
     if len(whole) < FEWEST:
         return few(f"participants with every {quantity.level} in every session", len(whole))
     residuals = whole.to_numpy(float) - whole.to_numpy(float).mean(axis=0)
@@ -100,7 +100,7 @@ def _within(whole: pd.DataFrame, confidence: float) -> SessionAnova:
         }
     )
     with warnings.catch_warnings():
-        # pingouin's one warning on pandas 3 (dropna in place); no other.
+        # Only pingouin's warning on pandas 3 (dropna in place).
         warnings.filterwarnings("ignore", category=pd.errors.Pandas4Warning)
         found = pingouin.rm_anova(
             data=long,

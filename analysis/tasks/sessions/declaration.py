@@ -1,4 +1,4 @@
-"""Sessions as a factor, declared."""
+"""Declare sessions as a factor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sessions: their means, changes, and how well results come back."""
+"""Write the section on sessions: their means, changes, and test-retest agreement."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 def sessions(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
-    """Return what sessions do; empty where there are not several, or nobody asks."""
+    """Return the section on sessions; empty for a single session or if not requested."""
     section = ReportSection("Sessions")
     found = analysis.inference[SESSIONS]
     if not found:

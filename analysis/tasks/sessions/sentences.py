@@ -1,4 +1,4 @@
-"""The sentences on sessions, in APA style (7th edition)."""
+"""Write the sentences on sessions, in APA style (7th edition)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def session_sentences(
     found: SessionEffects | NotComputed, confidence: float, quantity: Quantity
 ) -> list[str]:
-    """Return the sentences on sessions; none where there are not several."""
+    """Return the sentences on sessions; empty for a single session."""
     if not found:
         return []
     texts = [f"Sessions compared: {listed(found.sessions)}."]
@@ -56,7 +56,7 @@ def _statistics(found: Effect) -> str:
 
 
 def _of_measure(measure: SessionMeasure, sessions: tuple[str, ...], confidence: float) -> str:
-    """Say whether a measure changed, and how well it came back."""
+    """Return whether a measure changed, and its test-retest agreement."""
     name = measure.name[0].upper() + measure.name[1:]
     if isinstance(measure.agreement, NotComputed):
         return f"{name}: sessions were not compared ({measure.agreement.reason})."

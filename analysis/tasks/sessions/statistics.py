@@ -1,4 +1,4 @@
-"""Sessions as a factor: do they differ, and does a participant's result come back in the next."""
+"""Analyse sessions as a factor: differences between them, and test-retest agreement."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionChange:
-    """A session against the first.
+    """Change from the first session to a later one.
 
     Parameters
     ----------
     session : str
     change : MeanOverParticipants or NotComputed
-        Its value less the first session's, participant by participant.
+        Its value minus the first session's, per participant.
     p_holm : float or None
         Corrected over every change of every measure.
     """
@@ -52,22 +52,22 @@ class SessionChange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionMeasure:
-    """One number of a participant's session, over sessions.
+    """One measure of a participant's session, over sessions.
 
     Parameters
     ----------
     name, unit : str
-        What it is.
+        Name and unit of the measure.
     n : int
         Participants who have it in every session.
     means : tuple of float
-        Over these, session by session.
+        Means over these participants, by session.
     changes : tuple of SessionChange
-        One a session but the first.
+        One per session except the first.
     agreement : IntraclassCorrelation or NotComputed
         Test-retest: ICC(A,1), absolute agreement of single sessions.
     table : DataFrame
-        Of these participants, by session; in no JSON.
+        Values of these participants, by session; not included in JSON.
     """
 
     name: str
@@ -79,22 +79,22 @@ class SessionMeasure:
     table: pd.DataFrame = field(compare=False)
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self, table="")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionEffects:
-    """What sessions do.
+    """Effects of sessions.
 
     Parameters
     ----------
     sessions : tuple of str
         Their labels, in order.
     anova : SessionAnova or NotComputed
-        Of magnitude estimates.
+        Analysis of variance of magnitude estimates.
     measures : tuple of SessionMeasure
-        Of every task.
+        Measures of every task.
     """
 
     sessions: tuple[str, ...]
@@ -103,7 +103,7 @@ class SessionEffects:
 
 
 def session_effects(inputs: Inputs) -> SessionEffects | NotComputed:
-    """Return what sessions do; nothing if there are not two."""
+    """Return the effects of sessions; nothing for fewer than two sessions."""
     data, prepared = inputs.data, inputs.prepared
     sessions = sessions_of(data)
     if len(sessions) < 2:  # noqa: PLR2004
@@ -141,7 +141,7 @@ def _measure(name: str, unit: str, table: pd.DataFrame, confidence: float) -> Se
 
 
 def _corrected(measures: list[SessionMeasure]) -> tuple[SessionMeasure, ...]:
-    """Return measures with Holm's p over the changes of all."""
+    """Return measures with Holm's p over all of their changes."""
     ps = [
         each.change.p if isinstance(each.change, MeanOverParticipants) else float("nan")
         for measure in measures

@@ -1,4 +1,4 @@
-"""Thresholds from forced choice, declared."""
+"""Declare thresholds from forced choice."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures of forced choice: every participant's psychometric function, and the tracks."""
+"""Plot forced choice: every participant's psychometric function, and the tracks."""
 
 from __future__ import annotations
 
@@ -25,13 +25,14 @@ if TYPE_CHECKING:
     )
     from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
 
-#: Levels are gathered into so many bins for the dots: an adaptive track has a level a trial.
+#: Number of bins of levels for the dots, because an adaptive track has a different level per
+#: trial.
 BINS = 8
-#: Panels of tracks in a row, and their size in inches.
+#: Panels of tracks per row, and their size in inches.
 ACROSS, PANEL = 3, (2.5, 1.7)
-#: More participants than this have no panel of their own.
+#: With more participants than this, there are no individual panels.
 PANELS_AT_MOST = 24
-#: More thresholds than this stand without their participants' names.
+#: With more thresholds than this, participants' names are omitted.
 NAMED_AT_MOST = 30
 LEVEL = "Difference from the standard (µm, peak to peak)"
 AMPLITUDE = "Amplitude (µm, peak to peak)"
@@ -46,7 +47,7 @@ def functions(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
     found : TaskThresholds
         The task.
     trials : DataFrame
-        `slipscale.analysis.tasks.thresholds.reading.read_choices`'s trials of the task.
+        Trials of the task from `slipscale.analysis.tasks.thresholds.reading.read_choices`.
     """
     main = trials[~trials["catch"]]
     people = [each for each in found.participants if each.function]
@@ -97,10 +98,10 @@ def functions(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
 
 
 def within_answers(line: PsychometricFunction, rows: pd.DataFrame) -> PsychometricFunction:
-    """Return a participant's curve with asymptotes that do not contradict the outermost levels.
+    """Return a participant's curve with asymptotes that agree with the outermost levels.
 
-    The lapse rate of a participant who made no mistake is the mean of what is possible, above 0:
-    drawn with it, the curve would stay below the 100 % that were observed.
+    The lapse rate of a participant without errors is the mean of the possible rates, which is
+    above 0. A curve drawn with it would stay below the observed 100 %.
     """
     levels, right = rows["level_um_pp"], rows["correct"].astype(float)
     wrong_at_top = 1 - float(right[levels == levels.max()].mean())
@@ -111,7 +112,7 @@ def within_answers(line: PsychometricFunction, rows: pd.DataFrame) -> Psychometr
 
 
 def _answers(axes: Axes, rows: pd.DataFrame, *, logarithmic: bool) -> None:
-    """Draw everybody's share of answers in bins of level; the area counts answers."""
+    """Draw the proportion of all answers in bins of level; the area is the number of answers."""
     levels = rows["level_um_pp"].to_numpy(float)
     levels = np.log(levels) if logarithmic else levels
     distinct = np.unique(levels)
@@ -171,7 +172,7 @@ def _thresholds(axes: Axes, found: TaskThresholds) -> None:
 
 @styled
 def tracks(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
-    """Draw the levels trial by trial, a panel a participant; hollow where the answer was wrong."""
+    """Draw the levels trial by trial, one panel per participant; wrong answers are hollow."""
     main = trials[~trials["catch"]]
     people = [each for each in found.participants if each.trials][:PANELS_AT_MOST]
     rows = -(-len(people) // ACROSS)

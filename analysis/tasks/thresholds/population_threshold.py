@@ -1,4 +1,4 @@
-"""What participants' thresholds say of a population, and of a standard."""
+"""Estimate a population's threshold and Weber fraction from participants' answers."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ if TYPE_CHECKING:
 
 
 def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estimate | NotComputed:
-    """Return the just noticeable difference as a part of the standard.
+    """Return the just noticeable difference as a fraction of the standard.
 
-    With intervals to choose from, levels are differences from the standard, and the threshold is
-    the difference; in a comparison, levels are amplitudes, and it is half the distance between
-    25 and 75 % of the curve.
+    In a forced choice between intervals, levels are differences from the standard, and the
+    threshold is the difference. In a comparison, levels are amplitudes, and it is half the
+    distance between 25 and 75 % of the curve.
 
     Raises
     ------
     UserError
-        The standard is not above 0, or the method does not compare with one.
+        The standard is not above 0, or the method has no standard.
     """
     if not (np.isfinite(standard_um_pp) and standard_um_pp > 0):
         raise UserError(f"standard_um_pp is {standard_um_pp:g}, expected above 0")
@@ -70,15 +70,15 @@ class LevelOfFactor:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contrast:
-    """Two groups or sessions compared.
+    """Comparison of two groups or sessions.
 
     Parameters
     ----------
     first, second : str
     change : Estimate
-        The second threshold over the first; on a curve of the level itself, less the first.
+        The second threshold divided by the first; on a curve of the level itself, minus the first.
     p, p_holm : float
-        Of no change, and corrected for all pairs of the factor.
+        Test of no change, and corrected for all pairs of the factor.
     """
 
     first: str
@@ -99,25 +99,25 @@ class Factor:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PopulationThreshold:
-    """The threshold of a population, by a hierarchical model of everybody's answers.
+    """The threshold of a population, by a hierarchical model of all participants' answers.
 
     Parameters
     ----------
     threshold_um_pp : Estimate
-        Of the typical participant: the centre of the people's normal distribution, on the axis of
-        the curve.
+        Threshold of the typical participant: the centre of the population's normal distribution,
+        on the axis of the curve.
     sd : float
         Between participants: decades on a logarithmic curve, µm peak to peak on others.
     slope : Estimate or NotComputed
-        Of a participant's curve, shared by all.
+        Slope of a participant's curve, shared by all.
     half_width_um_pp : Estimate or NotComputed
-        Of a curve of the level itself: half the distance between its 25 and 75 %.
+        For a curve of the level itself: half the distance between its 25 and 75 %.
     lapse : float
         Shared by all.
     n, answers : int
         Participants, and their answers.
     participants : Mapping of str to float
-        Each threshold in this fit, drawn towards the population's; µm peak to peak.
+        Each threshold in this fit, shrunk towards the population's; µm peak to peak.
     factors : tuple of Factor
         By group and by session, if there are several.
     """
@@ -141,12 +141,12 @@ def population_threshold(
     curve: str,
     group_of: Mapping[str, str] | None = None,
 ) -> PopulationThreshold | NotComputed:
-    """Fit everybody's answers to one task.
+    """Fit all participants' answers to one task.
 
     Parameters
     ----------
     rows : DataFrame
-        `slipscale.analysis.tasks.thresholds.reading.read_choices`'s trials of the task.
+        Trials of the task from `slipscale.analysis.tasks.thresholds.reading.read_choices`.
     method, curve : str
         Keys of `METHODS` and of `CURVES`.
     group_of : Mapping, optional
@@ -195,14 +195,14 @@ def population_threshold(
 def population_weber(
     found: PopulationThreshold, method: str, standard_um_pp: float
 ) -> Estimate | NotComputed:
-    """Return the population's just noticeable difference as a part of the standard."""
+    """Return the population's just noticeable difference as a fraction of the standard."""
     compared = METHODS[method].guess == "equal to lapse"
     part = found.half_width_um_pp if compared else found.threshold_um_pp
     return _over(part, standard_um_pp) if isinstance(part, Estimate) else part
 
 
 def _over(found: Estimate, standard_um_pp: float) -> Estimate:
-    """Return an estimate as a part of the standard."""
+    """Return an estimate as a fraction of the standard."""
     ends = np.array([found.value, *found.interval])
     return estimate(ends / standard_um_pp, found.interval.confidence)
 
@@ -226,7 +226,7 @@ def _right(catches: pd.DataFrame, method: str) -> tuple[int, int]:
 
 
 def _counted(main: pd.DataFrame, model: Model) -> pd.DataFrame:
-    """Return a row per participant, session and level."""
+    """Return one row per participant, session and level."""
     keys = ["who", "session", "level_um_pp"]
     counted = main.groupby(keys)["correct"].agg(["sum", "size"]).reset_index()
     u = likelihood.coordinates(model.curve, counted["level_um_pp"].to_numpy(float))
@@ -253,7 +253,7 @@ def _factors(
     confidence: float,
     group_of: Mapping[str, str],
 ) -> Iterator[Factor]:
-    """Yield thresholds by group and by session, where each has as many people as a test needs."""
+    """Yield thresholds by group and by session, if each has enough people for a test."""
 
     def fitted(some: pd.DataFrame, design: Array) -> HierarchicalFit:
         return HierarchicalFit(model, _trials(some, design, right))
@@ -293,7 +293,8 @@ def _factor(
         )
     pairs, changes, ps = list(combinations(range(len(names)), 2)), [], []
     for first, second in pairs:
-        # The first level's column stands for all: the second's is then the change from it.
+        # The first level's column is 1 throughout, so the second's is the change from the first
+        # level.
         design = columns.copy()
         design[:, first] = 1.0
         fit = fitted(counted, design)

@@ -1,6 +1,6 @@
-"""Trials of forced choice and of constant stimuli, read from a data set.
+"""Read trials of forced choice and of constant stimuli from a data set.
 
-Which tables these are their columns say: a study may give its tasks labels of their own.
+Tables are recognised by their columns, because a study may choose its own task labels.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reading.delimited import Problems, Source
 
-#: Columns that make a table one of these: the level, and the answer to it.
+#: Columns that identify such a table: the level, and the answer to it.
 FORCED_CHOICE = ("level_um_pp", "correct")
 COMPARISON = ("comparison_um_pp", "comparison_more")
 NUMBERS = ("trial", "track", "level_um_pp", "standard_um_pp", "response_time")
@@ -41,14 +41,14 @@ COLUMNS = (
 
 
 def empty_choices() -> pd.DataFrame:
-    """Return the columns of `read_choices`, without a row."""
+    """Return the columns of `read_choices`, without rows."""
     return pd.DataFrame({name: pd.Series(dtype=object) for name in COLUMNS}).astype(
         dict.fromkeys(("level_um_pp", "standard_um_pp", "track", "response_time"), float)
     )
 
 
 def is_choice(header: frozenset[str]) -> bool:
-    """Tell by its header whether a table holds trials of forced choice or constant stimuli."""
+    """Return whether a table contains trials of forced choice or constant stimuli."""
     return any(header.issuperset(marks) for marks in (FORCED_CHOICE, COMPARISON))
 
 
@@ -63,17 +63,17 @@ def read_choices(
     Parameters
     ----------
     entries : sequence of (Path, Match)
-        Tables, each with its name's parts (`slipscale.experiments.dataset.schema.TABLE_NAME`).
+        Tables, each with the parts of its name
+        (`slipscale.experiments.dataset.schema.TABLE_NAME`).
     counts : dict
-        Gets the rows read and left out, by reason.
+        Receives the numbers of rows read and excluded, by reason.
 
     Returns
     -------
     DataFrame, list of Source
         Columns `COLUMNS`: ``method`` is a key of
-        `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`; ``catch`` is
-        bool and so is ``correct``, which of a comparison says whether it was called the more
-        slippery one.
+        `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`; ``catch`` and
+        ``correct`` are bool. In a comparison, ``correct`` means that it was judged more slippery.
     """
     frames, sources = [], []
     for marks in (FORCED_CHOICE, COMPARISON):
@@ -96,7 +96,7 @@ def _read(
     problems: Problems,
     counts: dict[str, int],
 ) -> tuple[pd.DataFrame, list[Source]]:
-    """Read tables of one shape."""
+    """Read tables of one format."""
     level = marks[0]
     third = f"{INTERVAL}3_surface"
     frame, sources = read_main_trials(
@@ -129,7 +129,7 @@ def told_choices(frame: pd.DataFrame, marks: tuple[str, str]) -> pd.DataFrame:
     Parameters
     ----------
     frame : DataFrame
-        Trials of one shape as their tables hold them, numbers read.
+        Trials of one format as in their tables, with numbers parsed.
     marks : tuple of str
         `FORCED_CHOICE` or `COMPARISON`.
     """
@@ -150,10 +150,11 @@ def told_choices(frame: pd.DataFrame, marks: tuple[str, str]) -> pd.DataFrame:
 
 
 def _methods(frame: pd.DataFrame) -> dict[str, str]:
-    """Return how each task of constant stimuli is to be read.
+    """Return the method of each task of constant stimuli.
 
-    With comparisons on one side of the standard and intervals to choose from, the one with more is
-    known, so that an answer is right or wrong; else a comparison lies below or above.
+    If all comparisons lie on one side of the standard and there are intervals to choose from, the
+    larger one is known, so an answer is right or wrong; otherwise a comparison lies below or
+    above.
     """
     found = {}
     for task, rows in frame.groupby("task"):
@@ -165,7 +166,7 @@ def _methods(frame: pd.DataFrame) -> dict[str, str]:
 
 
 def _one_sided(frame: pd.DataFrame) -> None:
-    """Make levels of differences, and answers right or wrong, where a task is read so."""
+    """Convert levels to differences, and answers to right or wrong, if a task requires it."""
     rows = frame["method"] == "two_interval"
     apart = (frame["level_um_pp"] - frame["standard_um_pp"])[rows]
     right = frame.loc[rows, "correct"].where(apart > 0, 1 - frame.loc[rows, "correct"])

@@ -1,4 +1,4 @@
-"""Which adaptive rule chose the levels of each task: what the study file states."""
+"""Reconstruct the adaptive rule that chose the levels of each task, from the study file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def rules_of(study_text: str) -> dict[str, Interleaved]:
     """Return the tracks of each adaptive task before their first trial, by the task's label.
 
-    None for a study that cannot be read here: the package of its protocol may not be installed.
+    None if the study cannot be read here; the package of its protocol may not be installed.
     """
     found: dict[str, Interleaved] = {}
     try:
@@ -27,6 +27,6 @@ def rules_of(study_text: str) -> dict[str, Interleaved]:
     for options in study.tasks:
         if isinstance(options, ForcedChoiceOptions):
             label = load_protocol(options.protocol).for_task(options).task
-            # The order of tracks changes no level.
+            # The order of tracks does not affect levels.
             found[label] = options.begin(options.guess, lambda turn: Stream(0, "rule", turn))
     return found

@@ -1,4 +1,4 @@
-"""Thresholds by forced choice: figures, and a row a participant."""
+"""Write the section on thresholds by forced choice: figures, and one row per participant."""
 
 from __future__ import annotations
 

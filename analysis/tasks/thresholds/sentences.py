@@ -1,4 +1,4 @@
-"""The sentences on thresholds by forced choice."""
+"""Write the sentences on thresholds by forced choice."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
 
 _HALF_WAY = "of the typical one of {people}, half-way between chance and the best of the curve"
-#: What a threshold is, by method: before the number, and after it.
+#: Description of a threshold, by method: before the number, and after it.
 MEANT = {
     "two_interval": ("", f"{_HALF_WAY} (two intervals, forced choice)"),
     "three_interval": ("", f"{_HALF_WAY} (three intervals, forced choice)"),
@@ -36,7 +36,7 @@ COMPARED_CAUTION = (
 
 
 def title(found: TaskThresholds) -> str:
-    """Return what a task is called in the report.
+    """Return the name of a task in the report.
 
     >>> from types import SimpleNamespace
     >>> title(SimpleNamespace(task="differencethreshold", standard_um_pp=1.2, method=""))
@@ -50,7 +50,7 @@ def title(found: TaskThresholds) -> str:
 
 
 def answer(found: TaskThresholds, confidence: float) -> str:
-    """Return the chief sentence."""
+    """Return the main sentence."""
     what = title(found)
     if isinstance(found.population, NotComputed):
         return f"{what}: not told for a population ({found.population.reason})."
@@ -71,7 +71,7 @@ def answer(found: TaskThresholds, confidence: float) -> str:
 
 
 def sentences(found: tuple[TaskThresholds, ...], confidence: float) -> list[str]:
-    """Return the sentences of a results section, a paragraph a task."""
+    """Return the sentences of a results section, one paragraph per task."""
     texts = []
     for task in found:
         parts = [answer(task, confidence)]

@@ -1,4 +1,4 @@
-"""Thresholds of each participant's sessions."""
+"""Compute thresholds of each participant's sessions."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 
 def session_tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
-    """Yield log10 thresholds, participants by sessions; NaN where none can be told."""
+    """Yield log10 thresholds, participants by sessions; NaN if they cannot be determined."""
     for task, rows in by_task(data.of(TRIALS)):
         yield f"{task}, threshold", "log10 µm p-p", _thresholds(rows)
 
 
 def _thresholds(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return log10 thresholds, participants by sessions; NaN where none can be told."""
+    """Return log10 thresholds, participants by sessions; NaN if they cannot be determined."""
     main = rows[~rows["catch"]]
     method = str(rows["method"].iloc[0])
     keys = [main[PARTICIPANT].astype(str), main["session"].astype(str)]

@@ -1,4 +1,4 @@
-"""Thresholds by forced choice and constant stimuli: participants', the population's, Weber's."""
+"""Estimate thresholds by forced choice and constant stimuli: participants, population, Weber."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.adaptive.interleaved import Interleaved
 
-#: A comparison's curve runs over the amplitude itself: it lies below and above the standard.
+#: A comparison's curve is a function of the amplitude itself, below and above the standard.
 COMPARED = "comparison"
 CURVE_OF = {COMPARED: "normal"}
 
@@ -51,17 +51,18 @@ class ParticipantThreshold:
     Parameters
     ----------
     participant : str
-        Who.
+        Label of the participant.
     trials, correct : int
         Main trials of the plan or rule, and those answered correctly.
     catch_trials, catch_correct : int
-        Trials that show whether attention holds; not part of the fit.
+        Trials that check attention; not part of the fit.
     function : PsychometricFunction or NotComputed
-        Medians of a posterior, lapse rate and slope integrated: what all that follows rests on.
+        Medians of a posterior, with lapse rate and slope integrated out; all further results use
+        it.
     weber_fraction : Estimate or NotComputed
-        Threshold over standard.
+        Threshold divided by standard.
     fit : GoodnessOfFit or NotComputed
-        How well the likeliest function fits.
+        Goodness of fit of the maximum-likelihood function.
     """
 
     participant: str
@@ -76,7 +77,7 @@ class ParticipantThreshold:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskThresholds:
-    """What a task of forced choice shows.
+    """Results of a task of forced choice.
 
     Parameters
     ----------
@@ -87,14 +88,14 @@ class TaskThresholds:
     curve : str
         A key of `slipscale.experiments.protocols.adaptive.curves.CURVES`.
     standard_um_pp : float or None
-        With which surfaces were compared, µm peak to peak; None in detection, where the others
-        are still, and where standards differ.
+        Standard of the comparison, µm peak to peak; None in detection, in which the other
+        intervals are still, and if standards differ.
     participants : tuple of ParticipantThreshold
         In the order of their names.
     population : PopulationThreshold or NotComputed
-        By a hierarchical model; of a comparison the point of subjective equality.
+        By a hierarchical model; for a comparison, the point of subjective equality.
     weber_fraction : Estimate or NotComputed
-        The population's threshold, or half-width of a comparison's curve, over the standard.
+        The population's threshold, or half-width of a comparison's curve, divided by the standard.
     """
 
     task: str
@@ -118,11 +119,11 @@ def thresholds(
     Parameters
     ----------
     trials : DataFrame
-        `slipscale.analysis.tasks.thresholds.reading.read_choices`'s.
+        Result of `slipscale.analysis.tasks.thresholds.reading.read_choices`.
     choices : AnalysisChoices, optional
         Confidence, curve, share and lapse rate.
     study_text : str
-        The study file, which states the rules of adaptive tasks; empty if it is not known.
+        The study file, which states the rules of adaptive tasks; empty if it is unknown.
     group_of : Mapping, optional
         Participant -> group.
     """
@@ -213,7 +214,7 @@ def _fit(
     *,
     adaptive: bool,
 ) -> GoodnessOfFit | NotComputed:
-    """Return how well the likeliest function fits, by the rule that chose the levels."""
+    """Return the goodness of fit of the maximum-likelihood function, given the rule for levels."""
     if isinstance(likeliest, NotComputed):
         return likeliest
     if not adaptive:

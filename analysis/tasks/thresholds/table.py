@@ -1,4 +1,4 @@
-"""Thresholds as a table."""
+"""Tabulate thresholds."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def threshold_table(tasks: Sequence[TaskThresholds]) -> pd.DataFrame:
-    """Return one row a participant and task; missing numbers where nothing was fitted."""
+    """Return one row per participant and task; missing numbers if nothing was fitted."""
     rows: list[JsonObject] = []
     for task in tasks:
         for each in task.participants:

@@ -1,1 +1,1 @@
-"""How estimates grow with amplitude."""
+"""Growth of estimates with amplitude."""

@@ -1,8 +1,7 @@
-"""A hierarchical Bayesian power function: individual exponents, drawn together by the group.
+"""Fit a hierarchical Bayesian power function: individual exponents, shrunk towards the group.
 
-Needs the extra ``slipscale[bayes]``; nothing of it is loaded before it is asked for.
-
-The model stands in `hierarchical_sampler`.
+Requires the extra ``slipscale[bayes]``, which is loaded only when requested. For the model, see
+`hierarchical_sampler`.
 """
 
 from __future__ import annotations
@@ -30,10 +29,10 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Chains that agree have a potential scale reduction below this (Vehtari et al. 2021, Bayesian
+#: Chains agree if their potential scale reduction is below this (Vehtari et al. 2021, Bayesian
 #: Anal. 16, 667-718).
 LARGEST_R_HAT = 1.01
-#: More participants than this hardly draw each other, and take minutes.
+#: With more participants than this, shrinkage is small and sampling takes minutes.
 AT_MOST = 500
 
 
@@ -44,11 +43,11 @@ class IndividualExponent:
     Parameters
     ----------
     participant : str
-        Who.
+        Label of the participant.
     least_squares : float
-        Of their own trials alone; NaN where they have one amplitude.
+        From their own trials alone; NaN with only one amplitude.
     exponent, interval
-        The posterior mean, drawn towards the group, and its credible interval.
+        The posterior mean, shrunk towards the group, and its credible interval.
     """
 
     participant: str
@@ -57,20 +56,21 @@ class IndividualExponent:
     interval: ConfidenceInterval
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self, interval="ci")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PredictiveCheck:
-    """A statistic of the data beside what the model predicts for new data of the same people.
+    """A statistic of the data, and the model's prediction for new data of the same people.
 
     Parameters
     ----------
     observed, predicted : float
         The statistic of the data, and its mean over predictions.
     p : float
-        Share of predictions at least as large: near 0 or 1 the model misses this of the data.
+        Proportion of predictions at least as large. A value near 0 or 1 means that the model does
+        not reproduce this aspect of the data.
     """
 
     observed: float
@@ -85,26 +85,26 @@ class BayesianGrowth:
     Parameters
     ----------
     exponent, interval
-        Of the group, B: posterior mean and equal-tailed credible interval.
+        The group's exponent B: posterior mean and equal-tailed credible interval.
     sd_exponent, sd_exponent_interval
-        Of participants' exponents, tb.
+        Standard deviation of participants' exponents, tb.
     sd_residual : float
-        Of a single log estimate, s: posterior mean.
+        Standard deviation of a single log estimate, s: posterior mean.
     individuals : tuple of IndividualExponent
         In the order of their names.
     shrinkage : float
-        How far exponents are drawn from least squares to the group, 0 (not) to 1 (wholly): 1 less
-        the slope of the one on the other.
+        Shrinkage of exponents from least squares towards the group, from 0 (none) to 1 (complete):
+        1 minus the slope of the shrunk exponents on the least-squares ones.
     checks : Mapping
         Name -> posterior predictive check: ``curvature`` (of log estimates on log stimuli, which
-        a power function has not), ``largest_residual`` and ``kurtosis`` (outliers),
-        ``spread_ratio`` (residuals' spread at the largest stimulus over that at the smallest).
+        a power function does not have), ``largest_residual`` and ``kurtosis`` (outliers),
+        ``spread_ratio`` (residuals' spread at the largest stimulus relative to the smallest).
     r_hat : float
         Largest potential scale reduction of any parameter.
     effective_draws : int
-        Least effective number of any parameter.
+        Smallest effective sample size of any parameter.
     divergences : int
-        Of the sampler.
+        Divergences of the sampler.
     n, trials : int
         Participants and trials above 0.
     """
@@ -125,11 +125,11 @@ class BayesianGrowth:
 
     @property
     def converged(self) -> bool:
-        """Whether the chains agree and the sampler never lost its way."""
+        """Whether the chains agree and the sampler had no divergences."""
         return self.r_hat < LARGEST_R_HAT and self.divergences == 0
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self, interval="ci", sd_exponent_interval="sd_exponent_ci")
 
 
@@ -229,8 +229,8 @@ def predictive_checks(
 ) -> dict[str, PredictiveCheck]:
     """Compare statistics of the residuals with those of data drawn from the posterior.
 
-    Residuals are from the participants' lines of the same draw (Gelman, Meng and Stern 1996,
-    Stat. Sinica 6, 733-807: realised discrepancies).
+    Residuals are from the participants' lines of the same draw (Gelman, Meng and Stern 1996, Stat.
+    Sinica 6, 733-807: realised discrepancies).
     """
     rng = np.random.default_rng(seed)
     own = draws.values["own"].reshape(-1, len(trials.names), 2)
@@ -251,12 +251,12 @@ def predictive_checks(
 
 
 def _curvature(z: Array, log_x: Array) -> Array:
-    """Return the coefficient of the part of log x squared that no line has."""
+    """Return the coefficient of the component of (log x)² that is orthogonal to any line."""
     design = np.stack([np.ones_like(log_x), log_x], axis=1)
     square = log_x**2
     bend = square - design @ np.linalg.lstsq(design, square, rcond=None)[0]
     size = (bend**2).sum()
-    # Of two stimuli every curve is a line.
+    # With two stimuli, every curve is a line.
     return np.asarray(z @ bend / size if size > len(bend) * 1e-12 else np.zeros(len(z)))
 
 

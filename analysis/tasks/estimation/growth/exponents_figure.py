@@ -1,4 +1,4 @@
-"""Figure of individual exponents, before and after they are drawn to the group."""
+"""Plot individual exponents before and after shrinkage."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from slipscale.figure_style import BLUE, GREY, INK, PALE, styled
 if TYPE_CHECKING:
     from slipscale.analysis.tasks.estimation.growth.bayesian_growth import BayesianGrowth
 
-#: More participants than this cannot be told apart by name.
+#: Maximum number of participants that can be distinguished by name.
 NAMED_AT_MOST = 40
-#: Height of a participant's row, and of what is around them, inches.
+#: Height of a participant's row, and of the margins, inches.
 ROW, AROUND = 0.2, 1.3
 
 
 @styled
 def exponents(found: BayesianGrowth) -> Figure:
-    """Draw each participant's exponent by least squares and as the group draws it, with interval.
+    """Plot each participant's least-squares and shrunk exponent, with interval.
 
     Parameters
     ----------
     found : BayesianGrowth
-        `slipscale.analysis.tasks.estimation.growth.bayesian_growth.bayesian_growth`'s result.
+        Result of `slipscale.analysis.tasks.estimation.growth.bayesian_growth.bayesian_growth`.
     """
     people = sorted(found.individuals, key=lambda one: one.exponent)
     rows = np.arange(len(people))

@@ -1,4 +1,4 @@
-"""Figure of the growth of sensation."""
+"""Plot the growth of sensation."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ def growth(
     Parameters
     ----------
     logs : DataFrame, shape (participants, amplitudes)
-        Mean natural logarithms of normalised estimates; 0 µm is left out.
+        Mean natural logarithms of normalised estimates; 0 µm is omitted.
     found : Growth or NotComputed
-        `slipscale.analysis.tasks.estimation.growth.statistics.growth`'s result.
+        Result of `slipscale.analysis.tasks.estimation.growth.statistics.growth`.
     unit : str
-        Of the estimates.
+        Unit of the estimates.
     confidence : float
-        Of Student's intervals around the geometric means.
+        Level of Student's intervals around the geometric means.
     quantity : Quantity
-        What the amplitudes are.
+        Quantity of the amplitudes.
     """
     figure = Figure(figsize=(4.8, 6.8), layout="constrained")
-    # One above the other: side by side they cannot be read on a telephone.
+    # Stacked, because panels side by side are illegible on a phone.
     left, right = figure.subplots(2, 1)
     above = logs.loc[:, logs.columns.to_numpy(float) > 0]
     amplitudes = above.columns.to_numpy(float)

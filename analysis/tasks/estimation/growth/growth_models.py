@@ -1,9 +1,9 @@
-"""Growth functions of sensation: Stevens's power law and five others, fitted and compared.
+"""Fit and compare growth functions of sensation: Stevens's power law and five others.
 
-All models are of the logarithm of an estimate: log y = a_i + log f(x; θ) + error, with an own
-factor exp(a_i) for each participant, so that the error is proportional and the normalisation
-does not matter. Fitted by least squares on participants' mean logarithms at amplitudes above 0,
-where every model is defined, so that information criteria compare like with like.
+All models describe the logarithm of an estimate: log y = a_i + log f(x; θ) + error, with each
+participant's own factor exp(a_i). The error is therefore proportional, and the normalisation does
+not matter. Models are fitted by least squares on participants' mean logarithms at amplitudes above
+0, where every model is defined, so that their information criteria are comparable.
 
 ============  ==================  ==================================================
 model         f(x; θ)             source
@@ -42,11 +42,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrowthFunction:
-    """A growth function: its logarithm, and starting points within bounds for its parameters.
+    """A growth function: its logarithm, and starting points and bounds of its parameters.
 
     ``log_f(x, θ)`` takes stimuli above 0; ``starts(x)`` gives several θ to start from, and
-    ``bounds(x)`` the lower and upper limits. The ``logarithmic`` parameters are logarithms in θ
-    and stimuli in what is reported.
+    ``bounds(x)`` the lower and upper limits. The ``logarithmic`` parameters are logarithms in θ,
+    and stimuli in the reported results.
     """
 
     parameters: tuple[str, ...]
@@ -56,7 +56,7 @@ class GrowthFunction:
     logarithmic: tuple[str, ...] = ()
 
     def theta(self, parameters: Mapping[str, float]) -> Array:
-        """Return what ``log_f`` takes from what is reported."""
+        """Convert reported parameters to the arguments of ``log_f``."""
         return np.array(
             [
                 np.log(parameters[name]) if name in self.logarithmic else parameters[name]
@@ -72,18 +72,18 @@ class GrowthFunction:
         }
 
 
-#: Models of AICc closer than this to the least are not told apart (Burnham and Anderson 2002,
-#: Model Selection and Multimodel Inference, p. 70).
+#: Models with an AICc closer than this to the smallest are not discriminated (Burnham and Anderson
+#: 2002, Model Selection and Multimodel Inference, p. 70).
 UNDECIDED = 2.0
-#: A parameter is at the limit of the search if moving it onto the limit costs less log likelihood.
+#: A parameter is at the limit of the search if moving it to the limit costs less log likelihood.
 AT_BOUND = 1e-3
-#: A stimulus that a function has as its parameter is searched this far outside those presented,
-#: as a natural logarithm: a factor of 1,000.
+#: Search range of a stimulus parameter beyond the presented stimuli, as a natural logarithm: a
+#: factor of 1,000.
 OUTSIDE = 7.0
 
 
 def _log(x: Array, place: float) -> float:
-    """Return the logarithm of a stimulus between the least (0) and the largest (1) presented."""
+    """Return the log of a stimulus between the smallest (0) and the largest (1) presented."""
     low, high = float(np.log(x.min())), float(np.log(x.max()))
     return low + place * (high - low)
 
@@ -144,17 +144,17 @@ class GrowthFit:
     parameters : Mapping
         Name -> value; thresholds and offsets in the stimulus' unit.
     sd : float
-        Of residuals, natural logarithm.
+        Standard deviation of residuals, natural logarithm.
     log_likelihood, aic, bic : float
-        Of independent normal residuals.
+        For independent normal residuals.
     aicc : float or None
-        The corrected Akaike criterion; None where the points do not suffice.
+        The corrected Akaike criterion; None if there are too few points.
     points : int
         Mean logarithms fitted.
     estimated : int
-        How many numbers were fitted.
+        Number of estimated parameters.
     at_bound : tuple of str
-        Parameters at the limit of the search: the data do not determine them.
+        Parameters at the limit of the search, which the data do not determine.
     """
 
     parameters: Mapping[str, float]
@@ -170,16 +170,16 @@ class GrowthFit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RankedFit:
-    """A fit among others.
+    """A fit ranked among others.
 
     Parameters
     ----------
     fit : GrowthFit
-        Of one growth function.
+        Fit of one growth function.
     delta_aicc : float or None
-        Its criterion less the least one; None where it has none.
+        Its criterion minus the smallest one; None if it has none.
     weight : float
-        Akaike weight; 0 where it has no criterion.
+        Akaike weight; 0 if it has no criterion.
     """
 
     fit: GrowthFit
@@ -187,7 +187,7 @@ class RankedFit:
     weight: float
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return {**record(self.fit), **renamed(self, fit="")}
 
 
@@ -200,7 +200,7 @@ class GrowthComparison:
     models : Mapping
         A key of `MODELS` -> its fit.
     best : str
-        The model of least AICc.
+        The model with the smallest AICc.
     n : int
         Participants.
     """
@@ -211,7 +211,7 @@ class GrowthComparison:
 
     @property
     def undecided(self) -> tuple[str, ...]:
-        """Other models within `UNDECIDED` of the best: the data do not tell them from it."""
+        """Other models within `UNDECIDED` of the best, which the data do not exclude."""
         return tuple(
             name
             for name, model in self.models.items()
@@ -220,7 +220,7 @@ class GrowthComparison:
 
 
 def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
-    """Fit one growth function to one or more participants, each with an own factor.
+    """Fit one growth function to one or more participants, each with their own factor.
 
     Parameters
     ----------
@@ -229,14 +229,15 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
     stimuli : array, shape (k,)
         Above 0.
     logs : array, shape (n, k)
-        Mean natural logarithms of estimates; NaN where missing.
+        Mean natural logarithms of estimates; NaN if missing.
     """
     from scipy import optimize  # noqa: PLC0415
 
     model = MODELS[name]
     here = ~np.isnan(logs)
     centred = logs - np.nanmean(logs, axis=1, keepdims=True)
-    # Who has the same stimuli has the same shape: least squares need their mean and number only.
+    # Participants with the same stimuli have the same shape: their mean and number are
+    # sufficient.
     patterns, whose, people_of = np.unique(here, axis=0, return_inverse=True, return_counts=True)
     means = np.array([centred[whose == place].mean(axis=0) for place in range(len(patterns))])
     weights = np.sqrt(people_of)[:, None]
@@ -259,7 +260,7 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
     spare = points - estimated - 1
 
     def _costs_nothing(place: int, limits: list[float]) -> bool:
-        """Whether a parameter on its limit, the others as they are, fits as well."""
+        """Whether setting a parameter to its limit, with the others unchanged, fits as well."""
         theta = best.x.copy()
         theta[place] = limits[place]
         left = residuals(theta)
@@ -292,9 +293,9 @@ def compare(
     Parameters
     ----------
     logs : DataFrame, shape (participants, stimuli)
-        Mean natural logarithms of estimates; columns not above 0 are left out.
+        Mean natural logarithms of estimates; columns that are not above 0 are omitted.
     quantity : Quantity
-        What the stimuli are.
+        Quantity of the stimuli.
     """
     usable = logs.loc[:, logs.columns.to_numpy(float) > 0]
     usable = usable[usable.notna().sum(axis=1) >= 2]  # noqa: PLR2004

@@ -1,4 +1,4 @@
-"""The posterior of a hierarchical power function: the model, and draws from it by NumPyro.
+"""Define the hierarchical power function, and draw from its posterior by NumPyro.
 
 The model, for estimate y of participant i at stimulus x, x0 the geometric mean of the stimuli and
 y0 that of all estimates::
@@ -9,7 +9,7 @@ y0 that of all estimates::
     ta ~ HalfNormal(1)   tb ~ HalfNormal(0.5)   s ~ HalfNormal(1)
 
 Exponents of all senses lie between 0.3 and 3.5 (Stevens 1975, Psychophysics, ch. 1), and people
-differ by less than a factor e: the priors rule out little that anybody has seen.
+differ by less than a factor e. The priors therefore exclude little that has been observed.
 """
 
 from __future__ import annotations
@@ -32,20 +32,20 @@ PRIOR_SD = {"A": 2.5, "B": 1.5, "ta": 1.0, "tb": 0.5, "s": 1.0}
 #: Concentration of the correlation's prior.
 LKJ = 2.0
 CHAINS, WARM_UP, DRAWS = 4, 1000, 1000
-#: Share of steps accepted that the sampler adapts to; high, for its steps to be small.
+#: Target acceptance rate of the sampler; high, to keep its steps small.
 ACCEPTED = 0.95
-#: Of the sampler; the same data give the same draws.
+#: Seed of the sampler; the same data give the same draws.
 SEED = 2007
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trials:
-    """What the model is of.
+    """Data of the model.
 
     Parameters
     ----------
     log_y, log_x : array, shape (trials,)
-        Log estimates less their mean, log stimuli less their mean.
+        Log estimates minus their mean, log stimuli minus their mean.
     who : int array, shape (trials,)
         0, 1, ... for each participant.
     names : tuple of str
@@ -60,7 +60,7 @@ class Trials:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sums:
-    """What the likelihood needs of each participant's trials, X being 1 and log x.
+    """Sufficient statistics of each participant's trials, with X the columns 1 and log x.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class Sums:
     xy : array, shape (people, 2)
         X'log y.
     yy, trials : array, shape (people,)
-        Squares of log y, and how many.
+        Sum of squares of log y, and number of trials.
     """
 
     xx: Array
@@ -79,7 +79,7 @@ class Sums:
 
 
 def sums(trials: Trials) -> Sums:
-    """Return each participant's sums; the order of trials does not matter to the model."""
+    """Return each participant's sums; the model does not depend on the order of trials."""
     people = len(trials.names)
     x = np.stack([np.ones_like(trials.log_x), trials.log_x], axis=1)
 
@@ -97,10 +97,10 @@ def sums(trials: Trials) -> Sums:
 
 
 def model(xx: Any, xy: Any, yy: Any, trials: Any) -> None:
-    """State the model to NumPyro; see the module's docstring.
+    """Define the model for NumPyro; see the module's docstring.
 
-    Participants' lines are normal given the rest, so they are integrated out: six parameters are
-    left to sample, whatever the number of people and trials.
+    Given the other parameters, participants' lines are normal, so they are integrated out: six
+    parameters remain to be sampled, for any number of people and trials.
     """
     import numpyro  # noqa: PLC0415 - an extra
     from jax import numpy as jnp  # noqa: PLC0415
@@ -112,7 +112,7 @@ def model(xx: Any, xy: Any, yy: Any, trials: Any) -> None:
     ta, tb, s = (
         numpyro.sample(name, dist.HalfNormal(PRIOR_SD[name])) for name in ("ta", "tb", "s")
     )
-    # LKJ's correlation of two is a stretched beta variable.
+    # LKJ's correlation of two variables is a scaled beta variable.
     r = 2 * numpyro.sample("half_r", dist.Beta(LKJ, LKJ)) - 1
     factor = jnp.array([[ta, 0.0], [tb * r, tb * jnp.sqrt(1 - r**2)]])
     # Woodbury's identity: y is normal around X mean with covariance s² + X factor factor' X'.
@@ -129,7 +129,7 @@ def model(xx: Any, xy: Any, yy: Any, trials: Any) -> None:
 
 @cache
 def _chains(warm_up: int, draws: int) -> Any:
-    """Return the sampler of several chains at once, compiled once for each number of people."""
+    """Return the sampler of several parallel chains, compiled once per number of people."""
     import jax  # noqa: PLC0415
     from numpyro.infer import MCMC, NUTS  # noqa: PLC0415
 
@@ -149,10 +149,10 @@ class Draws:
     Parameters
     ----------
     values : Mapping
-        Parameter -> array, shape (chains, draws, ...); ``own`` holds participants' intercepts and
-        exponents, shape (chains, draws, people, 2).
+        Parameter -> array, shape (chains, draws, ...); ``own`` contains participants' intercepts
+        and exponents, shape (chains, draws, people, 2).
     divergences : int
-        Of the sampler.
+        Divergences of the sampler.
     """
 
     values: Mapping[str, Array]
@@ -171,7 +171,7 @@ def sample(
     import jax  # noqa: PLC0415
 
     known = sums(trials)
-    # Single precision would lose the likelihood of estimates with hardly any noise.
+    # Single precision would lose the likelihood of estimates with very little noise.
     with jax.enable_x64(True):
         keys = jax.random.split(jax.random.PRNGKey(seed), chains)
         drawn, diverging = _chains(warm_up, draws)(keys, known.xx, known.xy, known.yy, known.trials)
@@ -181,7 +181,7 @@ def sample(
 
 
 def own_lines(known: Sums, drawn: Mapping[str, Array], rng: np.random.Generator) -> Array:
-    """Draw participants' lines given each draw of the rest; they are normal."""
+    """Draw participants' lines given each draw of the other parameters; they are normal."""
     mean = np.stack([drawn["A"], drawn["B"]], axis=-1)[..., None, :]
     r = 2 * drawn["half_r"] - 1
     factor = np.zeros((*r.shape, 1, 2, 2))

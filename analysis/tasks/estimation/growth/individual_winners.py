@@ -1,10 +1,10 @@
-"""The growth function that each participant's single trials favour.
+"""Find the growth function favoured by each participant's single trials.
 
-Which function is favoured depends on the least squares only, so that all participants are fitted
-at once: every start of every participant is one row of a batch, by Levenberg and Marquardt's method
-(Marquardt 1963, J. Soc. Ind. Appl. Math. 11, 431-441) within bounds. One search at a time by SciPy
-took most of an analysis. In 5 of about 2,160 random fits its squares were smaller by more than a
-millionth, at most by 0.3 %; in 3 they were larger.
+The favoured function depends only on the least squares, so all participants are fitted at once:
+every start of every participant is one row of a batch, by Levenberg and Marquardt's method
+(Marquardt 1963, J. Soc. Ind. Appl. Math. 11, 431-441) within bounds. Separate searches by SciPy
+took most of the time of an analysis. In 5 of about 2,160 random fits the sum of squares was
+smaller than SciPy's by more than a millionth, by at most 0.3 %; in 3 it was larger.
 """
 
 from __future__ import annotations
@@ -23,32 +23,31 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: The largest function has four numbers to estimate; AICc needs six points for that.
+#: The largest function has four estimated parameters, for which AICc needs six points.
 FEWEST_TRIALS, FEWEST_STIMULI = 6, 3
-#: Steps of a search at most, and a share of the squares: a gain below it is none.
+#: Maximum number of steps of a search, and the smallest relative reduction of the squares.
 STEPS, NO_GAIN = 300, 1e-13
-#: A damping so large that no step in any direction gains.
+#: Damping at which no step in any direction improves the fit.
 STUCK = 1e8
-#: A difference for a slope, of stimuli whose least is 1.
+#: Step for numerical derivatives, with stimuli scaled to a minimum of 1.
 NUDGE = 1e-7
-#: The mean square of residuals that are rounding: functions that fit as well are equal.
+#: Mean squares of residuals below this are rounding errors, and such fits count as equal.
 ROUNDING = 1e-24
 
 
 def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
-    """Return the growth function of least AICc for each participant, from single trials.
+    """Return the growth function with the smallest AICc for each participant, from single trials.
 
     Parameters
     ----------
     trials : DataFrame
-        ``participant_id amplitude_um_pp log``; amplitudes of 0 and missing logarithms are left
-        out.
+        ``participant_id amplitude_um_pp log``; amplitudes of 0 and missing logarithms are omitted.
 
     Returns
     -------
     dict
-        Participant -> model, or None where too few trials tell models apart, or the two best
-        are within `UNDECIDED`.
+        Participant -> model; None if there are too few trials to discriminate between models, or
+        the two best are within `UNDECIDED`.
     """
     usable = trials[(trials["amplitude_um_pp"] > 0) & trials["log"].notna()]
     place = ["participant_id", "amplitude_um_pp"]
@@ -62,7 +61,8 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
     here, stimuli = counts > 0, table["mean"].columns.to_numpy(float)
     people = [str(who) for who in table.index]
     winners: dict[str, str | None] = dict.fromkeys(people)
-    # Bounds and starts depend on the stimuli: participants with the same ones are fitted together.
+    # Bounds and starts depend on the stimuli: participants with the same stimuli are fitted
+    # together.
     for pattern in np.unique(here, axis=0):
         enough = (here == pattern).all(axis=1) & (counts.sum(axis=1) >= FEWEST_TRIALS)
         rows = np.flatnonzero(enough)
@@ -74,7 +74,7 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
         for model in MODELS.values():
             squares = around[rows] + least_squares(model, stimuli[pattern], own, weights)
             estimated = len(model.parameters) + 2
-            # AICc, without what is the same for every function.
+            # AICc, without terms that are the same for every function.
             score = points * np.log(np.maximum(squares / points, ROUNDING)) + 2 * estimated
             scores.append(score + 2 * estimated * (estimated + 1) / (points - estimated - 1))
         order = np.argsort(scores, axis=0)
@@ -86,7 +86,7 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
 
 
 def least_squares(model: GrowthFunction, stimuli: Array, means: Array, counts: Array) -> Array:
-    """Return each participant's least sum of squares, around their own factor.
+    """Return each participant's smallest sum of squares, with their own factor.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def least_squares(model: GrowthFunction, stimuli: Array, means: Array, counts: A
     stimuli : array, shape (k,)
         Above 0.
     means, counts : array, shape (n, k)
-        A participant's mean natural logarithm at a stimulus, and of how many trials, at least 1.
+        A participant's mean natural logarithm at a stimulus, and its number of trials, at least 1.
     """
     x = stimuli / stimuli.min()
     low, high = (np.array(bound)[:, None] for bound in model.bounds(x))
@@ -122,7 +122,7 @@ def least_squares(model: GrowthFunction, stimuli: Array, means: Array, counts: A
             ]
         )
         down = -np.einsum("pnk,nk->pn", slopes, now)
-        # A parameter at its limit that would leave it is held.
+        # A parameter at its limit is held if the step would move it beyond.
         free = ~(((theta <= low) & (down < 0)) | ((theta >= high) & (down > 0)))
         slopes, down = slopes * free[..., None], down * free
         matrix = np.einsum("pnk,qnk->npq", slopes, slopes)

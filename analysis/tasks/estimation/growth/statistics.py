@@ -1,4 +1,4 @@
-"""Which growth function is favoured: against amplitude, against friction, in each participant."""
+"""Select growth functions: against amplitude, against friction, and for each participant."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
     from slipscale.analysis.tasks.estimation.growth.growth_models import GrowthComparison
 
-#: A predicted reduction of friction below this is the rounding of none.
+#: Smaller predicted reductions of friction are rounding errors.
 NO_REDUCTION = 1e-9
-#: µm peak to peak: beyond this a prediction is not even tried; it exceeds 1 from some 8 µm on.
+#: µm peak to peak: no prediction is attempted beyond this; the reduction exceeds 1 from about 8
+#: µm.
 LARGEST_UM_PP = 20.0
-#: Individual model comparisons are listed for studies up to this many participants.
+#: Individual model comparisons are listed for studies with up to this many participants.
 INDIVIDUALS_AT_MOST = 200
 
 
@@ -39,13 +40,13 @@ class FrictionGrowth:
     Parameters
     ----------
     comparison : GrowthComparison
-        Of growth functions of the reduction.
+        Comparison of growth functions of the reduction.
     exponent : MeanOverParticipants or NotComputed
-        Of participants' power functions of the reduction.
+        Exponent of participants' power functions of the reduction.
     reduction : Mapping
         Amplitude (µm peak to peak) -> predicted reduction of friction, 0 to 1.
     shared_load : Mapping
-        Amplitude -> least and greatest reduction by the second model
+        Amplitude -> smallest and largest reduction by the second model
         (`slipscale.stimuli.shared_load`), which is not validated.
     """
 
@@ -55,7 +56,7 @@ class FrictionGrowth:
     shared_load: Mapping[float, tuple[float, float]]
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return {**record(self.comparison), **renamed(self, comparison="")}
 
 
@@ -66,9 +67,9 @@ class IndividualGrowth:
     Parameters
     ----------
     best : Mapping
-        Model -> how many participants it is favoured for.
+        Model -> number of participants for whom it is favoured.
     undecided : int
-        Participants whose trials do not tell models apart.
+        Participants whose trials do not discriminate between models.
     participants : Mapping
         Participant -> model, or None.
     """
@@ -82,7 +83,7 @@ class IndividualGrowth:
 class Growth:
     """Growth functions against amplitude, against predicted friction, and for participants.
 
-    Friction is None if the stimuli are not a plate's amplitudes: no film predicts it.
+    Friction is None if the stimuli are not a plate's amplitudes, because no film predicts it.
     """
 
     amplitude: GrowthComparison
@@ -90,7 +91,7 @@ class Growth:
     individual: IndividualGrowth | NotComputed
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result under its keys."""
+        """Return the result as a mapping."""
         return renamed(self, friction="" if self.friction is None else "friction")
 
 
@@ -147,10 +148,9 @@ def against_friction(logs: pd.DataFrame, confidence: float = 0.95) -> FrictionGr
     Parameters
     ----------
     logs : DataFrame, shape (participants, amplitudes)
-        Mean natural logarithms of estimates; amplitudes whose prediction is no reduction are
-        left out.
+        Mean natural logarithms of estimates; amplitudes without a predicted reduction are omitted.
     confidence : float
-        Of the exponent's interval.
+        Level of the exponent's interval.
     """
     amplitudes = logs.columns.to_numpy(float)
     sensible = bool((amplitudes <= LARGEST_UM_PP).all())
