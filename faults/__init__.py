@@ -1,25 +1,25 @@
-"""Errors, split by who is at fault: the user, the rig, or (all others) Slipscale itself.
+"""Errors by cause: the user, the rig, or (all other exceptions) Slipscale itself.
 
-The front door turns the first two into one sentence and an exit status; anything else is a
-defect of ours and keeps its traceback.
+The command line turns the first two into one sentence and an exit status. Any other exception is a
+defect in Slipscale and keeps its traceback.
 """
 
 from __future__ import annotations
 
 
 class UserError(Exception):
-    """The user's input is wrong: says what, where and what was expected. Exit status 2."""
+    """The user's input is wrong. The message says where and what was expected. Exit status 2."""
 
 
 class RigError(Exception):
-    """The rig failed: says what failed and what to do about it. Exit status 3."""
+    """The rig failed. The message says what failed and what to do about it. Exit status 3."""
 
 
 def harmless(text: str) -> str:
-    r"""Return a text with its control characters shown, not obeyed by a terminal.
+    r"""Return a text with its control characters escaped.
 
-    Study files, answers and file names are other people's: an escape sequence in them could clear
-    the screen or write what was never said.
+    Study files, answers and file names come from other people. An escape sequence in them could
+    clear the terminal or display misleading text.
 
     >>> harmless("a\x1b[2Jb")
     'a\\x1b[2Jb'
@@ -32,7 +32,7 @@ def harmless(text: str) -> str:
 
 # Exit statuses of every command.
 DONE = 0
-ANSWER_IS_NO = 1  # it ran, and the answer is no: a mismatch, a failed check
+ANSWER_IS_NO = 1  # it ran with a negative result: a mismatch, a failed check
 USER_FAULT = 2
 RIG_FAULT = 3
 INTERRUPTED = 130

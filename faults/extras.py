@@ -1,8 +1,8 @@
-"""Which extra brings a package that a light installation leaves out."""
+"""The extras that install the packages missing from a light installation."""
 
 from __future__ import annotations
 
-# Imported module: the extra of pyproject.toml that installs it.
+# Imported module -> the extra in pyproject.toml that installs it.
 EXTRA_OF = {
     "joblib": "analysis",
     "openpyxl": "analysis",
@@ -28,7 +28,7 @@ EXTRA_OF = {
 
 
 def how_to_install(module: str) -> str | None:
-    """Return the sentence that says what to install for a module; None if it is in no extra.
+    """Return a sentence that explains how to install a module; None if it is not in any extra.
 
     Parameters
     ----------

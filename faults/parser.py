@@ -1,4 +1,4 @@
-"""The parser of every command: usage errors in one sentence, options that all commands share."""
+"""The parser of every command: one-sentence usage errors, and options that all commands share."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ UNKNOWN = "unrecognized arguments: "
 
 
 class Parser(ArgumentParser):
-    """A parser whose errors are one sentence with the command that helps.
+    """A parser that reports an error as one sentence and names the command for help.
 
-    Parsers of subcommands are of the same class. One with ``loads``, the names of a module and of
-    a command in its ``COMMANDS``, imports the module when it first has to parse.
+    Parsers of subcommands have the same class. A parser with ``loads``, the names of a module and
+    of a command in its ``COMMANDS``, imports the module when it is first used.
     """
 
     loads: tuple[str, str] | None = None
@@ -29,7 +29,7 @@ class Parser(ArgumentParser):
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
-        # Its value is read by `slipscale.commands`, before anything is parsed.
+        # `slipscale.commands` reads its value before anything is parsed.
         self.add_argument(
             "--verbose",
             action="store_true",
@@ -39,7 +39,7 @@ class Parser(ArgumentParser):
         )
 
     def load(self, words: Sequence[str] = ()) -> None:
-        """Import the command's module, and those of the subcommands that the words name."""
+        """Import the command's module, and those of the subcommands among ``words``."""
         if self.loads:
             (module, name), self.loads = self.loads, None
             fill, call = import_module(module).COMMANDS[name]
@@ -50,7 +50,7 @@ class Parser(ArgumentParser):
                 action.choices[words[0]].load(words[1:])
 
     def parse_known_args(self, args: Any = None, namespace: Any = None, **options: Any) -> Any:
-        """Parse as argparse does; load the command first, and reject misspelt options."""
+        """Parse as argparse does, but load the command first, and reject misspelt options."""
         self.load()
         self._words = list(args or ())
         found = super().parse_known_args(args, namespace, **options)
@@ -61,7 +61,7 @@ class Parser(ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Raise `UserError` with argparse's message as one sentence."""
         if message.startswith(REQUIRED):
-            # A misspelt option is the likeliest reason why another is missing.
+            # The most likely reason for a missing option is a misspelt one.
             message = self._misspelt() or self._missing(message.removeprefix(REQUIRED).split(", "))
         elif message.startswith(UNKNOWN):
             word = message.removeprefix(UNKNOWN).split(" ")[0]
@@ -69,7 +69,7 @@ class Parser(ArgumentParser):
         raise UserError(f"{message.removeprefix('argument ')}; for help: {self.prog} --help")
 
     def _misspelt(self) -> str:
-        """Return the sentence about the first option that there is not, or an empty text."""
+        """Return an error message for the first unknown option; empty if there is none."""
         known = [*self._option_string_actions]
         for option in (word.partition("=")[0] for word in self._words if word.startswith("--")):
             if option != "--" and not any(each.startswith(option) for each in known):
@@ -77,7 +77,7 @@ class Parser(ArgumentParser):
         return ""
 
     def _missing(self, names: list[str]) -> str:
-        """Return the sentence about arguments that were not given."""
+        """Return an error message for missing arguments."""
         for action in self._actions:
             if isinstance(action, _SubParsersAction) and action.metavar in names:
                 return f"expected a subcommand: {', '.join(action.choices)}"
@@ -95,7 +95,7 @@ class Parser(ArgumentParser):
         try:
             return super()._get_value(action, arg_string)
         except ArgumentError as error:
-            # A converter of our own says what it expected in its ValueError.
+            # Our own converters raise a ValueError that contains what was expected.
             expected = EXPECTED.get(action.type) or str(error.__context__)
             raise ArgumentError(action, f"'{arg_string}', {expected}") from None
 

@@ -1,8 +1,7 @@
-"""Plug-ins: what other packages add by entry points, each name once.
+"""Plug-ins that other packages add as entry points; each name must be unique.
 
-Two packages that give the same name would hide one another by the accident of an installation's
-order; which of them runs must not depend on that. What goes wrong in a package is told in one
-sentence that names it.
+If two packages used the same name, the order of installation would determine which of them runs.
+Errors in a package are reported in one sentence that names the package.
 """
 
 from __future__ import annotations
@@ -29,12 +28,13 @@ T = TypeVar("T")
 def installed(group: str) -> Mapping[str, EntryPoint]:
     """Return a group's entry points by name, sorted.
 
-    Looking through all installed packages takes some 15 ms; they do not change under a run.
+    Cached: a search of all installed packages takes about 15 ms, and they do not change during a
+    run.
 
     Raises
     ------
     UserError
-        Two packages give the same name.
+        Two packages use the same name.
     """
     found: dict[str, EntryPoint] = {}
     for point in entry_points(group=group):
@@ -52,15 +52,15 @@ def installed(group: str) -> Mapping[str, EntryPoint]:
 
 @cache
 def package_of(point: EntryPoint) -> str:
-    """Return the name of the package that brings a plug-in.
+    """Return the name of the package that provides a plug-in.
 
-    Its description is a file that takes 2 ms to read, and every run asks for each of its protocols.
+    Cached: reading its metadata file takes 2 ms, and every run queries each of its protocols.
     """
     return point.dist.name if point.dist else "no package"
 
 
 def called(point: EntryPoint, action: Callable[[], T], what: str) -> T:
-    """Return what a plug-in's own code returns; tell in one sentence what it raises.
+    """Return the result of a plug-in's own code; report its exceptions in one sentence.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ def called(point: EntryPoint, action: Callable[[], T], what: str) -> T:
     Raises
     ------
     UserError
-        The plug-in raised something other than a sentence of its own; the line is that of the
-        innermost of its own functions.
+        The plug-in raised an exception other than a UserError. The message contains the line of
+        the innermost of its own functions.
     """
     try:
         return action()

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-# Longer lists of what was expected are not read.
+# Nobody reads a longer list of expected words.
 MOST_LISTED = 24
 
 
 def nearest(word: object, known: Iterable[str]) -> str | None:
-    """Return the known word that is most like a misspelt one; None if none is like it.
+    """Return the known word most similar to a misspelt one; None if none is similar.
 
     >>> nearest("pilto", ["run", "pilot"]), nearest("zzz", ["run", "pilot"])
     ('pilot', None)
@@ -25,9 +25,9 @@ def nearest(word: object, known: Iterable[str]) -> str | None:
 
 
 def did_you_mean(word: object, known: Iterable[str], *, start: str = "") -> str:
-    """Return " (did you mean 'pilot'?)", or an empty text if no known word is like it.
+    """Return " (did you mean 'pilot'?)", or an empty text if no known word is similar.
 
-    ``start`` is written before the known word, such as the command that it belongs to.
+    ``start`` is put before the known word, for example the command that it belongs to.
 
     >>> did_you_mean("pilto", ["run", "pilot"])
     " (did you mean 'pilot'?)"
@@ -37,7 +37,7 @@ def did_you_mean(word: object, known: Iterable[str], *, start: str = "") -> str:
 
 
 def expected_one_of(word: object, known: Iterable[str]) -> str:
-    """Return which words were expected, and the one that was probably meant.
+    """Return the expected words, and the one that was probably meant.
 
     >>> expected_one_of("alice", ["bob", "alicia"])
     "expected one of bob, alicia (did you mean 'alicia'?)"

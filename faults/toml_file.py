@@ -1,4 +1,4 @@
-"""A TOML file as a model: read, validated whole, and every fault told at once, with its line."""
+"""Read a TOML file as a model: validate the whole file, and report all errors with their lines."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     Model = TypeVar("Model", bound=BaseModel)
 
 AT = re.compile(r"\(at (?:line (\d+), column \d+|end of document)\)")
-# What tomllib says, in words that name what was expected.
+# tomllib's message -> a message that says what was expected.
 CAUSES = {
     "Invalid value": 'expected a value: words in "quotes", a number, true or false, or a [list]',
     "Expected '=' after a key": "expected key = value",
@@ -33,9 +33,9 @@ CAUSES = {
     "Cannot declare": "the table is given twice",
     "Expected ']' at the end of a table declaration": "expected ] after the table's name",
 }
-# A list of whole numbers, two of which have a comma without a space between them.
+# A list of integers, two of which are separated by a comma without a space.
 TIGHT_COMMA = re.compile(r"=\s*\[[^\].]*?(-?\d+,\d+)")
-# No file of ours has tables within tables so often, or whole numbers so long.
+# No valid file has tables nested more deeply, or longer integers.
 DEEPEST = 20
 MOST_DIGITS = 300
 TOO_LARGE = 10**MOST_DIGITS
@@ -48,24 +48,24 @@ def read_toml(
     parse_float: Callable[[str], object] = float,
     names: Callable[[dict[str, object]], Names] | None = None,
 ) -> Model:
-    """Return what a TOML file says, as a pydantic model.
+    """Read a TOML file as a pydantic model.
 
     Parameters
     ----------
     path : Path
-        The file: UTF-8, with or without the mark that Windows' editors begin with.
+        The file: UTF-8, with or without the byte order mark of Windows editors.
     model : type
         A pydantic model of the whole file.
     parse_float : callable
-        What becomes of a bare decimal number; ``str`` keeps it as it is written.
+        Converts bare decimal numbers; ``str`` keeps them as written.
     names : callable, optional
-        Returns the file's names, from its content; left out: each field is its own key.
+        Returns the file's names, given its content. Default: each field is its own key.
 
     Raises
     ------
     UserError
-        The file cannot be read, is not TOML, or does not fit the model: one message with a line
-        for every fault, which says where it is, what was found and what was expected.
+        The file cannot be read, is not TOML, or does not fit the model. The message has one line
+        per error, with its position, what was found and what was expected.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -85,7 +85,7 @@ def parse_toml(
     parse_float: Callable[[str], object] = float,
     names: Callable[[dict[str, object]], Names] | None = None,
 ) -> Model:
-    """Return what a TOML text says, as `read_toml` does; ``source`` is its name for messages."""
+    """Parse a TOML text like `read_toml`; ``source`` is its name in messages."""
     from pydantic import ValidationError  # noqa: PLC0415 - whoever has a model has loaded it
 
     table = toml_table(text, source, parse_float=parse_float)
@@ -100,12 +100,12 @@ def parse_toml(
 def toml_table(
     text: str, source: str, *, parse_float: Callable[[str], object] = float
 ) -> dict[str, object]:
-    """Return what a TOML text says, where no model knows all that may stand in it.
+    """Parse a TOML text for which there is no complete model.
 
     Raises
     ------
     UserError
-        It is not TOML, or is nested too deeply or has numbers too large for any use.
+        The text is not TOML, is nested too deeply, or contains absurdly large numbers.
     """
     table = _table(text, source, parse_float)
     if faults := list(_beyond_reason(table)):
@@ -123,7 +123,7 @@ def _table(text: str, source: str, parse_float: Callable[[str], object]) -> dict
             f"{source} has brackets within brackets too often; expected at most {DEEPEST}"
         ) from None
     except ValueError:
-        # Python itself refuses to read decimal numbers of thousands of digits.
+        # Python refuses to read decimal numbers with thousands of digits.
         number = max(re.finditer(r"\d[\d_]*", text), key=lambda found: len(found[0]))
         line = text.count("\n", 0, number.start()) + 1
         told = f"line {line}: expected numbers of at most {MOST_DIGITS} digits"
@@ -131,7 +131,7 @@ def _table(text: str, source: str, parse_float: Callable[[str], object]) -> dict
 
 
 def not_toml(text: str, said: str) -> str:
-    """Return why a text is not TOML: the line, and what is expected there.
+    """Return an error message with the line at which a text is not TOML and what is expected.
 
     >>> not_toml('name = "a', "Illegal character (at line 1, column 10)")
     'line 1 is not TOML: a quotation mark is not closed; expected words in two quotation marks'
@@ -156,7 +156,7 @@ def not_toml(text: str, said: str) -> str:
 
 
 def _decimal_commas(told: list[tuple[int, str]], text: str) -> list[tuple[int, str]]:
-    """Return the faults, those of a list that was probably written with decimal commas as one."""
+    """Return the errors; those of a list that probably has decimal commas are merged into one."""
     lines = text.split("\n")
     found: dict[int, str] = {}
     rest = []
@@ -173,7 +173,7 @@ def _decimal_commas(told: list[tuple[int, str]], text: str) -> list[tuple[int, s
 
 
 def _beyond_reason(table: dict[str, object]) -> Iterator[Fault]:
-    """Yield what is nested too deeply or too large to compute with, whatever the model."""
+    """Yield values that are nested too deeply or too large to compute with, whatever the model."""
     todo: list[tuple[Place, object]] = [((), table)]
     while todo:
         place, value = todo.pop()

@@ -1,7 +1,7 @@
-"""Where the keys of a TOML text stand: the line of every key, table and list item.
+"""The line number of every key, table and list item in a TOML text.
 
-`tomllib` tells no lines of what it could read. The text was read by it before, so it is known to
-be valid, and finding the keys needs no more than its words and its brackets.
+`tomllib` does not report lines of valid input. The text has already been parsed and is therefore
+valid, so that its words and brackets are sufficient to find the keys.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import re
 import tomllib
 from dataclasses import dataclass, field
 
-# Where in the file: keys, and numbers in lists, from 0.
+# Position in the file: keys, and list indices from 0.
 Place = tuple[str | int, ...]
 
 TOKEN = re.compile(
@@ -51,27 +51,27 @@ class Lines:
 
 @dataclass(slots=True)
 class _Value:
-    """A list or an inline table that is still open."""
+    """A list or an inline table that has not been closed yet."""
 
     place: Place
-    item: int | None = None  # of a list: the item that comes next
+    item: int | None = None  # in a list: index of the next item
 
 
 @dataclass(slots=True)
 class _Reader:
-    """Reads tokens; knows the table, the open brackets, and whether a key or a value comes next."""
+    """Reads tokens; tracks the table, open brackets, and whether a key or a value comes next."""
 
     table: Place = ()
-    last_item: dict[Place, int] = field(default_factory=dict)  # of each array of tables
+    last_item: dict[Place, int] = field(default_factory=dict)  # for each array of tables
     opened: list[_Value] = field(default_factory=list)
     key: list[str] = field(default_factory=list)
     key_line: int = 0
-    header: int = 0  # brackets that opened it
+    header: int = 0  # number of opening brackets
     in_value: bool = False
     here: Place = ()
 
     def places(self, text: str) -> list[tuple[Place, int]]:
-        """Return every place with its line, in the order of the text."""
+        """Return every place with its line, in text order."""
         found: list[tuple[Place, int]] = []
         line = 1
         for token in TOKEN.finditer(text):
@@ -87,7 +87,7 @@ class _Reader:
         return found
 
     def _key(self, kind: str, said: str, line: int) -> Place:
-        """Take a token where a key may stand; return the place of what it completes."""
+        """Process a token at a key's position; return the place that it completes."""
         if kind == "word":
             self.key_line = line
             self.key.append(_unquoted(said))
@@ -107,7 +107,7 @@ class _Reader:
         return ()
 
     def _value(self, kind: str, said: str) -> Place:
-        """Take a token of a value; return the place of a list item that begins with it."""
+        """Process a token of a value; return the place of a list item that begins with it."""
         begins = kind in ("word", "long") or said in ("[", "{")
         place: Place = ()
         if begins and self.opened and self.opened[-1].item is not None:
@@ -126,7 +126,7 @@ class _Reader:
         return place
 
     def _next(self) -> None:
-        """Go on behind a comma: in a list with the next item, in an inline table with a key."""
+        """Continue after a comma: with the next item of a list, or a key of an inline table."""
         top = self.opened[-1]
         if top.item is None:
             self.in_value = False
@@ -138,12 +138,12 @@ class _Reader:
         self.in_value = True
 
     def _taken(self) -> list[str]:
-        """Return the words of the key, and begin the next."""
+        """Return the words of the key, and start the next one."""
         words, self.key = self.key, []
         return words
 
     def _open_table(self, *, is_item: bool) -> Place:
-        """Return the place of the table that a header opens."""
+        """Return the place of the table that a header starts."""
         *outer, name = self._taken()
         place: Place = ()
         for word in outer:

@@ -1,6 +1,6 @@
-"""One look for every figure: Okabe-Ito colours, light axes, and the same bytes on every run.
+"""The style of every figure: Okabe-Ito colours, light axes, and identical bytes on every run.
 
-Matplotlib takes half a second to import, so it is imported where a figure is drawn or written.
+Matplotlib takes half a second to import, so it is imported only when a figure is drawn or written.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 R = TypeVar("R")
 
-# Okabe and Ito's palette, which colour-blind readers tell apart; dashes and markers differ too.
+# Okabe and Ito's palette, safe for colour-blind readers; dashes and markers differ, too.
 BLUE, VERMILION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
 PURPLE, INK, GREY, PALE = "#CC79A7", "#1F2933", "#52606D", "#7B8794"
 CYCLE = (BLUE, ORANGE, GREEN, VERMILION)
 DASHES = ("-", "--", "-.", ":")
 
-#: Typed loosely: matplotlib names each of its settings in its own type.
+#: Typed loosely, because matplotlib has a type that lists every setting.
 STYLE: dict[Any, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
@@ -54,7 +54,7 @@ STYLE: dict[Any, Any] = {
     "pdf.fonttype": 42,
     "savefig.dpi": 200,
 }
-#: Suffix: the metadata that keeps the bytes the same on every run.
+#: Suffix -> metadata with which the bytes are identical on every run.
 FORMATS: dict[str, dict[str, str | None]] = {
     ".svg": {"Date": None, "Creator": None},
     ".png": {"Software": None},
@@ -63,14 +63,14 @@ FORMATS: dict[str, dict[str, str | None]] = {
 
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Draw a figure in this style, whatever the user's own settings are; notebooks display it."""
+    """Draw a figure in this style, whatever the user's settings are; notebooks display it."""
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
         import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
         from matplotlib.figure import Figure  # noqa: PLC0415
 
-        # Setting a backend imports pyplot, which no figure here needs.
+        # Setting a backend would import pyplot, which is not used here.
         defaults = {key: value for key, value in mpl.rcParamsDefault.items() if key != "backend"}
         with mpl.rc_context(defaults | STYLE):
             made = draw(*args, **kwargs)
@@ -93,7 +93,7 @@ def canvas(
     size : tuple of 2 floats
         Inches.
     **grid
-        What ``Figure.subplots`` takes.
+        Passed to ``Figure.subplots``.
     """
     from matplotlib.figure import Figure  # noqa: PLC0415 - only a figure pays for it
 
@@ -104,7 +104,7 @@ def canvas(
 def note(
     axes: Axes, text: str, at: tuple[float, float], to: tuple[float, float], **how: Any
 ) -> None:
-    """Write a remark at a place of the data, with a thin line to the point that it is about."""
+    """Annotate a data point with text and a thin leader line."""
     axes.annotate(
         text,
         xy=to,
@@ -118,13 +118,13 @@ def note(
 
 @styled
 def with_note(figure: Figure, text: str) -> Figure:
-    """Put a line of text under a figure, as a part of it."""
+    """Put a line of text under a figure as part of it."""
     figure.supxlabel(text, x=0.01, ha="left", fontsize=8, color=GREY)
     return figure
 
 
 def lay_out(figure: Figure) -> None:
-    """Place a figure's parts once, for all formats: the same picture in each, and sooner."""
+    """Compute a figure's layout once, so that all formats show the same picture."""
     import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
 
     if (engine := figure.get_layout_engine()) is not None:
@@ -134,9 +134,10 @@ def lay_out(figure: Figure) -> None:
 
 
 def svg(figure: Figure, *, salt: str = "") -> str:
-    """Return a figure as an SVG element: text selectable, no date, no metadata block.
+    """Return a figure as an SVG element with selectable text, without date and metadata block.
 
-    ``salt`` keeps the element's identifiers apart from those of other figures on the same page.
+    ``salt`` makes the element's identifiers different from those of other figures on the same
+    page.
     """
     import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
     from matplotlib.backends.backend_svg import FigureCanvasSVG  # noqa: PLC0415
@@ -149,7 +150,7 @@ def svg(figure: Figure, *, salt: str = "") -> str:
         backend.print_svg(stream, metadata=FORMATS[".svg"])
     text = re.sub(r"<metadata>.*?</metadata>", "", stream.getvalue(), flags=re.DOTALL)
     text = text[text.index("<svg") :].strip()
-    # Matplotlib names its groups figure_1, axes_1, ... in every figure: once a page is enough.
+    # Matplotlib uses the group names figure_1, axes_1, ... in every figure of a page.
     return re.sub(
         r' id="(figure|axes|patch|line2d|text|matplotlib\.axis|xtick|ytick|legend|'
         r'PathCollection|FillBetweenPolyCollection|LineCollection)_\d+"',
@@ -159,16 +160,16 @@ def svg(figure: Figure, *, salt: str = "") -> str:
 
 
 def save(figure: Figure, path: Path, suffixes: tuple[str, ...] = ()) -> list[Path]:
-    """Write a figure, the same bytes on every run; return the paths.
+    """Write a figure with identical bytes on every run; return the paths.
 
     Parameters
     ----------
     figure : Figure
-        Laid out once, so that it is the same picture in every format.
+        Its layout is computed once, so that it is the same picture in every format.
     path : Path
-        Its suffix says the format, unless ``suffixes`` do.
+        Its suffix defines the format, unless ``suffixes`` are given.
     suffixes : tuple of str
-        Of `FORMATS`; one file each, beside ``path``.
+        Keys of `FORMATS`; one file each, next to ``path``.
     """
     import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
     from matplotlib.backend_bases import get_registered_canvas_class  # noqa: PLC0415

@@ -87,7 +87,8 @@ class LimitsTable(PlateTable):
     def beyond_shipped(self) -> dict[str, float]:
         """Return the limits that are wider than the shipped ones, by name.
 
-        ``duty_window_s`` is not compared.
+        ``duty_window_s`` is not compared, because the shipped duty of 1 does not restrict
+        anything.
         """
         shipped = LimitsTable()
         wider = {}

@@ -1,4 +1,4 @@
-"""Whole sessions on emulated boards over the real wire: what tests and benchmarks share."""
+"""Complete sessions on emulated boards over a pseudo-terminal, shared by tests and benchmarks."""
 
 from __future__ import annotations
 
@@ -59,42 +59,42 @@ finger_speed_mm_s = 50.0
 [[tasks]]"""
 TEXTURED = STUDY.replace("[[tasks]]", TEXTURES.lstrip(), 1)
 MEANS_UM_PP = {"ridges": 1.4, "waves": 0.9}
-OF_A_TEXTURE = 100  # added to the answers of a texture
+OF_A_TEXTURE = 100  # added to the answers for a texture
 
 
 def board_plan(text: str, *, seed: int) -> RunPlan:
-    """Return the plan of the only run of a study."""
+    """Return the plan of a study's only run."""
     return RunPlan(
         study_name="wire", study_text=text, participant="01", seed=seed, language="en", mode="pilot"
     )
 
 
 def felt(board: EmulatorProcess) -> float:
-    """Return ten times what the plate truly does now, of a texture by its mean.
+    """Return ten times the plate's true amplitude; for a texture, based on its mean.
 
-    An estimate that does not fit its row was given to another surface.
+    An estimate that does not match its row was therefore given for another surface.
     """
     state = board.state()
-    if state["state"] == "LIST":  # somewhere in its swing
+    if state["state"] == "LIST":  # at any point of its swing
         return round(OF_A_TEXTURE + 10 * float(state["target_um_pp"]), 1)
     return round(10 * float(state["amplitude_um_pp"]), 1)
 
 
 def due(texture: str, amplitude_um_pp: float) -> tuple[float, float]:
-    """Return the estimate and the readback that a row of a surface must hold."""
+    """Return the estimate and the readback that a surface's row must contain."""
     mean_um_pp = MEANS_UM_PP.get(texture, amplitude_um_pp)
     return 10 * mean_um_pp + (OF_A_TEXTURE if texture in MEANS_UM_PP else 0), mean_um_pp
 
 
 class PatientOperator(UnattendedOperator):
-    """Waits until the board is plugged in again before retrying."""
+    """An operator who waits until the board is plugged in again before retrying."""
 
     def __init__(self, back_s: float, retries: int = 3) -> None:
         super().__init__(retries=retries)
         self._back_s = back_s
 
     def poll(self) -> Request | None:
-        """Retry after a while."""
+        """Request a retry after a while."""
         if self._state == "fault":
             time.sleep(1.2 * self._back_s)
         return super().poll()
@@ -110,7 +110,7 @@ def run_on_board(
     operator: Operator | None = None,
     connected: Callable[[], object] = lambda: None,
 ) -> RunOutcome:
-    """Run a session over the wire; ``connected`` is called once the plate is.
+    """Run a session over the pseudo-terminal; ``connected`` is called once the plate is connected.
 
     Raises
     ------

@@ -23,7 +23,7 @@ class LinkFolders(BuildHookInterface[BuilderConfig]):
     """Link each folder that the wheel maps into the package."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:  # noqa: ARG002
-        """Create the links that are missing, for an editable installation only."""
+        """Create missing links, for an editable installation only."""
         if version != "editable":
             return
         root = Path(self.root)
@@ -34,7 +34,7 @@ class LinkFolders(BuildHookInterface[BuilderConfig]):
 
 
 def link_folder(link: Path, folder: Path) -> None:
-    """Make ``link`` lead to ``folder``; replaces a link whose folder was moved."""
+    """Make ``link`` point to ``folder``; replace a link to an earlier location."""
     link.unlink(missing_ok=True)
     if sys.platform == "win32":
         from _winapi import CreateJunction  # noqa: PLC0415 - on Windows only

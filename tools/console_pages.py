@@ -1,10 +1,10 @@
-"""Take pictures of every page of the console, in both themes, at two widths; run axe-core on them.
+"""Take screenshots of every console page in both themes and two widths; run axe-core on the pages.
 
 Usage: python tools/console_pages.py FOLDER [--axe axe.min.js] [--language fr] [--only NAME ...]
        python tools/console_pages.py docs/images --documentation
 
-Without --axe, npm fetches axe-core into a temporary folder. Exit status 1 where axe-core finds
-something serious or critical. Needs a Chromium; no display.
+Without --axe, npm downloads axe-core to a temporary folder. The exit status is 1 if axe-core finds
+a serious or critical problem. Requires Chromium, but no display.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ if TYPE_CHECKING:
 AXE = "axe-core@4.14.1"
 WIDTHS = {"wide": 1400, "phone": 400, "4k": 3840}
 THEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
-DOCUMENTED = {"today": 1000, "live": 1150, "data": 1150}  # scene -> height of the picture
+DOCUMENTED = {"today": 1000, "live": 1150, "data": 1150}  # scene -> height of the screenshot
 GRAVE = ("serious", "critical")
-FRESH_S = 1.2  # the console reads its folder once a second
+FRESH_S = 1.2  # the console reads its folder once per second
 COMMAND = [sys.executable, "-P", "-m", "slipscale"]
 
-# A session's mailbox without a session: it tells what it is told to, and holds the journal.
+# A stand-in for a session: it reports a given status and locks the journal.
 SESSION = """
 import json, sys, threading, time
 from pathlib import Path
@@ -79,12 +79,12 @@ def journals(folder: Path) -> list[Path]:
 
 
 def cut(journal: Path, lines: int) -> None:
-    """Interrupt a run after so many records."""
+    """Interrupt a run after a number of records."""
     journal.write_bytes(b"".join(journal.read_bytes().splitlines(keepends=True)[:lines]))
 
 
 def laboratory(folder: Path) -> None:
-    """Fill a laboratory folder: eight participants, the last interrupted, and an analysis."""
+    """Create a laboratory folder: eight participants, the last one interrupted, and an analysis."""
     folder.mkdir()
     slipscale(folder, "study", "new", "mine.toml", "--title", "Slipperiness", "--author", "A. B.")
     with (folder / "mine.toml").open("a") as file:
@@ -106,14 +106,14 @@ def slipscale(folder: Path, *words: str) -> None:
 
 
 class Stage:
-    """A laboratory folder with its console, and what can be done to them between two pictures."""
+    """A laboratory folder with its console, and changes to make between two screenshots."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._session: subprocess.Popen[str] | None = None
 
     def tell(self, **changes: Any) -> None:
-        """Have a session run that tells this."""
+        """Make a session run that reports these values."""
         if self._session is None:
             self._session = subprocess.Popen(
                 [*COMMAND[:-2], "-c", SESSION, journals(self.folder)[-1]],
@@ -128,14 +128,14 @@ class Stage:
         self._session.stdout.readline()
 
     def end(self) -> None:
-        """End the session that runs."""
+        """End the running session."""
         if self._session and self._session.stdin:
             self._session.stdin.close()
             self._session.wait()
         self._session = None
 
     def unblind(self) -> None:
-        """End the session; somebody has asked for results."""
+        """End the session and unblind."""
         self.end()
         record = [{"unblinded_utc": "2026-11-20T09:00:00+00:00", "done": 7, "planned": 12}]
         (self.folder / "data/sourcedata/unblinded.json").write_text(json.dumps(record))
@@ -148,7 +148,7 @@ class Stage:
         study.write_text(study.read_text().replace("seed = 2007", "seed = 2008"))
 
     def lose(self) -> None:
-        """Have the study be gone."""
+        """Remove the study file."""
         (self.folder / "mine.toml").unlink()
 
 
@@ -156,7 +156,7 @@ def nothing(_: Stage) -> None:
     """Change nothing."""
 
 
-# Name of a picture: what is done before, the page, and the button that is pressed, as a selector.
+# Name of a screenshot -> preparation, page, and selector of the button to press.
 SCENES: dict[str, tuple[Callable[[Stage], None], str, str]] = {
     "today": (nothing, "", ""),
     "today-asks": (nothing, "", "[data-do=begin]"),
@@ -205,7 +205,7 @@ SCENES: dict[str, tuple[Callable[[Stage], None], str, str]] = {
 
 @contextmanager
 def console(folder: Path) -> Iterator[str]:
-    """Open a console; yield its address."""
+    """Start a console; yield its address."""
     words = [*COMMAND, "lab", "--no-browser", "--port", "0"]
     process = subprocess.Popen(words, cwd=folder, stdout=subprocess.PIPE, text=True)
     with process:
@@ -218,7 +218,7 @@ def console(folder: Path) -> Iterator[str]:
 
 
 def axe_source(given: Path | None, place: Path) -> str:
-    """Return axe-core's script: of a file, or of the package that npm fetches."""
+    """Return axe-core's script from a file, or from the package that npm downloads."""
     if given:
         return given.read_text(encoding="utf-8")
     npm = shutil.which("npm")
@@ -232,7 +232,7 @@ def axe_source(given: Path | None, place: Path) -> str:
 
 
 def faults(page: Page, source: str) -> list[str]:
-    """Return what axe-core finds on a page: how bad, which rule, where."""
+    """Return axe-core's findings on a page: severity, rule and place."""
     page.evaluate(source)
     found = page.evaluate("axe.run(document, {resultTypes: ['violations'], iframes: false})")
     return [
@@ -251,7 +251,7 @@ def look(
     language: str,
     opened: StorageState,
 ) -> list[str]:
-    """Take a scene's pictures; return axe-core's findings, each with its picture."""
+    """Take a scene's screenshots; return axe-core's findings, each with its screenshot."""
     _, path, press = SCENES[name]
     told = []
     for theme in THEMES:
@@ -277,7 +277,7 @@ def look(
 
 
 def enter(browser: Browser, address: str) -> StorageState:
-    """Return what a browser holds after it has opened the address, which it can do once."""
+    """Return the browser's state after it has opened the address, which is possible only once."""
     context = browser.new_context()
     page = context.new_page()
     page.goto(address)
@@ -288,7 +288,7 @@ def enter(browser: Browser, address: str) -> StorageState:
 
 
 def document(browser: Browser, address: str, out: Path, name: str, opened: StorageState) -> None:
-    """Take a scene's picture for the documentation."""
+    """Take a scene's screenshot for the documentation."""
     size: ViewportSize = {"width": 1000, "height": DOCUMENTED[name]}
     page = browser.new_page(color_scheme="light", viewport=size, locale="en", storage_state=opened)
     page.goto(address + SCENES[name][1])
@@ -297,7 +297,7 @@ def document(browser: Browser, address: str, out: Path, name: str, opened: Stora
 
 
 def main() -> int:
-    """Take all pictures; print what axe-core finds; 1 where something is grave."""
+    """Take all screenshots and print axe-core's findings; return 1 if one is severe."""
     parser = argparse.ArgumentParser(description="Look at every page of the console.")
     parser.add_argument("folder", type=Path, help="for the pictures")
     parser.add_argument("--axe", type=Path, help="axe.min.js of the npm package axe-core")

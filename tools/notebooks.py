@@ -1,7 +1,7 @@
 """Execute the notebooks of ``docs/``: python -m tools.notebooks [--write].
 
-Cells run here, in one namespace and without a kernel. Outputs have the forms that a kernel would
-store: what is printed, then the value of the last expression as text, HTML and SVG.
+Cells run in this process, in one namespace and without a kernel. Outputs are stored as a kernel
+would store them: printed text, then the value of the last expression as text, HTML and SVG.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 DOCS = Path(__file__).parents[1] / "docs"
-#: Form of an output -> the method that makes it.
+#: MIME type of an output -> the method that creates it.
 FORMS = {"text/html": "_repr_html_", "image/svg+xml": "_repr_svg_"}
 #: A figure's lines differ between versions of Matplotlib.
 PICTURE = re.compile(r"<svg.*?</svg>", re.DOTALL)
@@ -28,13 +28,13 @@ Notebook = dict[str, Any]
 
 
 def read(path: Path) -> Notebook:
-    """Return a notebook."""
+    """Read a notebook."""
     found: Notebook = json.loads(path.read_text(encoding="utf-8"))
     return found
 
 
 def executed(notebook: Notebook, folder: Path) -> Notebook:
-    """Return a notebook with the outputs of its cells, executed in a folder."""
+    """Execute a notebook in a folder; return it with the cells' outputs."""
     done = copy.deepcopy(notebook)
     names: dict[str, Any] = {"__name__": "__main__"}
     code = [cell for cell in done["cells"] if cell["cell_type"] == "code"]
@@ -62,7 +62,7 @@ def outputs(source: str, names: dict[str, Any], number: int) -> list[dict[str, A
         data = {"text/plain": lines(repr(value))} | {
             form: lines(made)
             for form, method in FORMS.items()
-            # matplotlib's own figures have the method for HTML, and it returns None.
+            # matplotlib's figures have the HTML method, but it returns None.
             if (made := getattr(value, method, lambda: None)()) is not None
         }
         found.append(
@@ -77,12 +77,12 @@ def outputs(source: str, names: dict[str, Any], number: int) -> list[dict[str, A
 
 
 def lines(text: str) -> list[str]:
-    """Return a text as notebooks store it."""
+    """Return a text as a list of lines, as notebooks store it."""
     return text.splitlines(keepends=True)
 
 
 def shown(notebook: Notebook) -> list[str]:
-    """Return the outputs of each code cell for comparison: figures count by being there."""
+    """Return the outputs of each code cell for comparison; of figures, only their presence."""
     return [
         PICTURE.sub("<svg/>", json.dumps(["".join(text) for text in texts(cell)]))
         for cell in notebook["cells"]
@@ -91,7 +91,7 @@ def shown(notebook: Notebook) -> list[str]:
 
 
 def texts(cell: Notebook) -> list[list[str]]:
-    """Return the texts of a cell's outputs, in all their forms."""
+    """Return the texts of a cell's outputs, in all their MIME types."""
     return [
         text
         for output in cell["outputs"]
@@ -100,7 +100,7 @@ def texts(cell: Notebook) -> list[list[str]]:
 
 
 def main() -> int:
-    """Compare the stored outputs with new ones, or store the new ones."""
+    """Compare the stored outputs with new ones, or replace them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--write", action="store_true", help="store the outputs")
     write = parser.parse_args().write

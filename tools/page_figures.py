@@ -1,4 +1,4 @@
-"""Figures of campaigns, put into docs/validation/measured/campaigns.md between two marks."""
+"""Write a campaign's results into docs/validation/measured/campaigns.md between two markers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ END = "<!-- end of figures -->\n"
 
 
 def put(command: str, text: str) -> None:
-    """Replace what the page says of a command's last run."""
+    """Replace the page's results of a command's last run."""
     page = PAGE.read_text(encoding="utf-8")
     begin = f"<!-- figures: {command} -->\n"
     before, mark, rest = page.partition(begin)

@@ -1,10 +1,10 @@
-"""Make the pictures of docs/how-to/planning.md anew: its own commands, one after the other.
+"""Regenerate the pictures of docs/how-to/planning.md by running the page's commands in order.
 
 Usage: python tools/planning_pictures.py [--only WORD ...]
 
-A picture ``A-B.svg`` in docs/images/planning is the file ``B.svg`` of the folder ``plan/A/`` that a
-command wrote, ``A.svg`` the file ``A.svg``. With ``--only``, commands that contain one of the words
-and their pictures. Takes some minutes.
+A picture ``A-B.svg`` in docs/images/planning is the file ``B.svg`` of the folder ``plan/A/`` that
+a command wrote; ``A.svg`` is the file ``A.svg``. With ``--only``, only commands that contain one
+of the words are run. This takes some minutes.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ MOST_BYTES = 150_000
 
 
 def commands(page: str) -> list[list[str]]:
-    """Return the page's commands, in their order, each as its words."""
+    """Return the page's commands in order, each as a list of words."""
     lines = re.findall(r"^    (slipscale .*)$", page, flags=re.MULTILINE)
     return [shlex.split(line, comments=True) for line in lines]
 
 
 def pictures(page: str) -> list[str]:
-    """Return the names of the page's pictures, without their folder."""
+    """Return the names of the page's pictures without their folder."""
     return sorted(set(re.findall(r"\]\(\.\./images/planning/([\w-]+\.svg)\)", page)))
 
 
 def study_file(page: str, begun: str) -> str:
-    """Return the page's study: the file as it was begun, and what the page says to add."""
+    """Return the page's study: the initial file with the page's additions."""
     added = re.search(r"^```toml\n(.*?)^```", page, flags=re.MULTILINE | re.DOTALL)
     if not added:
         raise ValueError(f"{PAGE}: no TOML block to add to the study")
@@ -45,13 +45,13 @@ def study_file(page: str, begun: str) -> str:
 
 
 def made(folder: Path, picture: str) -> Path:
-    """Return the file that a picture is a copy of."""
+    """Return the file from which a picture is copied."""
     where, _, name = picture.partition("-")
     return folder / "plan" / where / name if name else folder / picture
 
 
 def main() -> None:
-    """Follow the page, and copy what it made."""
+    """Run the page's commands, and copy the pictures that they make."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", nargs="+", default=[], metavar="WORD")
     wanted = parser.parse_args().only
@@ -67,7 +67,7 @@ def main() -> None:
             print(shlex.join(words), flush=True)
             environment = os.environ | {"OMP_NUM_THREADS": "1"}
             done = subprocess.run([slipscale, *words[1:]], cwd=folder, env=environment, check=False)
-            if done.returncode not in {0, 1}:  # 1: no size is large enough
+            if done.returncode not in {0, 1}:  # 1: no sample size is large enough
                 raise SystemExit(done.returncode)
             if first:
                 file = folder / words[3]

@@ -1,8 +1,8 @@
-"""Count markers of unnatural English per 1,000 words, and fail when a kind of text gets worse.
+"""Count markers of unnatural English per 1,000 words; fail if a kind of text exceeds its limit.
 
 The kinds are docstrings, messages (other strings of at least four words in the code), texts (the
-English of screens and pages) and documentation. Each may have at most as many markers per 1,000
-words as `LIMITS` allows. Lower a limit when a rewrite has earned it; the target is `TARGET`.
+English of screens and pages) and documentation. `LIMITS` sets the maximum number of markers per
+1,000 words. Lower a limit after a rewrite; the target is `TARGET`.
 
     python -m tools.prose               the counts, and the limits
     python -m tools.prose --list PATH   every marker below a path
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parents[1]
 TARGET = 2.0
-#: Kind -> markers per 1,000 words that are allowed today.
+#: Kind -> markers per 1,000 words that are currently allowed.
 LIMITS = {"docstrings": 11.9, "messages": 11.0, "texts": 12.0, "documentation": 10.6}
-#: What a marker stands for -> its pattern.
+#: Name of a marker -> its pattern.
 MARKERS = {
     "software that tells or says": r"\b(?:tell|tells|told)\b(?! apart)|\b(?:says|said)\b",
     "where for if": (
@@ -84,7 +84,7 @@ def of_code(path: Path) -> Iterator[tuple[str, int, str]]:
 
 
 def texts() -> Iterator[tuple[Path, str, int, str]]:
-    """Yield the file, kind, line and text of everything that is read."""
+    """Yield the file, kind, line and text of everything that is counted."""
     for path in tracked("*.py"):
         if path != Path(__file__).resolve():
             for kind, line, text in of_code(path):
@@ -98,7 +98,7 @@ def texts() -> Iterator[tuple[Path, str, int, str]]:
 
 
 def main(arguments: list[str]) -> int:
-    """Print the counts, or the places; return the exit status."""
+    """Print the counts or the places; return the exit status."""
     below = [str((ROOT / each).resolve()) for each in arguments if not each.startswith("-")]
     words: Counter[str] = Counter()
     markers: Counter[str] = Counter()

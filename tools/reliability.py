@@ -1,9 +1,9 @@
 """Run every line of docs/validation/index.md: each promise with its command.
 
-Use: ``make reliability`` (an hour on a quiet machine), ``make reliability ARGS=--list``,
-``make reliability ARGS="--line 5 --line 7"``, ``ARGS=--write`` for the figures on the page.
+Usage: ``make reliability`` (an hour on a quiet machine), ``make reliability ARGS=--list``,
+``make reliability ARGS="--line 5 --line 7"``; ``ARGS=--write`` updates the results on the page.
 
-Prints a line for each promise and how many hold; exit status 1 where one does not.
+Prints one line per promise, and how many hold. The exit status is 1 if one does not.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "validation" / "index.md"
 ROW = re.compile(r"\| (?P<promise>[^|]+) \| (?P<how>[^|]+) \| `(?P<command>[^`|]+)` \|")
-# What pytest says at its end; nothing that ran is no proof.
+# pytest's summary; a run without tests proves nothing.
 PASSED = re.compile(r"(?P<count>\d+) passed")
-TOLD = 4000  # characters of a failed command's output
+TOLD = 4000  # most characters of a failed command's output
 
 
 @dataclass(frozen=True)
 class Promise:
-    """A line of the page: what is promised, and the command that shows it."""
+    """A line of the page: a promise, and the command that demonstrates it."""
 
     text: str
     command: str
@@ -42,7 +42,7 @@ class Promise:
 
 @dataclass(frozen=True)
 class Shown:
-    """How a promise's command went: whether it holds, tests that passed, and the time."""
+    """The result of a promise's command: whether it holds, number of passed tests, and time."""
 
     promise: Promise
     holds: bool
@@ -51,13 +51,13 @@ class Shown:
 
 
 def promises() -> list[Promise]:
-    """Return the page's promises, in order."""
+    """Return the page's promises in order."""
     found = (ROW.fullmatch(line) for line in PAGE.read_text(encoding="utf-8").splitlines())
     return [Promise(row["promise"], row["command"]) for row in found if row]
 
 
 def shown(promise: Promise) -> Shown:
-    """Run a promise's command; a failed one's output is printed."""
+    """Run a promise's command; print its output if it fails."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', '')}"
     began_s = time.monotonic()
     done = subprocess.run(
@@ -70,7 +70,7 @@ def shown(promise: Promise) -> Shown:
     )
     found = PASSED.search(done.stdout)
     passed = int(found["count"]) if found else None
-    # Tests that were all left out ran nothing, though pytest is content.
+    # pytest also succeeds if all tests were skipped.
     holds = done.returncode == 0 and not ("pytest" in promise.command and not passed)
     if not holds:
         print(done.stdout[-TOLD:], done.stderr[-TOLD:], file=sys.stderr)
@@ -78,7 +78,7 @@ def shown(promise: Promise) -> Shown:
 
 
 def summary(results: Sequence[Shown]) -> str:
-    """Return how many promises hold, and which do not."""
+    """Return how many promises hold, and which ones do not."""
     failed = [result.promise.text for result in results if not result.holds]
     minutes = sum(result.seconds for result in results) / 60
     tests = sum(result.passed or 0 for result in results)
@@ -90,7 +90,7 @@ def summary(results: Sequence[Shown]) -> str:
 
 
 def main(words: list[str] | None = None) -> int:
-    """Run every promise's command; return 1 where one fails."""
+    """Run every promise's command; return 1 if one fails."""
     parser = argparse.ArgumentParser(prog="reliability", description="every promise, shown")
     parser.add_argument("--line", type=int, action="append", help="this promise alone, from 1")
     parser.add_argument("--list", action="store_true", help="the promises and their commands")

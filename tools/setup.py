@@ -1,7 +1,7 @@
-"""Build the environment in .venv, from nothing but Python and pip: `setup.py pilot|session|test`.
+"""Build the environment in .venv with only Python and pip: `setup.py pilot|session|test`.
 
-Each set of packages contains the one before, so .venv grows from one to the next. Standard library
-only: this is the program that runs before anything is installed.
+Each set of packages contains the previous one, so .venv grows from one to the next. This program
+runs before anything is installed and therefore uses only the standard library.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv"
 BOOTSTRAP = ROOT / ".setup"
-#: A link that the editable installation makes; without it nothing can be imported.
+#: A link made by the editable installation; without it, nothing can be imported.
 LINK = ROOT / "src" / "slipscale" / "analysis"
 OLDEST = (3, 11)
-#: Set: the newest Python that it works on (PsychoPy has no release for 3.13), its size.
+#: Set -> the newest Python that it supports (PsychoPy has no release for 3.13), and its size.
 SETS = {
     "pilot": ((3, 13), "450 MB, half a minute"),
     "session": ((3, 12), "650 MB, a minute"),
@@ -33,12 +33,12 @@ def pins(name: str) -> str:
 
 
 def stamp(name: str) -> Path:
-    """Return the file that holds the fingerprint of an installed set."""
+    """Return the file with the fingerprint of an installed set."""
     return VENV / f"ready-{name}"
 
 
 def fingerprint(name: str) -> str:
-    """Return a digest of all that decides what a set's environment holds."""
+    """Return a digest of everything that determines a set's environment."""
     digest = hashlib.sha256(sys.version.encode())
     for path in ("pyproject.toml", pins(name), "tools/setup.py", "src/slipscale/__init__.py"):
         digest.update((ROOT / path).read_bytes())
@@ -46,7 +46,7 @@ def fingerprint(name: str) -> str:
 
 
 def is_ready(name: str) -> bool:
-    """Return whether .venv holds a set, or a larger one, as pinned now."""
+    """Return whether .venv contains a set, or a larger one, as currently pinned."""
     larger = list(SETS)[list(SETS).index(name) :]
     return LINK.exists() and any(
         stamp(each).exists() and stamp(each).read_text() == fingerprint(each) for each in larger
@@ -59,13 +59,13 @@ def python_in(venv: Path) -> Path:
 
 
 def find_uv() -> str | None:
-    """Return a uv to install with: the user's own, or one that pip puts in .setup."""
+    """Return a uv to install with: the user's own, or one installed with pip in .setup."""
     present = shutil.which("uv")
     if present:
         return present
     own = BOOTSTRAP / "bin" / ("uv.exe" if os.name == "nt" else "uv")
     if not own.exists():
-        # --target works where the system's Python is externally managed and has no venv module.
+        # --target works even if the system's Python is externally managed and has no venv module.
         command = [sys.executable, "-m", "pip", "install", "--quiet", "--target", str(BOOTSTRAP)]
         if subprocess.run([*command, "uv"], check=False).returncode:
             return None

@@ -1,8 +1,8 @@
-"""Install the system packages that Slipscale needs, or print the command that does.
+"""Install the system packages that Slipscale requires, or print the command that does.
 
-Standard library only. The exit status is 0 if all packages are present, and 1 if some are missing
-and could not be installed. With --optional only the packages of the participant's window are
-installed, and a missing one is reported but is not an error: a pilot opens no window.
+Uses only the standard library. The exit status is 0 if all packages are present, and 1 if some are
+missing and could not be installed. With --optional, only the packages of the participant's window
+are installed, and a missing one is reported but is not an error, because a pilot opens no window.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 INSTALL = ("apt-get", "install", "-y", "--no-install-recommends")
-# OpenGL, fonts, sound: what the participant's window needs.
+# Requirements of the participant's window: OpenGL, fonts, sound.
 WINDOW = ("libgl1", "libglu1-mesa", "libfontconfig1", "libportaudio2")
-# What the tests need in addition, by purpose.
+# Additional requirements of the tests, by purpose.
 TESTS = (
     *("xvfb", "xauth", "x11-xkb-utils", "xdotool"),  # a virtual screen, its keyboard, key presses
     *("gcc", "g++", "gcc-avr", "avr-libc", "arduino-core-avr"),  # the reference firmware
@@ -60,10 +60,10 @@ def privilege() -> list[str] | None:
 
 
 def main() -> int:
-    """Install what is missing; return the exit status."""
+    """Install missing packages; return the exit status."""
     optional = "--optional" in sys.argv[1:]
     if not sys.platform.startswith("linux"):
-        return 0  # macOS and Windows bring GL and sound; their window needs no Xvfb
+        return 0  # macOS and Windows include GL and sound; no Xvfb is required
     packages = WINDOW if optional else WINDOW + TESTS
     if not shutil.which("apt-get"):
         print(f"Not a Debian or Ubuntu: please install the equivalents of {' '.join(packages)}.")
@@ -74,7 +74,7 @@ def main() -> int:
     prefix = privilege()
     if prefix is not None:
         print(f"Installing system packages: {' '.join(wanted)} ...", flush=True)
-        # A fresh machine may be busy with its own updates.
+        # A new machine may still be installing updates.
         options = ["-qq", "-o", "DPkg::Lock::Timeout=300"]
         _quietly([*prefix, "apt-get", "update", *options])
         wanted = offered(wanted)

@@ -1,7 +1,7 @@
-"""Make the pictures of the tutorial pages anew: a participant's screen and a figure of each study.
+"""Regenerate the pictures of the tutorial pages: a participant's screen and a figure per study.
 
 Usage: make pictures, or python tools/tutorial_pictures.py [--only STUDY ...] [--folder DIR]
-Needs a display; under a virtual one: xvfb-run -s "-screen 0 1280x800x24" ...
+Requires a display; with a virtual one: xvfb-run -s "-screen 0 1280x800x24" ...
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ IMAGES = Path(__file__).resolve().parent.parent / "docs" / "images" / "tutorials
 
 
 class Tutorial(NamedTuple):
-    """What a page shows: the figure of a pilot of so many people."""
+    """The content of a page: the figure of a pilot with a number of participants."""
 
     figure: str
     participants: int
@@ -64,7 +64,7 @@ def picture_name(study: str, what: str) -> str:
 
 
 def main_screen(study: str) -> Scene:
-    """Return the screen of a study's first question, or of its first turning."""
+    """Return the screen of a study's first question or first adjustment."""
     plan = pilot_plans(study, participants=1, seed=None, language="en")[0]
     for step in dry_run(plan):
         if isinstance(step, Ask | Adjust) and step.trial:
@@ -83,7 +83,7 @@ def figure_of(study: str) -> Figure:
 
 
 def small(picture: Image.Image, path: Path) -> None:
-    """Save a picture no wider than `WIDTH`, in few colours."""
+    """Save a picture no wider than `WIDTH`, with few colours."""
     height = round(picture.height * min(WIDTH / picture.width, 1.0))
     fitted = picture.convert("RGB").resize(
         (min(WIDTH, picture.width), height), Image.Resampling.LANCZOS

@@ -1,8 +1,8 @@
-"""Hold the conformance kit against boards that are wrong on purpose.
+"""Test the conformance kit with boards that are wrong on purpose.
 
-Use: ``python -m tools.wrong_boards`` (some minutes). Prints, for each kind of wrong board, which
-rules of the wire and which steps of the guided part find it. Exit status 1 if a kind is found by
-neither, or if the correct board departs from a rule.
+Usage: ``python -m tools.wrong_boards`` (some minutes). Prints, for each kind of wrong board, which
+rules of the wire and which guided tests detect it. The exit status is 1 if neither detects a kind,
+or if the correct board departs from a rule.
 
 Each kind is a variant of the emulated board, in virtual time.
 """
@@ -35,7 +35,7 @@ LOAD = FingerLoad(loss=1 / 300)  # Q from 60 to 50
 
 
 class VirtualLine:
-    """A board at the end of a line, in time that passes only while somebody waits."""
+    """A line to a board, in time that passes only during waits."""
 
     port = "virtual"
 
@@ -49,7 +49,7 @@ class VirtualLine:
         return self.clock.now()
 
     def sleep(self, duration_s: float) -> None:
-        """Let time pass, a tick of the board after the other."""
+        """Let time pass, one tick of the board after another."""
         for _ in range(math.ceil(duration_s / TICK_S)):
             self.clock.sleep(TICK_S)
             self.board.tick(self.clock.now())
@@ -60,7 +60,7 @@ class VirtualLine:
             self.told += reply
 
     def close(self) -> None:
-        """Let go of it."""
+        """Release the line."""
 
     def read(self) -> bytes:
         """Return what the board has sent."""
@@ -71,14 +71,14 @@ class VirtualLine:
 
 
 class Operator:
-    """Does what the guided part asks for, with a second instrument that is right."""
+    """Performs the actions of the guided tests, with a correct second instrument."""
 
     def __init__(self, line: VirtualLine, bench: Bench) -> None:
         self._line, self._bench = line, bench
         self._twin = line.board.twin
 
     def load(self, *, on: bool) -> None:
-        """Put the load on the plate, or take it away."""
+        """Put the load on the plate, or remove it."""
         self._twin.amplitude_um_pp(self._line.now())
         self._twin.finger = LOAD if on else NO_FINGER
 
@@ -136,7 +136,7 @@ class NoWatchdogInOpen(NoWatchdog):
 
 
 class ContentWatchdog(Variant):
-    """A watchdog that is content with any byte."""
+    """A watchdog that any byte satisfies."""
 
     def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
         self._heard_s = now_s
@@ -144,7 +144,7 @@ class ContentWatchdog(Variant):
 
 
 class FakesSilence(Variant):
-    """Reports silence after a cause, and goes on to drive."""
+    """Reports silence after a cause, but continues to drive."""
 
     cause = "OUTP"
     faked = False
@@ -218,7 +218,7 @@ class FalseHold(Variant):
 
 
 class WideHold(Variant):
-    """HOLD within 10 %, where it stops to correct."""
+    """HOLD within 10 %, without any correction inside that band."""
 
     def _settled(self, measured_um_pp: float, *, was_limited: bool) -> str:
         if abs(measured_um_pp - self.target_um_pp) <= 0.1 * self.target_um_pp:
@@ -232,7 +232,7 @@ class WideHold(Variant):
 
 
 class NoSaturation(Variant):
-    """Reports HOLD where the voltage does not suffice."""
+    """Reports HOLD although the voltage is insufficient."""
 
     def _settled(self, measured_um_pp: float, *, was_limited: bool) -> str:
         state = super()._settled(measured_um_pp, was_limited=was_limited)
@@ -240,7 +240,7 @@ class NoSaturation(Variant):
 
 
 class FrozenReadback(Variant):
-    """The sensor's reading is the first that was ever above 0.1 µm."""
+    """The sensor's reading stays at the first one above 0.1 µm."""
 
     _frozen: float | None = None
 
@@ -282,7 +282,7 @@ class FakedReadback(EchoedReadback):
 
 
 class StepsInsteadOfRamp(Variant):
-    """Goes to an amplitude at once, up and down."""
+    """Changes the amplitude at once, without a ramp."""
 
     def _ramp(self, now_s: float) -> None:
         self._commanded_s -= firmware.RAMP_S
@@ -308,7 +308,7 @@ class NoOnTimeLimit(Variant):
 
 
 class SlowList(Variant):
-    """Plays a list twice too slow."""
+    """Plays a list at half speed."""
 
     def _list_play(self, arguments: list[str], now_s: float) -> str:
         value = super()._list_play(arguments, now_s)
@@ -319,7 +319,7 @@ class SlowList(Variant):
 
 
 class ChangedList(Variant):
-    """Plays another list than it was sent."""
+    """Plays a different list from the one it received."""
 
     def _list_play(self, arguments: list[str], now_s: float) -> str:
         value = super()._list_play(arguments, now_s)
@@ -330,7 +330,7 @@ class ChangedList(Variant):
         return value
 
     def change(self, points: tuple[float, ...]) -> tuple[float, ...]:
-        """Return what is played."""
+        """Return the list to play."""
         return points
 
 
@@ -342,7 +342,7 @@ class FlatList(ChangedList):
 
 
 class InvertedList(ChangedList):
-    """Plays a list upside down about its mean."""
+    """Plays a list inverted around its mean."""
 
     def change(self, points: tuple[float, ...]) -> tuple[float, ...]:
         mean = sum(points) / len(points)
@@ -350,7 +350,7 @@ class InvertedList(ChangedList):
 
 
 class CutList(ChangedList):
-    """Plays a list's first eight points only."""
+    """Plays only a list's first eight points."""
 
     def change(self, points: tuple[float, ...]) -> tuple[float, ...]:
         return points[: wire.POINTS_A_LINE]
@@ -371,7 +371,7 @@ class DoubledDrive(Variant):
 
 
 class ForgetsNotAtStop(Variant):
-    """Takes ! out of its line, so that a frame with ! inside is run."""
+    """Removes ! from its line but keeps the rest, so that a frame containing ! is run."""
 
     def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
         before, stop, after = data.partition(wire.STOP)
@@ -383,7 +383,7 @@ class ForgetsNotAtStop(Variant):
 
 
 class ForgetsItsAnswer(Variant):
-    """Plain ``*IDN?`` takes the place of the answer that was kept."""
+    """Plain ``*IDN?`` replaces the answer kept for repetitions."""
 
     def _line(self, line: bytes, now_s: float) -> tuple[str, bytes] | None:
         if line == b"*IDN?":
@@ -392,7 +392,7 @@ class ForgetsItsAnswer(Variant):
 
 
 class CutsLines(Variant):
-    """Cuts what is too long, and runs the rest."""
+    """Truncates lines that are too long, and runs them."""
 
     def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
         *lines, rest = data.split(b"\n")
@@ -408,7 +408,7 @@ class AnswersTwice(Variant):
 
 
 class NoLimits(Variant):
-    """Does not hold to its own limits."""
+    """Does not enforce its own limits."""
 
     def _amplitude(self, arguments: list[str], now_s: float) -> str:
         kept, self.limits = self.limits, replace(self.limits, amplitude_um_pp=1e9)
@@ -426,19 +426,19 @@ WRONG: tuple[type[Board], ...] = (
     SlowList, FlatList, InvertedList, CutList, DoubledDrive,
     ForgetsNotAtStop, ForgetsItsAnswer, CutsLines, AnswersTwice, NoLimits,
 )  # fmt: skip
-# The wire alone need not show them: the reports of a plate without a load agree.
+# The wire may not reveal these: without a load on the plate, their reports are consistent.
 GUIDED_ONLY = (FakesSilenceAndReading, FalseHold, WideHold, NoSaturation)
 
 
 def departures(kind: type[Board], *, long: bool = False) -> dict[str, str]:
-    """Return the rules of the wire that a kind of board departs from, and how."""
+    """Return the rules of the wire from which a kind of board departs, with details."""
     line = VirtualLine(kind(Twin(), boot=1))
     verdicts = examine(Bench(line, line, long=long))
     return {each.rule: each.detail for each in verdicts if each.outcome == "departs"}
 
 
 def guided_departures(kind: type[Board]) -> dict[str, str]:
-    """Return the steps of the guided part that a kind of board fails, and how."""
+    """Return the guided tests that a kind of board fails, with details."""
     line = VirtualLine(kind(Twin(), boot=1))
     bench = Bench(line, line)
     verdicts = guide(bench, Operator(line, bench))

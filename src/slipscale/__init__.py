@@ -13,7 +13,7 @@ The functions of `FUNCTIONS` are imported when they are first used:
 
 __version__ = "0.1.0"
 
-TYPE_CHECKING = False  # typing's own takes milliseconds to import
+TYPE_CHECKING = False  # importing it from typing takes milliseconds
 if TYPE_CHECKING:
     from slipscale.analysis.api import open_plate, pilot, power, read_study, reconstruct
     from slipscale.analysis.load import load

@@ -1,8 +1,8 @@
-"""The command line: one table of commands, each loaded only when called.
+"""The command line: a table of commands, each loaded only when called.
 
-A command's module has a table ``COMMANDS``, a mapping from the command's name to the pair
-``(add_arguments, run)``: the first fills an argparse parser, the second takes the parsed
-arguments and returns the exit status.
+A command's module has a table ``COMMANDS`` that maps the command's name to the pair
+``(add_arguments, run)``: the first fills an argparse parser; the second takes the parsed arguments
+and returns the exit status.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from slipscale.faults import (
     harmless,
 )
 
-TYPE_CHECKING = False  # typing's own takes milliseconds to import
+TYPE_CHECKING = False  # importing it from typing takes milliseconds
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
     from collections.abc import Callable
 
-# Group of commands: {name: (module that holds it, what it does, an example)}.
+# Group of commands: {name: (module, description, example)}.
 GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
     "Sessions": {
         "check": (
@@ -121,7 +121,7 @@ COMMANDS = {name: row for group in GROUPS.values() for name, row in group.items(
 
 
 def usage() -> str:
-    """Return the help text of ``slipscale`` itself."""
+    """Return the help text of ``slipscale``."""
     lines = ["usage: slipscale COMMAND [ARGUMENT ...]", ""]
     lines += ["Laboratory software for ultrasonic tactile plates."]
     for title, group in GROUPS.items():
@@ -138,14 +138,14 @@ def main(arguments: list[str] | None = None) -> int:
     Parameters
     ----------
     arguments : list of str, optional
-        The command line after the program's name. By default ``sys.argv[1:]``, as this process's
-        only command: signals then end the process quietly with status 130, also before and after
-        the command.
+        The command line after the program's name. Default: ``sys.argv[1:]``, as the process's only
+        command; signals then end the process quietly with status 130, also before and after the
+        command.
 
     Returns
     -------
     int
-        0 done; 1 it ran and the answer is no; 2 wrong input; 3 the rig failed; 130 interrupted.
+        0 done; 1 it ran with a negative result; 2 wrong input; 3 the rig failed; 130 interrupted.
     """
     if "_ARGCOMPLETE" in os.environ:
         complete()
@@ -160,12 +160,12 @@ def main(arguments: list[str] | None = None) -> int:
     except Exception:
         if not ended:
             raise
-        return INTERRUPTED  # a library that was being imported made another error of the signal
+        return INTERRUPTED  # a library being imported converted the signal to another error
     return status
 
 
 def _signals_end() -> list[str]:
-    """Have signals raise KeyboardInterrupt; end the process at once when the list is not empty."""
+    """Make signals raise KeyboardInterrupt; once the list is not empty, they end the process."""
     import signal  # noqa: PLC0415 - a library that calls `main` keeps its own handlers
 
     from slipscale.hardware.signals import ENDINGS, note_signal  # noqa: PLC0415
@@ -180,7 +180,7 @@ def _signals_end() -> list[str]:
 
     for name in ENDINGS:
         number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # as nohup sets it
+        if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # ignored under nohup
             signal.signal(number, end)
     return ended
 
@@ -191,14 +191,14 @@ def _answer(words: list[str]) -> int:
         status = dispatch(words)
         sys.stdout.flush()
     except BrokenPipeError:
-        # Whoever read our output (head, a pager) has had enough; so have we, without complaint.
+        # The reader of our output (head, a pager) has closed it: end without a message.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     return status
 
 
 def dispatch(words: list[str]) -> int:
-    """Answer what needs no command, or call the command; return the exit status."""
+    """Handle options that require no command, or call the command; return the exit status."""
     if not words or words[0] in ("-h", "--help", "help"):
         print(usage())
         return DONE if words else USER_FAULT
@@ -216,7 +216,7 @@ def dispatch(words: list[str]) -> int:
 
 
 def complete() -> None:
-    """Answer the shell, which asks for completions of a command line; then exit."""
+    """Answer a shell's request for completions of a command line, then exit."""
     from argcomplete import autocomplete  # noqa: PLC0415 - only when the shell asks
 
     from slipscale.faults.parser import Parser  # noqa: PLC0415
@@ -225,14 +225,14 @@ def complete() -> None:
     commands = parser.add_subparsers()
     for name, (module, purpose, _) in COMMANDS.items():
         commands.add_parser(name, help=purpose).loads = (module, name)
-    # argcomplete looks only at arguments that are there before it parses.
+    # argcomplete only uses arguments that were added before it parses.
     parser.load(os.environ.get("COMP_LINE", "").split()[1:])
     autocomplete(parser)
 
 
 def load_command(name: str) -> tuple[ArgumentParser, Callable[[Namespace], int]]:
-    """Return a command's parser, and the function that runs the command."""
-    # Imported here so that `slipscale --help` feels instant.
+    """Return a command's parser and the function that runs the command."""
+    # Imported here to keep `slipscale --help` fast.
     from importlib import import_module  # noqa: PLC0415
 
     from slipscale.faults.parser import Parser  # noqa: PLC0415
@@ -249,7 +249,7 @@ def load_command(name: str) -> tuple[ArgumentParser, Callable[[Namespace], int]]
 
 
 def call(name: str, words: list[str]) -> int:
-    """Load a command and run it; turn the user's and the rig's faults into one sentence."""
+    """Load and run a command; report the user's and the rig's faults in one sentence."""
     verbose = "--verbose" in words
     try:
         parser, run = load_command(name)
@@ -280,7 +280,7 @@ def call(name: str, words: list[str]) -> int:
 
 
 def _failed(name: str, sentence: str, status: int, *, verbose: bool = False) -> int:
-    """Print why a command failed, with ``verbose`` also where; return the exit status."""
+    """Print why a command failed (``verbose``: also where); return the exit status."""
     if verbose:
         from traceback import print_exc  # noqa: PLC0415
 
@@ -290,7 +290,7 @@ def _failed(name: str, sentence: str, status: int, *, verbose: bool = False) -> 
 
 
 def _report_steps() -> None:
-    """Write what Slipscale logs to standard error, with the seconds since the start."""
+    """Write Slipscale's log to standard error, with the seconds since the start."""
     import logging  # noqa: PLC0415
 
     class Seconds(logging.Formatter):

@@ -1,6 +1,6 @@
-"""What each command needs, checked before it starts to work: packages, programs, ports, folders.
+"""The requirements of each command, checked before it starts: packages, programs, ports, folders.
 
-Devices count wherever they are named: on the command line, in the journal of the run that goes on,
+Devices are checked wherever they are named: on the command line, in the journal of a resumed run,
 in the laboratory folder, in the study or in the plate's file.
 """
 
@@ -27,11 +27,11 @@ ANALYSIS = ("pandas", "pingouin", "statsmodels", "joblib")
 
 @dataclass(frozen=True, slots=True)
 class Need:
-    """What a command needs, always or with one of its options.
+    """A requirement of a command, always or with one of its options.
 
-    ``command`` includes the subcommand, if there is one. ``option`` is the name of what
-    `options_of` returns, "" if the need does not depend on one; ``value`` is one of its values, or
-    the driver of a SPEC, "" if any value counts.
+    ``command`` includes the subcommand, if there is one. ``option`` is a key of the result of
+    `options_of`, or "" if the requirement does not depend on an option. ``value`` is one of its
+    values or the driver in a SPEC, or "" for any value.
     """
 
     command: str
@@ -41,7 +41,7 @@ class Need:
     programs: tuple[str, ...] = ()
 
     def applies(self, options: Mapping[str, object]) -> bool:
-        """Return whether a command's options lead to this need."""
+        """Return whether a command's options cause this requirement."""
         given = options.get(self.option) if self.option else True
         if not self.value:
             return bool(given)
@@ -51,7 +51,7 @@ class Need:
         )
 
 
-#: Option that takes SPECs: each driver that a SPEC can name, and the module that it imports.
+#: Option that takes SPECs -> each driver that a SPEC can name, with the module that it imports.
 DRIVERS = {
     "plate": {"serial": "serial", "scpi": "pyvisa", "sound": "sounddevice"},
     "markers": {"lsl": "pylsl", "serial": "serial"},
@@ -59,7 +59,7 @@ DRIVERS = {
     "force": {"load_cells": "serial", "daq": "nidaqmx"},
 }
 SESSIONS = ("run", "check", "next", "resume")
-#: Command: its options that take SPECs.
+#: Command -> its options that take SPECs.
 WITH_DEVICES = dict.fromkeys(SESSIONS, tuple(DRIVERS)) | dict.fromkeys(
     ("plate watch", "plate calibrate", "plate conform"), ("plate",)
 )
@@ -90,7 +90,7 @@ NEEDS = (
     ),
 )
 
-#: Command -> options that name what it writes: a folder, or a file.
+#: Command -> options that name its output: a folder or a file.
 WRITES = {
     "analyse": ("out",),
     "export": ("out",),
@@ -110,7 +110,7 @@ WRITES = {
 }
 
 
-#: Command -> where it writes without --out.
+#: Command -> its output without --out.
 WITHOUT_OUT: dict[str, Callable[[Namespace], Path | None]] = {
     "analyse": lambda args: _folder_of(Path(args.dataset)),
     "pilot": lambda _: here().pilots,
@@ -125,7 +125,7 @@ def _folder_of(dataset: Path) -> Path:
 
 
 def check(name: str, args: Namespace) -> None:
-    """Check what a command will need, before it starts to work.
+    """Check a command's requirements before it starts.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def check(name: str, args: Namespace) -> None:
     ------
     UserError
         A package or a program is missing, a port cannot be opened, or a folder cannot be written
-        to; all that is wrong, in one sentence.
+        to. One sentence lists all problems.
     """
     what = getattr(args, "what", None)
     command = f"{name} {what}" if what else name
@@ -162,8 +162,8 @@ def check(name: str, args: Namespace) -> None:
 def options_of(command: str, args: Namespace) -> dict[str, object]:
     """Return a command's options.
 
-    If the command uses devices, what the command line leaves open is the interrupted run's, the
-    laboratory folder's, the study's or the plate file's, in this order.
+    If the command uses devices, options missing on the command line are taken from the interrupted
+    run, the laboratory folder, the study or the plate file, in this order.
 
     Raises
     ------
@@ -189,14 +189,14 @@ def options_of(command: str, args: Namespace) -> dict[str, object]:
 
 
 def _sources(options: Mapping[str, object]) -> dict[str, object]:
-    """Return what measures the finger in a session, from the files that name it, too."""
+    """Return a session's finger sensors, including those named in files."""
     from slipscale.experiments.running import contact_sources as contact  # noqa: PLC0415
     from slipscale.experiments.study.file import read_study  # noqa: PLC0415
     from slipscale.hardware.address import plate_file_of, with_plate_file  # noqa: PLC0415
 
     named = {kind: str(options[kind]) for kind in ("position", "force") if options.get(kind)}
     specs = contact.ContactSpecs(**named)
-    with suppress(UserError):  # the command itself reports what is wrong with these files
+    with suppress(UserError):  # the command itself reports errors in these files
         study, _ = read_study(str(options["study"]))
         specs = specs.otherwise(contact.of_study(study))
         plate = plate_file_of(with_plate_file(str(options["plate"]), study.plate.file))
@@ -205,7 +205,7 @@ def _sources(options: Mapping[str, object]) -> dict[str, object]:
 
 
 def _forbidden_ports(command: str, options: Mapping[str, object]) -> Iterator[str]:
-    """Yield a sentence for each port that is there and that this user may not open."""
+    """Yield a sentence for each existing port that this user may not open."""
     for option in WITH_DEVICES.get(command, ()):
         given = options.get(option)
         specs = [given] if isinstance(given, str) else given
@@ -223,7 +223,7 @@ def _forbidden_ports(command: str, options: Mapping[str, object]) -> Iterator[st
 def _written(
     command: str, args: Namespace, options: Mapping[str, object]
 ) -> Iterator[tuple[str, Path]]:
-    """Yield each place that a command writes to, with its name for messages."""
+    """Yield each path that a command writes to, with its name for messages."""
     for option in WRITES.get(command, ()):
         if given := options.get(option):
             yield f"--{option} {given}" if option in args else str(given), Path(str(given))
@@ -232,7 +232,7 @@ def _written(
 
 
 def _missing_packages(modules: Iterable[str]) -> list[str]:
-    """Return one sentence for each extra that is missing."""
+    """Return one sentence per missing extra."""
     sentences: dict[str, str] = {}
     for module in modules:
         if not is_installed(module):
@@ -249,9 +249,9 @@ def is_installed(module: str) -> bool:
 
 
 def unwritable(path: Path) -> str:
-    """Return why nothing can be written at a path, or an empty text.
+    """Return why a path cannot be written; empty if it can.
 
-    Folders that do not exist yet are made; the nearest one that exists counts.
+    Folders that do not exist are created later, so the nearest existing folder is checked.
     """
     there = path
     try:

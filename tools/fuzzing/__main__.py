@@ -1,15 +1,15 @@
-"""The campaign of texts: whatever a file holds, it is used or refused in a sentence.
+"""The fuzzing campaign: whatever a file contains, it is used or rejected with an error message.
 
-Use: ``make fuzz`` (10,000 texts of each kind), ``make fuzz TEXTS=100000 ARGS=--write``.
+Usage: ``make fuzz`` (10,000 texts of each kind), ``make fuzz TEXTS=100000 ARGS=--write``.
 
-Every kind is a module of this package: what its texts are, and what is done with each. A process
-tries a thousand texts of one kind, with limits of time and memory; the kinds take turns, so that a
-campaign that is broken off has tried all of them. It goes on where it was: its figures are
-in ``build/fuzz.json`` (``--anew`` begins again). A find is told by its kind and number:
+Each kind of text is a module of this package, which defines the texts and how to use them. A
+process tries 1,000 texts of one kind, with limits of time and memory. The kinds take turns, so
+that an interrupted campaign has covered all of them. A campaign continues from ``build/fuzz.json``
+(``--anew`` restarts it). A find is identified by its kind and number:
 
     python -m tools.fuzzing --show journals 4711     # prints the text, and uses it
 
-Exit status 1 where a text ended in anything else than use or a sentence.
+The exit status is 1 if a text ended in anything other than use or an error message.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ if TYPE_CHECKING:
     from concurrent.futures import Future
 
 STATE = Path(__file__).parents[2] / "build" / "fuzz.json"
-# Texts of one process: what it holds at its end is what so many texts left behind.
+# Texts per process; its memory at the end shows what this many texts leave behind.
 CHUNK = 1000
-# Finds with the same words are one cause.
+# Finds with the same description have one cause.
 WIDTH = 8
 
 
 def chunk(name: str, numbers: Sequence[int]) -> Outcome:
-    """Try texts of a kind in a process of their own; one that ends it is a find too."""
+    """Try texts of a kind in a separate process; if one ends the process, it is a find, too."""
     with tempfile.NamedTemporaryFile() as place:
         place.write(bytes(WIDTH))
         place.flush()
@@ -64,9 +64,9 @@ def chunk(name: str, numbers: Sequence[int]) -> Outcome:
 
 
 def child(name: str, place: Path) -> None:
-    """Try the texts whose numbers stand on standard input, and print the outcome.
+    """Try the texts whose numbers are on standard input, and print the outcome.
 
-    The file holds the count of texts that have begun, for whoever waits.
+    The file at ``place`` contains the number of texts started, for the parent process.
     """
     numbers = json.load(sys.stdin)
     with place.open("r+b") as file, mmap.mmap(file.fileno(), WIDTH) as begun:
@@ -87,7 +87,7 @@ def outcome_from(data: dict[str, object]) -> Outcome:
 
 
 def read_state() -> dict[str, Outcome]:
-    """Return how far a campaign has come, by kind."""
+    """Read the progress of a campaign by kind."""
     if not STATE.exists():
         return {}
     known = json.loads(STATE.read_text(encoding="utf-8"))
@@ -95,17 +95,17 @@ def read_state() -> dict[str, Outcome]:
 
 
 def write_state(state: dict[str, Outcome]) -> None:
-    """Keep how far a campaign has come."""
+    """Save the progress of a campaign."""
     STATE.parent.mkdir(exist_ok=True)
     text = json.dumps({name: asdict(each) for name, each in state.items()}, indent=1)
     STATE.write_text(text, encoding="utf-8")
 
 
 def campaign(names: Sequence[str], texts: int, processes: int, state: dict[str, Outcome]) -> None:
-    """Try texts of every kind until so many were tried; a kind has one process at a time."""
+    """Try texts of every kind until ``texts`` were tried, with at most one process per kind."""
     for name in names:
         known = state.setdefault(name, Outcome())
-        if known.finds:  # perhaps mended since
+        if known.finds:  # possibly fixed since
             known.finds = chunk(name, [find.number for find in known.finds]).finds
     running: dict[Future[Outcome], str] = {}
     with ThreadPoolExecutor(processes) as pool:
@@ -126,7 +126,7 @@ def campaign(names: Sequence[str], texts: int, processes: int, state: dict[str, 
 
 
 def add(whole: Outcome, part: Outcome) -> None:
-    """Count a part's texts with the whole's."""
+    """Add a part's outcome to the total."""
     whole.tried += part.tried
     whole.used += part.used
     whole.longest_s = max(whole.longest_s, part.longest_s)
@@ -134,7 +134,7 @@ def add(whole: Outcome, part: Outcome) -> None:
 
 
 def table(state: dict[str, Outcome]) -> list[str]:
-    """Return the figures as lines of a table."""
+    """Return the counts as lines of a table."""
     heads = ("texts", "tried", "used, not refused", "longest, s of the processor", "finds")
     lines = [f"| {' | '.join(heads)} |", f"|{' --- |' * len(heads)}"]
     return [*lines, *(_line(name, outcome) for name, outcome in state.items())]
@@ -148,7 +148,7 @@ def _line(name: str, found: Outcome) -> str:
 
 
 def causes(state: dict[str, Outcome]) -> list[str]:
-    """Return a sentence for each cause of finds: how often, its first text and how to see it."""
+    """Return a sentence for each cause of finds: its count, its first text and how to show it."""
     first: dict[tuple[str, str], list[Find]] = {}
     for outcome in state.values():
         for find in outcome.finds:
@@ -161,7 +161,7 @@ def causes(state: dict[str, Outcome]) -> list[str]:
 
 
 def show(name: str, number: int) -> None:
-    """Print a text and use it: what is raised is raised."""
+    """Print a text and use it; exceptions are not caught."""
     with tempfile.TemporaryDirectory() as place:
         text = case(kind_of(name).prepared(Path(place)), name, number)
         print(f"{text.name}\n{text.content!r}")
@@ -169,7 +169,7 @@ def show(name: str, number: int) -> None:
 
 
 def main(words: list[str] | None = None) -> int:
-    """Run the campaign; return 1 where there are finds."""
+    """Run the campaign; return 1 if there are finds."""
     parser = argparse.ArgumentParser(prog="fuzzing", description="texts of any content")
     parser.add_argument("--texts", type=int, default=10_000, help="of each kind (default: 10000)")
     parser.add_argument("--kind", action="append", choices=KINDS, help="this one (default: all)")

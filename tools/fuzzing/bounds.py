@@ -1,4 +1,4 @@
-"""What one text may take: 2 s of the processor and 500 MB. POSIX only, as campaigns are."""
+"""Limits for one text: 2 s of processor time and 500 MB. POSIX only, like the campaigns."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 MOST_S = 2.0
 MOST_BYTES = 500 * 2**20
-# What no signal reaches, a loop in C, ends with its process after so much more.
+# A loop in C that no signal reaches ends with its process after this additional time.
 ENDED_AFTER_S = 20
 
 
 class TooLong(BaseException):
-    """A text took more of the processor than any may; no ``except Exception`` hides it."""
+    """A text exceeded the limit of processor time; ``except Exception`` does not catch this."""
 
 
 def _too_long(*_: object) -> None:
@@ -28,9 +28,9 @@ def _too_long(*_: object) -> None:
 
 @contextmanager
 def limited_memory() -> Iterator[None]:
-    """Let the process have 500 MB more than it has now: what asks for more gets a MemoryError.
+    """Allow the process 500 MB more than it has now; larger requests raise MemoryError.
 
-    What earlier texts left behind counts too: a cache that grows is found.
+    Memory kept from earlier texts counts, too, which reveals a cache that grows.
     """
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
     held = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
@@ -43,12 +43,12 @@ def limited_memory() -> Iterator[None]:
 
 @contextmanager
 def limited_time() -> Iterator[None]:
-    """Raise `TooLong` after 2 s of the processor.
+    """Raise `TooLong` after 2 s of processor time.
 
     Raises
     ------
     TooLong
-        At once, or where nothing could interrupt it, as soon as it has ended.
+        Immediately or, if the code could not be interrupted, as soon as it has ended.
     """
     began_s = time.process_time()
     soft, hard = resource.getrlimit(resource.RLIMIT_CPU)

@@ -1,4 +1,4 @@
-"""Calibrations: used as a plate uses them, or refused in a sentence."""
+"""Calibrations: used as a plate uses them, or rejected with an error message."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ TODAY = dt.date(2026, 3, 1)
 
 
 def whole_calibration() -> Calibration:
-    """Return the mock plate's calibration, as few readings of a sweep give it."""
+    """Return the mock plate's calibration from a short sweep."""
     plate = MockPlate(clock=VirtualClock())
     plate.connect()
 
@@ -55,7 +55,7 @@ def _prepared(folder: Path) -> Callable[[Random], Case]:
 
     def drawn(random: Random) -> Case:
         content = changed_file(random, text)
-        # Of half of them the checksum is right: whoever changed the file computed it.
+        # Half of them have a correct checksum, as if the author of the change had computed it.
         signed = random.randrange(2) == 0
         return Case(name=path.name, content=content, use=lambda: _use(path, content, signed=signed))
 

@@ -1,6 +1,6 @@
-"""Texts of a kind, tried one after the other; what is not a sentence is kept.
+"""Try texts of a kind one by one; record every result other than use or an error message.
 
-Text number n of a kind follows from the kind's name and n alone: it can be made again.
+Text number n of a kind depends only on the kind's name and n, so that it can be reproduced.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ KINDS = (
     *("study_files", "journals", "data_sets", "tables_by_hand", "calibrations", "plate_files"),
     *("published_tables", "code_books", "laboratory_files", "column_meanings"),
 )
-# The first texts load what is loaded late; then memory is limited.
+# The first texts trigger lazy imports; memory is limited after them.
 WARMING = 40
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Find:
-    """A text that ended in something else than use or a sentence.
+    """A text that ended in something other than use or an error message.
 
     Parameters
     ----------
     kind, number : str, int
-        Which text.
+        Identify the text.
     what : str
         The error and where it was raised; the same for texts with one cause.
     """
@@ -50,7 +50,7 @@ class Find:
 
 @dataclass(slots=True)
 class Outcome:
-    """How texts of a kind went: how many were tried and used, and the finds."""
+    """The results for texts of a kind: how many were tried and used, and the finds."""
 
     tried: int = 0
     used: int = 0
@@ -59,18 +59,18 @@ class Outcome:
 
 
 def kind_of(name: str) -> Kind:
-    """Return a kind by its module's name."""
+    """Return a kind by the name of its module."""
     kind: Kind = import_module(f"tools.fuzzing.{name}").KIND
     return kind
 
 
 def case(draw: Callable[[random.Random], Case], name: str, number: int) -> Case:
-    """Return a kind's text of a number."""
+    """Return the text of a kind with this number."""
     return draw(random.Random(f"{name} {number}"))
 
 
 def tried(name: str, numbers: Iterable[int]) -> Outcome:
-    """Try texts of a kind by their numbers, each within 2 s of the processor, all within 500 MB."""
+    """Try texts of a kind by number, each within 2 s of processor time, all within 500 MB."""
     outcome = Outcome()
     with ExitStack() as stack:
         draw = kind_of(name).prepared(stack.enter_context(folder()))
@@ -99,7 +99,7 @@ def _try(outcome: Outcome, draw: Callable[[random.Random], Case], name: str, num
 
 
 def _said(error: Exception) -> str:
-    """Return an error's kind, where our code was when it was raised, and the error."""
+    """Return an error's type, the position in our code where it was raised, and its message."""
     frames = [
         frame
         for frame in traceback.extract_tb(error.__traceback__)

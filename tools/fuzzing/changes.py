@@ -1,7 +1,7 @@
-"""Texts as people, editors and broken disks leave them: a file of ours, changed in a few places.
+"""Texts as people, editors and damaged disks leave them: a valid file changed in a few places.
 
-A value, a number, a key, a line, a character, its encoding. What is drawn follows from the random
-numbers alone, so that a text can be made again.
+Changes affect a value, a number, a key, a line, a character or the encoding. They depend only on
+the random numbers, so that a text can be reproduced.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 ENTRY = re.compile(r'(?P<key>\s*["\w.-]+\s*[=:]\s*)(?P<value>.+?)(?P<end>,?)')
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
 
-# What stands in the place of a value: nothing, too much, another type, what only looks right.
+# Replacements of a value: nothing, too much, another type, something that only looks right.
 ODD = (
     *('""', "[]", "{}", "[[]]", "[{}]", "true", "nan", "-inf", "inf", "0", "-0.0", "-1", "1e308"),
     *("-1e308", "1e-320", "1e999", "10000000000000000000000000", "9" * 400, "9" * 5000, "1e-9"),
@@ -25,29 +25,29 @@ ODD = (
     *("[0.0, 0.0]", "[1e308, 2.0]", "[" * 5000 + "]" * 5000, "'''", "999999999", "1_000_000"),
     *("0x7fffffffffffffff", "[nan, 1.0]", "{ x = { x = { x = 1 } } }", '["\\n"]', "null"),
 )
-# What stands in the place of a number alone: near it, or of another size.
+# Replacements of a number only: small changes, or another magnitude.
 ODD_NUMBERS = ("0", "1", "2", "-1", "1e-9", "0.001", "1e6", "1e9", "1e26", "1e308", "nan", "300")
 ENCODINGS = ("utf-8",) * 20 + ("utf-8-sig", "utf-8-sig", "utf-16", "cp1252", "latin-1")
 LINE_ENDS = ("\n",) * 8 + ("\r\n", "\r")
-# One character in so many texts: quotation marks, marks of order, what is no character.
+# Characters to insert: quotation marks, bidirectional marks, and non-characters.
 SIGNS = "\"'\\[]{}#=,;.\t\r\n\x00\x1b\x7f\u00a0\u0301\u202e\u2028\ufeff\ufffdéµ０½\U0001f590"
 CHANGES = ("value",) * 6 + ("number",) * 8 + ("drop",) * 2 + ("key", "again", "cut", "in")
-# Mostly one change: what is wrong in one place alone gets furthest.
+# Mostly one change, because a text with a single error gets furthest.
 HOW_MANY = (1, 1, 1, 1, 1, 2, 2, 3, 4)
-# One text in so many is cut short.
+# One text in this many is truncated.
 CUT_SHORT = 40
 
 
 def changed_file(random: Random, text: str, cells: str = "") -> bytes:
-    """Return a text with some of its lines changed, in some encoding, perhaps cut short.
+    """Return a text with some lines changed, in some encoding, possibly truncated.
 
     Parameters
     ----------
     random : Random
     text : str
-        As it should be.
+        The valid text.
     cells : str
-        What parts cells, in a table; in a TOML file nothing does.
+        Separator of cells, for a table; empty for a TOML file.
     """
     content = changed_lines(random, text, cells).encode(random.choice(ENCODINGS), "replace")
     if random.randrange(CUT_SHORT) == 0:
@@ -56,7 +56,7 @@ def changed_file(random: Random, text: str, cells: str = "") -> bytes:
 
 
 def changed_lines(random: Random, text: str, cells: str = "") -> str:
-    """Return a text with one to four of its lines changed; see `changed_file`."""
+    """Return a text with one to four lines changed; see `changed_file`."""
     lines = text.splitlines()
     for _ in range(random.choice(HOW_MANY)):
         if not lines:
@@ -82,7 +82,7 @@ def changed_lines(random: Random, text: str, cells: str = "") -> str:
 
 
 def characters(random: Random, most: int = 6) -> str:
-    """Return some characters: plain ones, signs that mean something to a parser, any."""
+    """Return some characters: plain ones, ones with a meaning for parsers, or arbitrary ones."""
     return "".join(
         random.choice((chr(random.randint(32, 126)), random.choice(SIGNS), _any(random)))
         for _ in range(random.randint(0, most))
@@ -90,7 +90,7 @@ def characters(random: Random, most: int = 6) -> str:
 
 
 def number(random: Random) -> str:
-    """Return a number as it may stand in a file."""
+    """Return a number in a form that may occur in a file."""
     return random.choice(
         (
             str(random.randint(-3, 300)),
@@ -102,7 +102,7 @@ def number(random: Random) -> str:
 
 
 def number_changed(random: Random, line: str) -> str:
-    """Return a line with one of its numbers changed, if it has one."""
+    """Return a line with one of its numbers changed, if it contains one."""
     found = list(NUMBER.finditer(line))
     if not found:
         return line

@@ -1,4 +1,4 @@
-"""Code books: any report is coded by them, or they are refused in a sentence."""
+"""Code books: any report can be coded with them, or they are rejected with an error message."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``analysis.toml`` beside a table of one's own: the table is read as it says, or a sentence."""
+"""``analysis.toml`` next to a user's own table: the table is read accordingly, or rejected."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ loud = 2.5
 unit = "dB"
 judged = "loudness"
 """
-# A table and what its columns mean.
+# A table and the meaning of its columns.
 PAIRS = ((LONG, RATED), (LONG, ANSWERED), (WIDE, IN_COLUMNS))
 
 

@@ -1,8 +1,8 @@
-"""Data sets with one file changed: analysed and verified, or refused in a sentence.
+"""Data sets with one changed file: analysed and verified, or rejected with an error message.
 
-A data set of one short run is written once for each protocol; a text replaces one of its files,
-which is put back afterwards. Its journals are not changed (they are a kind of their own), so that
-they are read once. What is not reached so: two files that are wrong together.
+A data set of one short run is written once per protocol. Each text replaces one of its files,
+which is restored afterwards. The journals are not changed (they are a separate kind), so they are
+read only once. This does not cover two files that are wrong together.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def _use(dataset: Path, path: Path, content: bytes, whole: bytes) -> bool:
 
 def _taken(dataset: Path) -> bool:
     try:
-        data = load(dataset)  # verifies too
+        data = load(dataset)  # also verifies
     except UserError as error:
         if not str(error):
             raise

@@ -1,7 +1,7 @@
-"""Journals of every protocol with changed records: read, built and gone on with, or a sentence.
+"""Journals of every protocol with changed records: read, built and resumed, or rejected.
 
-Mostly all checksums and hashes are computed anew, as by a program that wrote something wrong: what
-a disk does is found by them at once.
+In most texts, all checksums and hashes are recomputed, as by a program that wrote wrong content;
+otherwise they would detect any change at once, as they do after disk errors.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ KINDS = (
 )
 CHANGES = ("set", "set", "set", "remove", "rename", "kind", "number", "time", "drop", "again")
 DEEPEST = 3
-# One journal in so many has bytes changed, and no checksum computed.
+# One journal in this many has changed bytes without recomputed checksums.
 DAMAGED = 5
-# One in so many has lost its end, and the session goes on with it.
+# One journal in this many is truncated, and the session resumes it.
 GONE_ON_WITH = 6
 
 
@@ -65,7 +65,7 @@ def _prepared(folder: Path) -> Callable[[Random], Case]:
 
 
 def _rewritten(lines: Sequence[bytes], records: Sequence[Record], random: Random) -> bytes:
-    """Return a journal with one record changed, or two, and the hashes of all after it."""
+    """Return a journal with one or two records changed and all later hashes recomputed."""
     new = list(records)
     first = len(new)
     for _ in range(random.choice((1, 1, 2))):
@@ -84,7 +84,7 @@ def _rewritten(lines: Sequence[bytes], records: Sequence[Record], random: Random
 
 
 def _changed(record: Record, random: Random) -> list[Record]:
-    """Return what stands in a record's place."""
+    """Return the records that replace a record."""
     how = random.choice(CHANGES)
     times_s = (-1.0, 0.0, 1e308, random.random() * 1e4)
     whole = {
@@ -101,7 +101,7 @@ def _changed(record: Record, random: Random) -> list[Record]:
 
 
 def _entries(value: object, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield the way to every entry of nested plain data."""
+    """Yield the path to every entry of nested plain data."""
     inner: Any = ()
     if isinstance(value, Mapping):
         inner = value.items()
@@ -113,7 +113,7 @@ def _entries(value: object, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ..
 
 
 def _set(data: dict[str, Any], way: tuple[Any, ...], how: str, random: Random) -> dict[str, Any]:
-    """Return data with an entry removed, renamed or set to anything."""
+    """Return data with one entry removed, renamed or set to an arbitrary value."""
     new: dict[str, Any] = json.loads(json.dumps(data))
     *outer, last = way
     target: Any = new
@@ -124,7 +124,7 @@ def _set(data: dict[str, Any], way: tuple[Any, ...], how: str, random: Random) -
     elif how == "rename" and isinstance(target, dict):
         target[f"x{last}"] = target.pop(last)
     elif isinstance(target[last], str) and random.randrange(2):
-        # A study, a plate's description: nearly what it was.
+        # Texts, such as a study or a plate's description, are changed slightly.
         target[last] = changed_file(random, target[last]).decode(errors="replace")
     else:
         target[last] = _value(random)
@@ -132,7 +132,7 @@ def _set(data: dict[str, Any], way: tuple[Any, ...], how: str, random: Random) -
 
 
 def _value(random: Random, depth: int = 0) -> object:
-    """Return anything that JSON can hold."""
+    """Return an arbitrary JSON value."""
     if depth < DEEPEST and random.randrange(4) == 0:
         inner = [_value(random, depth + 1) for _ in range(random.randint(0, 3))]
         return inner if random.randrange(2) else {characters(random, 4): each for each in inner}
@@ -153,7 +153,7 @@ def _use(dataset: Path, path: Path, content: bytes, plan: RunPlan | None) -> boo
     runs, problems = read_runs(dataset)
     files, unfit = render(runs)
     told = [str(problem) for problem in (*problems, *unfit)]
-    # An empty file holds nothing: a run that has not begun.
+    # An empty file is a run that has not begun.
     if (content and not (files or told)) or not all(told):
         raise AssertionError("neither tables nor a sentence")
     if plan:

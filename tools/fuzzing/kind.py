@@ -1,4 +1,4 @@
-"""A kind of text that the campaign tries, and one such text."""
+"""A kind of text for the campaign, and one text of it."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """A text, and what is done with it.
+    """A text, and how to use it.
 
     Parameters
     ----------
     name : str
-        The file's.
+        The file's name.
     content : bytes
     use : callable
-        Reads and uses it; returns whether it was taken, and not refused in a sentence.
+        Reads and uses the text; returns whether it was accepted, as opposed to rejected with an
+        error message.
     """
 
     name: str
@@ -36,10 +37,10 @@ class Kind:
     Parameters
     ----------
     title : str
-        In the page's words.
+        Title on the documentation page.
     prepared : callable
-        Given an empty folder, returns what draws a case from random numbers. What all texts
-        share, such as a whole data set, is made once.
+        Given an empty folder, returns a function that draws a case from random numbers. Data
+        shared by all texts, such as a complete data set, are made once.
     """
 
     title: str

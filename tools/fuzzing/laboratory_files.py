@@ -1,4 +1,4 @@
-"""``slipscale.toml`` of a laboratory folder: the defaults of every command, or a sentence."""
+"""``slipscale.toml`` of a laboratory folder: used for every command's defaults, or rejected."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plate files: signed, opened and their limits enforced, or refused in a sentence."""
+"""Plate files: signed, opened and their limits enforced, or rejected with an error message."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def _prepared(folder: Path) -> Callable[[Random], Case]:
     (folder / CALIBRATION).write_text(to_toml(whole_calibration()), encoding="utf-8")
     path = folder / "plate.toml"
     new_plate(Identity(name="desk"), Wiring(backend="mock"), path)
-    # The examples of the parts that a new file leaves out, as a user has them without their "#".
+    # Uncomment the examples of the optional parts, as a user would.
     text = re.sub(r"^# (?=\[|\w+ = )", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
     path.write_text(text, encoding="utf-8")
     sign(path, today=TODAY)

@@ -1,4 +1,4 @@
-"""Published tables: understood, down to what their ratings must add up to, or refused."""
+"""Published tables: used, including the sums that their ratings must have, or rejected."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CSV = """label,n,mean,sd,scale_minimum,scale_maximum,maximum_deviation,rounding,
 1.2 um,12,46.2,20.1,0,100,,truncated,
 "1,2",7,3.14,0.90,1,7,,,3
 """
-# Every key of the format, almost.
+# Almost every key of the format.
 TOML = """
 title = "Much that a table can print"
 design = "paired"
@@ -60,7 +60,7 @@ statistic = "2.31"
 columns = ["mean and interval", "sum and SD"]
 """
 
-# So fine a scale that little can be listed.
+# A scale so fine that few data sets can be listed.
 FINE = TOML.replace('step = "1/2"', 'step = "0.001"')
 
 

@@ -1,4 +1,4 @@
-"""Short recorded runs of every protocol, for journals and data sets to be changed."""
+"""Short recorded runs of every protocol, from which journals and data sets are changed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def record(folder: Path) -> dict[str, RunPlan]:
-    """Record a run of each protocol, each in a data set of the protocol's name.
+    """Record a run of each protocol, each in a data set named after the protocol.
 
     Returns
     -------
@@ -28,7 +28,7 @@ def record(folder: Path) -> dict[str, RunPlan]:
         study = folder / f"{protocol}.toml"
         study.write_text(text, encoding="utf-8")
         plan = pilot_plans(str(study), participants=1, seed=None, language=None)[0]
-        # The same on every machine and in every folder.
+        # Independent of machine and folder.
         plans[protocol] = replace(plan, study_name=protocol)
         with looked_up_once():
             run_simulated(folder / protocol, plans[protocol], "mock")

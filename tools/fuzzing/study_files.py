@@ -1,4 +1,4 @@
-"""Study files: shown, with the orders of a participant, or refused in a sentence."""
+"""Study files: shown with a participant's orders, or rejected with an error message."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 # The protocol that presents textures.
 TEXTURED = "magnitude_estimation"
-# What `slipscale analyse` knows by the task's own name alone, without a label.
+# Tasks that `slipscale analyse` recognises only by their own name, without a label.
 ANALYSED_BY_NAME = ("magnitude_estimation", "descending_difference")
 
 
 def short_studies() -> dict[str, str]:
-    """Return a study a protocol, with every option: short, so that many can be tried."""
+    """Return one short study per protocol, with every option."""
     text = EVERY_OPTION.read_text(encoding="utf-8")
     found = {}
     for number, task in enumerate(tomlkit.parse(text)["tasks"]):

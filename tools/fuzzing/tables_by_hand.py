@@ -1,6 +1,7 @@
-"""Tables by hand, as spreadsheets save them: read, or refused in a sentence.
+"""Hand-made tables as spreadsheets save them: read, or rejected with an error message.
 
-Any separator, decimal commas, thousands, quotation marks or none; UTF-8, CP1252, UTF-16.
+Any separator, with decimal commas, thousands separators, quotation marks or none of these; UTF-8,
+CP1252 or UTF-16.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The reference of the command line, from the commands' own parsers."""
+"""The command-line reference, generated from the commands' parsers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ input is wrong; 3 the rig failed; 130 interrupted.
 
 @cache
 def parsers() -> dict[str, argparse.ArgumentParser]:
-    """Return every command's parser, by its words: ``"slipscale plate list"``."""
+    """Return every command's parser by its words: ``"slipscale plate list"``."""
     return dict(_walk())
 
 
@@ -38,14 +38,14 @@ def _walk() -> Iterator[tuple[str, argparse.ArgumentParser]]:
                     part.description = part.description or helps[word]
                     yield part.prog, part
     for word, (module, purpose) in plate.SUBCOMMANDS.items():
-        # Loaded one by one, as the command does.
+        # Loaded one by one, as by the command.
         part = argparse.ArgumentParser(prog=f"slipscale plate {word}", description=purpose)
         import_module(module).COMMANDS[word][0](part)
         yield part.prog, part
 
 
 def arguments(parser: argparse.ArgumentParser) -> list[argparse.Action]:
-    """Return a parser's own arguments: neither ``--help`` nor subcommands."""
+    """Return a parser's own arguments, without ``--help`` and subcommands."""
     kinds = (argparse._HelpAction, argparse._SubParsersAction)  # noqa: SLF001
     return [
         action
@@ -61,7 +61,7 @@ def pages() -> dict[str, str]:
 
 
 def section(prog: str, parser: argparse.ArgumentParser) -> str:
-    """Return a command's section: what it does, its usage, its arguments."""
+    """Return a command's section: description, usage and arguments."""
     parser.formatter_class = partial(argparse.HelpFormatter, width=88)
     purpose = parser.description or ""
     lines = [
@@ -75,7 +75,7 @@ def section(prog: str, parser: argparse.ArgumentParser) -> str:
 
 
 def row(parser: argparse.ArgumentParser, action: argparse.Action) -> list[str]:
-    """Return an argument's line of the table."""
+    """Return an argument's row of the table."""
     names = ", ".join(action.option_strings)
     value = "" if action.nargs == 0 else str(action.metavar or action.dest.upper())
     if action.choices and not names:

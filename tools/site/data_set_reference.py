@@ -1,4 +1,4 @@
-"""The reference of the data set, from the schema and the protocols' columns."""
+"""The data set reference, generated from the schema and the protocols' columns."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def pages() -> dict[str, str]:
 
 
 def page() -> str:
-    """Return the text: columns that most protocols share are listed once."""
+    """Return the page's text; columns that most protocols share are listed once."""
     shipped = {
         name: protocol for name in protocol_names() if _is_shipped(protocol := load_protocol(name))
     }
@@ -123,7 +123,7 @@ def _rows(described: Mapping[str, Column]) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for name, column in described.items():
         levels = "; ".join(f"`{level}`: {means}" for level, means in column.levels.items())
-        # The flags have a table of their own.
+        # Flags have a separate table.
         meaning = column.description.partition(":")[0] if name == "flag" else column.description
         meaning = f"{meaning} ({levels})" if levels else meaning
         rows.append((code(name), column.kind, column.units, meaning))

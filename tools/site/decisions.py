@@ -1,4 +1,4 @@
-"""The index of decisions, from their titles."""
+"""The index of decisions, generated from their titles."""
 
 from __future__ import annotations
 

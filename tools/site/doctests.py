@@ -1,4 +1,4 @@
-"""An extension of Griffe: doctests in docstrings are shown as code, wherever they stand."""
+"""An extension of Griffe that renders doctests anywhere in docstrings as code."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ DOCTEST = re.compile(r"^>>> .*(?:\n(?!\s*$).+)*", re.MULTILINE)
 
 
 class Doctests(griffe.Extension):
-    """Fence each doctest: Markdown takes its prompts for quotations."""
+    """Fence each doctest; otherwise Markdown renders its prompts as quotations."""
 
     def on_object(self, *, obj: griffe.Object, **_: object) -> None:
-        """Rewrite the docstring of an object, before it is parsed."""
+        """Rewrite an object's docstring before it is parsed."""
         if obj.docstring:
             obj.docstring.value = DOCTEST.sub(r"```pycon\n\g<0>\n```", obj.docstring.value)

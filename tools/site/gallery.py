@@ -1,4 +1,4 @@
-"""The gallery of studies: each shipped study file, and what a participant gets from it."""
+"""The gallery of studies: each shipped study file, and what a participant experiences."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PRACTICE, MAIN = "#9aa5a4", "#00796b"
 
 
 def pages() -> dict[str, str]:
-    """Return a page and a figure for each study, and the index."""
+    """Return one page and one figure per study, and the index."""
     made: dict[str, str] = {}
     rows = []
     for name in shipped_studies():
@@ -46,7 +46,7 @@ def pages() -> dict[str, str]:
 
 
 def page(name: str, study: Study, text: str) -> str:
-    """Return a study's page: its words, its trials, its file."""
+    """Return a study's page: its texts, its trials and its file."""
     comment = []
     for line in text.splitlines():
         if not line.startswith("#"):
@@ -81,7 +81,7 @@ every machine.
 
 
 def figure(name: str, study: Study, text: str) -> str:
-    """Return the amplitudes of participant 01's trials, task by task, as SVG."""
+    """Return an SVG of the amplitudes of participant 01's trials, task by task."""
     import matplotlib as mpl  # noqa: PLC0415 - a second's import, only when drawn
     from matplotlib.figure import Figure  # noqa: PLC0415
 

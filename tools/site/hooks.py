@@ -1,8 +1,8 @@
-"""What MkDocs calls while it builds the site: generated pages, their place, small corrections.
+"""MkDocs hooks: generated pages, their place in the menu, and small corrections.
 
-Pages that follow from the code or from files outside ``docs/`` are made here, at build time, and
-committed nowhere: the references, the gallery of studies, the index of decisions, and the pages
-that the repository shows at its root.
+Pages derived from the code, or from files outside ``docs/``, are generated at build time and not
+committed: the references, the gallery of studies, the index of decisions, and the pages at the
+repository's root.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[2]
 
-# Each returns pages (or other files) by their path in the site's sources.
+# Each function returns pages (or other files) by path in the site's sources.
 SOURCES: tuple[Callable[[], dict[str, str]], ...] = (
     command_reference.pages,
     data_set_reference.pages,
@@ -46,12 +46,12 @@ SOURCES: tuple[Callable[[], dict[str, str]], ...] = (
     reconstruction_example.pages,
     study_reference.pages,
 )
-# Pages at the repository's root: where they stand in the site.
+# Page at the repository's root -> its path in the site.
 AT_THE_ROOT = {
     "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
 }
-# The menu: the folders of docs/, each with the pages that come first; the others follow by name.
+# The menu: folders of docs/, each with the pages that come first; others follow by name.
 MENU: dict[str, tuple[str, ...]] = {
     "tutorials": ("tutorials/first-day.md",),
     "how-to": ("how-to/install.md", "how-to/run-a-session.md", "how-to/laboratory-folder.md"),
@@ -62,12 +62,12 @@ MENU: dict[str, tuple[str, ...]] = {
     "extending": (),
 }
 PROJECT = ("changelog.md", "contributing.md", "decisions/index.md")
-# Found after the pages that a user reads.
+# Ranked after user pages in the search.
 SPECIAL = ("decisions/", "reference/python/")
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the generated pages, then set the menu from all pages there are."""
+    """Add the generated pages, then build the menu from all pages."""
     made = {path: text for source in SOURCES for path, text in source().items()}
     for name, path in AT_THE_ROOT.items():
         made[path] = for_the_site((ROOT / name).read_text(encoding="utf-8"))
@@ -93,12 +93,12 @@ def menu(pages: list[str]) -> list[str | dict[str, list[str]]]:
 
 
 def on_post_build(config: MkDocsConfig) -> None:
-    """Remove the page that only a server shows: its links begin at a server's root."""
+    """Remove the page that only works on a server, since its links begin at the server's root."""
     Path(config.site_dir, "404.html").unlink(missing_ok=True)
 
 
 def for_the_site(text: str) -> str:
-    """Return a page of the repository's root with its links as the site has them.
+    """Return a page from the repository's root with links adapted to the site.
 
     >>> for_the_site("[a](docs/a.md), [b](docs/decisions), [c](hardware/firmware/x)")
     '[a](a.md), [b](decisions/index.md), c'
@@ -107,17 +107,17 @@ def for_the_site(text: str) -> str:
         text = text.replace(f"]({name})", f"]({path})")
     text = text.replace("](docs/decisions)", "](decisions/index.md)").replace("](docs/", "](")
     text = text.replace(".ipynb)", ".md)")
-    # What the site does not hold stays in words.
+    # Links to files outside the site become plain text.
     text = re.sub(r"(?<!!)\[([^\]]+)\]\((?!https?:)[^)]*(?<!\.md)\)", r"\1", text)
     return text.replace("<details>", '<details markdown="1">')
 
 
 def on_page_markdown(markdown: str, *, page: Page, **_: object) -> str:
-    """Show the name of a page's files, and doctests as what they are; rank the page in a search."""
+    """Show the file names of code blocks, mark doctests as code, and set the search rank."""
     if page.file.src_uri.startswith(SPECIAL):
         page.meta["search"] = {"boost": 0.3}
     markdown = markdown.replace(".ipynb)", ".md)")
-    # "output" marks what the tests compare; a fence of two words is none to Markdown.
+    # "output" marks text that the tests compare; Markdown rejects a fence with two words.
     markdown = re.sub(r"^```(\w+) output$", r"```\1", markdown, flags=re.MULTILINE)
     markdown = re.sub(r"^```(\w+) file=(\S+)$", r'```\1 title="\2"', markdown, flags=re.MULTILINE)
     return markdown.replace("```python\n>>> ", "```pycon\n>>> ")

@@ -9,7 +9,7 @@ from tools.notebooks import DOCS, read
 if TYPE_CHECKING:
     from tools.notebooks import Notebook
 
-#: Form of an output -> how the page shows it; the first that an output has.
+#: MIME type of an output -> its form on the page; the first available one is used.
 SHOWN = {
     "text/html": "<div>{}</div>",
     "image/svg+xml": "<div>{}</div>",
@@ -18,7 +18,7 @@ SHOWN = {
 
 
 def pages() -> dict[str, str]:
-    """Return a page for each notebook."""
+    """Return one page per notebook."""
     return {
         str(path.relative_to(DOCS).with_suffix(".md")): page(read(path))
         for path in sorted(DOCS.rglob("*.ipynb"))

@@ -1,4 +1,4 @@
-"""The reference of SPECs, from what each shipped backend says of its own."""
+"""The SPEC reference, generated from the docstrings of the shipped backends."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The reference of the Python API: a page for each package, made by mkdocstrings."""
+"""The Python API reference: one page per package, rendered by mkdocstrings."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tools.site.tables import table
 
 ROOT = Path(__file__).parents[2]
 WINGS = ("analysis", "experiments", "hardware", "stimuli", "figure_style", "faults")
-# Commands have a reference of their own; the participant's window is nobody's library.
+# Commands have a separate reference; the participant's window is not a library.
 LEFT_OUT = ("cli", "psychopy_window")
 INTRODUCTION = """# Python API
 
@@ -19,7 +19,7 @@ From the docstrings: public names, with their units, shapes and errors. How they
 
 
 def pages() -> dict[str, str]:
-    """Return a page for each package, and the index."""
+    """Return one page per package, and the index."""
     made = {
         f"reference/python/{package_name(package)}.md": page(package)
         for wing in WINGS
@@ -37,7 +37,7 @@ def pages() -> dict[str, str]:
 
 
 def packages(folder: Path) -> list[Path]:
-    """Return a package and those below it, each that holds public modules or names."""
+    """Return a package and its subpackages that contain public modules or names."""
     found = [
         path.parent
         for path in sorted(folder.rglob("__init__.py"))
@@ -63,7 +63,7 @@ def summary(package: Path) -> str:
 
 
 def page(package: Path) -> str:
-    """Return a package's page: itself where it defines something, then its modules."""
+    """Return a package's page: the package itself if it defines anything, then its modules."""
     name = package_name(package)
     found = modules(package)
     blocks = [f"::: {name}.{path.stem}" for path in found] if found else [f"::: {name}"]

@@ -1,4 +1,4 @@
-"""Table III's page on all its data sets: the example of the page on reconstruction."""
+"""The example on the reconstruction page: Table III's page on all its possible data sets."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PAGE = "reconstruct-table3.html"
 def pages() -> dict[str, str]:
     """Return the page that `slipscale reconstruct biet2007_table3 --conclusions --html` writes.
 
-    With the recorded bounds, each computed from its table: the search for them takes a minute.
+    It uses recorded bounds computed from its tables, because searching for them takes a minute.
     """
     table = read(TABLE3_FILE)
     columns = [Solutions(column) for column in table.columns]

@@ -1,4 +1,4 @@
-"""The reference of the study file, from its JSON Schema."""
+"""The study file reference, generated from its JSON Schema."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def pages() -> dict[str, str]:
 
 
 def parts(schema: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield each table of a study file: its heading, and its schema."""
+    """Yield each table of a study file with its heading and schema."""
     yield "Top of the file", schema
     yield from _below(schema, schema, "")
 
@@ -82,7 +82,7 @@ def section(heading: str, part: dict[str, Any]) -> str:
 
 
 def row(key: str, value: dict[str, Any], part: dict[str, Any]) -> list[str]:
-    """Return a key's line of the table."""
+    """Return a key's row of the table."""
     entry = value.get("items", value)
     kind = " or ".join(_kind(choice) for choice in value.get("anyOf", [value]))
     limits = " and ".join(
@@ -104,7 +104,7 @@ def row(key: str, value: dict[str, Any], part: dict[str, Any]) -> list[str]:
 
 
 def _kind(value: dict[str, Any]) -> str:
-    """Return what stands for a key: one of the schema's types, or a list of one.
+    """Return a key's type in words: one of the schema's types, or a list of one.
 
     >>> _kind({"type": "array", "items": {"type": "string"}})
     'list: text'
@@ -117,7 +117,7 @@ def _kind(value: dict[str, Any]) -> str:
 
 
 def _sentence(part: dict[str, Any]) -> str:
-    """Return the first paragraph of a model's docstring, in one line."""
+    """Return the first paragraph of a model's docstring in one line."""
     words = part.get("description", "").partition("\n\n")[0]
     return " ".join(words.replace("``", "`").split())
 

@@ -23,5 +23,5 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def code(value: object) -> str:
-    """Return a value as code; nothing for nothing."""
+    """Return a value as code; empty for an empty value."""
     return f"`{value}`" if str(value) else ""

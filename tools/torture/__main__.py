@@ -1,18 +1,18 @@
 """The campaign of kills and faults: whatever happens, no answer is lost or changed.
 
-Use: ``make torture`` (some minutes), ``make torture ARGS="--places 45 --write"`` (10,000 cases).
+Usage: ``make torture`` (some minutes), ``make torture ARGS="--places 45 --write"`` (10,000 cases).
 
-A pilot of each study is run undisturbed. Then it is run again and again, each time disturbed at
-another place; it is resumed as often as it takes, and the data set that comes out is compared with
-the undisturbed one, file by file and row by row:
+A pilot of each study is run undisturbed. It is then repeated, disturbed at a different place each
+time, and resumed until it is complete. The resulting data set is compared with the undisturbed one
+by file and row:
 
-- `tools.torture.disk_faults`: a file layer below the journal, at so many records;
+- `tools.torture.disk_faults`: a faulty file layer below the journal, at single records;
 - `tools.torture.system_calls`: real processes and SIGKILL, at four times as many system calls;
-- `tools.torture.writers`: processes that open one journal at once;
+- `tools.torture.writers`: processes that open the same journal at once;
 - `tools.torture.upkeep`: SIGKILL in ``build``, ``withdraw``, ``merge`` and ``--backup``.
 
-Prints a row for each fault; Ctrl-C ends it with what was done until then. Exit status 1 where one
-set of data differs.
+Prints one row per fault; Ctrl-C ends it with the results so far. The exit status is 1 if a data
+set differs.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ from tools.torture.writers import writer_campaign
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-ROUNDS = 10  # of writers, for each place
+ROUNDS = 10  # of writers, per place
 
 
 def table(outcome: Outcome) -> list[str]:
-    """Return the figures as lines of a table: a row for each fault, a column for each study."""
+    """Return the counts as lines of a table: one row per fault, one column per study."""
     names = list(dict.fromkeys(study for _, study in outcome.counts))
     faults = list(dict.fromkeys(fault for fault, _ in outcome.counts))
     bad = [fault for fault, _ in outcome.bad]
@@ -52,7 +52,7 @@ def table(outcome: Outcome) -> list[str]:
 
 
 def figures(outcome: Outcome, words: str) -> str:
-    """Return what the page says of a campaign."""
+    """Return the page's text about a campaign."""
     said = (
         f"Last figures ({datetime.now(UTC).date()}, `make torture{words}`): "
         f"{outcome.counts.total():,} cases, {len(outcome.bad)} with other data."
@@ -61,7 +61,7 @@ def figures(outcome: Outcome, words: str) -> str:
 
 
 def campaign(names: Sequence[str], places: int, participants: int, outcome: Outcome) -> None:
-    """Do everything to every study; what was done until an interruption is in the outcome."""
+    """Apply every fault to every study; the outcome survives an interruption."""
     plans = [plan for name in names for plan in plans_of(name, participants)]
     with looked_up_once():
         writer_campaign(plans[0], ROUNDS * (places or 100), outcome)
@@ -75,7 +75,7 @@ def campaign(names: Sequence[str], places: int, participants: int, outcome: Outc
 
 
 def main(words: list[str] | None = None) -> int:
-    """Run the campaign; return 1 where any data differed."""
+    """Run the campaign; return 1 if any data set differs."""
     parser = argparse.ArgumentParser(prog="torture", description="kills and disk faults")
     parser.add_argument(
         "--places", type=int, default=4, metavar="N", help="of each run (default: 4; 0: all)"

@@ -1,7 +1,7 @@
-"""A file layer below the journal that fails as disks, and dying processes, do.
+"""A file layer below the journal that fails as disks and dying processes do.
 
-Here a kill is an exception that nothing catches, after which nothing that the session still does
-reaches the disk: cheap, so that every record can be killed at. Real kills are in
+Here a kill is an exception that nothing catches, after which nothing that the session does reaches
+the disk. This is fast, so every record can be a place to kill at. For real kills, see
 `tools.torture.system_calls`.
 """
 
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 SECTOR = 512
-# The faults, by name: what is done to the bytes of one record.
+# Names of the faults, which affect the bytes of one record.
 KILLS = ("kill before", "kill within", "kill after", "power cut")
-# Killed, resumed, and killed again a few records later, so many times, each time otherwise.
+# Killed, resumed, and killed again a few records later, several times and in different ways.
 AGAIN, LIVES, LIFE = "again and again", 6, 12
 ERRORS = {
     "EIO": errno.EIO,
@@ -43,7 +43,7 @@ class Killed(BaseException):
 
 
 class Disk:
-    """What lies below a journal: does as it is told until the record that a fault is for.
+    """The layer below a journal: works normally until the record at which a fault is due.
 
     Parameters
     ----------
@@ -55,11 +55,11 @@ class Disk:
     Attributes
     ----------
     writes : int
-        How many there were.
+        Number of writes so far.
     kills : int
-        How often the process died.
+        Number of times the process died.
     struck : bool
-        Whether the fault has come.
+        Whether the fault has occurred.
     """
 
     def __init__(self, fault: str, at: int) -> None:
@@ -68,12 +68,12 @@ class Disk:
         self.kills = 0
         self.dead = False
         self.struck = False
-        self.kept = 0  # bytes that the disk was made to keep
+        self.kept = 0  # bytes that were synchronised to the disk
         self._random = random.Random(f"{fault}/{at}")
         self._fsync = os.fsync
 
     def write(self, stream: Stream, line: bytes) -> int:
-        """Write a record, or do with it what the fault is."""
+        """Write a record, or apply the fault to it."""
         if self.dead:
             raise Killed
         number, self.writes = self.writes, self.writes + 1
@@ -97,7 +97,7 @@ class Disk:
         return stream.raw(line[: max(half, 1)] if fault == "short writes" else line)
 
     def fsync(self, descriptor: int) -> None:
-        """Synchronise, or fail to."""
+        """Synchronise, or fail."""
         if self.dead:
             raise Killed
         if self.fault == "fsync EIO" and -1 < self.at < self.writes and not self.struck:
@@ -108,13 +108,13 @@ class Disk:
         self.kept = length
 
     def revive(self) -> None:
-        """Begin the next life: without a fault, unless it is to die again and again."""
+        """Begin the next life, without a fault unless the process is to die repeatedly."""
         self.dead = False
         dies = self.fault == AGAIN and self.kills < LIVES
         self.at = self.writes + self._random.randrange(LIFE) if dies else -1
 
     def _lose_sectors(self, stream: Stream) -> None:
-        """Empty some sectors of what the disk was not made to keep."""
+        """Zero some sectors that were not synchronised to the disk."""
         end = stream.tell()
         for first in range(self.kept - self.kept % SECTOR, end, SECTOR):
             if self._random.random() < 0.5:  # noqa: PLR2004 - each sector written or not
@@ -125,7 +125,7 @@ class Disk:
 
 
 class Stream:
-    """The journal's open file, with a `Disk` below it."""
+    """The journal's open file with a `Disk` below it."""
 
     def __init__(self, file: FileIO, disk: Disk) -> None:
         self._file, self._disk = file, disk
@@ -160,7 +160,7 @@ def below_the_journal(disk: Disk) -> Iterator[None]:
     def closing(journal: Journal) -> None:
         if not disk.dead:
             close(journal)
-        else:  # a dead process tidies nothing up
+        else:  # a dead process cleans up nothing
             journal._close_file()  # noqa: SLF001 - the system does this for it
 
     with (
@@ -174,7 +174,7 @@ def below_the_journal(disk: Disk) -> Iterator[None]:
 
 
 def take_away(path: Path, how: str) -> None:
-    """Remove or rename a journal, or its data set's folder, under its writer."""
+    """Remove or rename a journal, or its data set's folder, while it is being written."""
     dataset = path.parents[2]
     elsewhere = {"renamed": path, "folder renamed": dataset}
     if how == "removed":

@@ -1,4 +1,4 @@
-"""Pilots that are disturbed at one place after the other, and compared with the undisturbed."""
+"""Pilots that are disturbed at one place at a time and compared with the undisturbed one."""
 
 from __future__ import annotations
 
@@ -30,21 +30,21 @@ EVERY_OPTION = Path(__file__).with_name("every_option.toml")
 
 @dataclass
 class Outcome:
-    """How a part of the campaign went.
+    """The results of a part of the campaign.
 
     Parameters
     ----------
     counts : Counter
-        How many cases there were, by (fault, study).
+        Number of cases by (fault, study).
     bad : list of tuple
-        (fault, sentence) of each case whose data differed.
+        (fault, sentence) of each case with different data.
     """
 
     counts: Counter[tuple[str, str]] = field(default_factory=Counter)
     bad: list[tuple[str, str]] = field(default_factory=list)
 
     def judge(self, fault: str, plan: RunPlan, place: str, problem: str) -> None:
-        """Count a case; an empty problem is none."""
+        """Count a case and record its problem, unless it is empty."""
         study = Path(plan.study_name).stem
         self.counts[fault, study] += 1
         if problem:
@@ -53,7 +53,7 @@ class Outcome:
 
 
 def studies() -> list[str]:
-    """Return all studies of the campaign: the shipped ones, and one that uses every option."""
+    """Return the campaign's studies: the shipped ones, and one that uses every option."""
     return [*shipped_studies(), str(EVERY_OPTION)]
 
 
@@ -64,7 +64,7 @@ def plans_of(study: str, participants: int) -> list[RunPlan]:
 
 @contextmanager
 def folder() -> Iterator[Path]:
-    """Give a new folder, in memory where there is such a disk: many writes."""
+    """Create a temporary folder, in memory if possible because of the many writes."""
     shared = Path("/dev/shm")  # noqa: S108 - no secret is in it
     with tempfile.TemporaryDirectory(dir=shared if shared.is_dir() else None) as name:
         yield Path(name)
@@ -76,7 +76,7 @@ def content(dataset: Path) -> dict[str, bytes]:
     Raises
     ------
     UserError
-        A journal is damaged, or is not what its tables were made from.
+        A journal is damaged, or its tables were not made from it.
     """
     if problems := build_dataset(dataset):
         raise UserError("; ".join(str(problem) for problem in problems))
@@ -89,7 +89,7 @@ def content(dataset: Path) -> dict[str, bytes]:
 
 
 def difference(dataset: Path, expected: dict[str, bytes]) -> str:
-    """Return how a data set's files differ from what was expected, or nothing."""
+    """Describe how a data set's files differ from the expected ones; empty if they do not."""
     try:
         found = content(dataset)
     except Exception as error:  # noqa: BLE001 - what is looked for
@@ -100,7 +100,7 @@ def difference(dataset: Path, expected: dict[str, bytes]) -> str:
 
 @contextmanager
 def looked_up_once() -> Iterator[None]:
-    """Look each installed package up once: thousands of runs would each do it anew."""
+    """Cache look-ups of installed packages, which thousands of runs would otherwise repeat."""
     with ExitStack() as stack:
         for module, name in ((registry, "entry_points"), (plan_and_progress, "version")):
             stack.enter_context(mock.patch.object(module, name, cache(getattr(module, name))))
@@ -108,7 +108,7 @@ def looked_up_once() -> Iterator[None]:
 
 
 def undisturbed(plan: RunPlan) -> tuple[dict[str, bytes], int]:
-    """Return a plan's data set, and how many writes it takes."""
+    """Return a plan's data set, and its number of writes."""
     disk = Disk("none", -1)
     with folder() as dataset, below_the_journal(disk):
         run_simulated(dataset, plan, "mock", synced=True)
@@ -116,7 +116,7 @@ def undisturbed(plan: RunPlan) -> tuple[dict[str, bytes], int]:
 
 
 def disturbed(dataset: Path, plan: RunPlan, disk: Disk, kept: list[Path]) -> Path:
-    """Run a pilot over a disk, resume it until it is complete; return where its journal is."""
+    """Run a pilot on a disk and resume it until it is complete; return its journal's path."""
     with (
         below_the_journal(disk),
         mock.patch.object(journal_module, "fallback_folders", return_value=kept),
@@ -133,16 +133,16 @@ def disturbed(dataset: Path, plan: RunPlan, disk: Disk, kept: list[Path]) -> Pat
 
 
 def spread(length: int, places: int, turn: int) -> range:
-    """Return so many places of a run, evenly spread; all of them where ``places`` is 0.
+    """Return ``places`` evenly spread places of a run; all of them if ``places`` is 0.
 
-    Each ``turn`` (each fault) has others, so that together they are spread more finely.
+    Each ``turn`` (each fault) gets different ones, so that together they cover more places.
     """
     stride = max(length // places, 1) if places else 1
     return range(turn % stride, length, stride)
 
 
 def disk_campaign(plan: RunPlan, places: int, outcome: Outcome) -> None:
-    """Do everything to the disk under a pilot, at so many of its records."""
+    """Apply every disk fault to a pilot, each at ``places`` of its records."""
     expected, writes = undisturbed(plan)
     for turn, fault in enumerate(FAULTS):
         for at in spread(writes, places, turn):

@@ -1,13 +1,13 @@
-"""A laboratory's day in one process: sessions over the emulated board, one after another.
+"""A laboratory's day in one process: sessions on the emulated board, one after another.
 
-Use: ``make soak`` (200 sessions), ``make soak ARGS="--hours 8 --write"``.
+Usage: ``make soak`` (200 sessions), ``make soak ARGS="--hours 8 --write"``.
 
-What must not grow with the day: memory, open files and threads of this process, memory of the
-board's, and how long a session takes of the processor. Where others work on the machine a session
-takes longer of the clock and, as they share its caches, of the processor too: a session's time is
-therefore compared with that of a piece of work that is always the same, done beside it. Prints a
-line for each tenth of the day; exit status 1 where the last tenth is above the second (the first
-loads what is loaded late).
+The following must not grow during the day: this process's memory, open files and threads, the
+board process's memory, and the processor time per session. On a shared machine, a session takes
+more wall time and, because caches are shared, also more processor time. A session's time is
+therefore compared with that of a fixed piece of work done at the same time. Prints one line per
+tenth of the day. The exit status is 1 if the last tenth is above the second (the first one
+includes lazy imports).
 """
 
 from __future__ import annotations
@@ -50,21 +50,21 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.hardware.driver import PlateDriver
 
-# A data set of so many participants, then a new one: it is built anew after each session.
+# Participants per data set, because it is rebuilt after each session.
 PARTICIPANTS = 12
 TENTHS = 10
-# Growth from the second tenth to the last that counts.
+# Significant growth from the second tenth to the last.
 MEMORY_GROWS, MEMORY_MIB, SLOWER = 1.03, 4.0, 1.25
 MIB = 2**20
-# How often a board is connected to: on a busy machine it may have no time to answer.
+# Attempts to connect to a board, which may be too slow to answer on a busy machine.
 ASKED = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Level:
-    """What the process holds after a tenth of the day, and how long its sessions took.
+    """The process's resources after a tenth of the day, and the duration of its sessions.
 
-    ``relative`` is a session's time of the processor, in times of the same work.
+    ``relative`` is a session's processor time in units of the fixed piece of work.
     """
 
     sessions: int
@@ -80,7 +80,7 @@ class Level:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Took:
-    """How long a session took: of the clock, of the processor, and the same work beside it."""
+    """A session's wall time and processor time, and the time of the fixed work next to it."""
 
     whole_s: float
     cpu_s: float
@@ -88,7 +88,7 @@ class Took:
 
 
 def same_work() -> None:
-    """Do what takes some hundredths of a second, and is always the same."""
+    """Do a fixed piece of work that takes some hundredths of a second."""
     records = [{"n": number, "t": number / 7, "kind": "done"} for number in range(300)]
     for _ in range(20):
         records = json.loads(json.dumps(records))
@@ -107,7 +107,7 @@ def answer(step: Ask | Adjust) -> Value:
 
 
 def connected(spec: str, clock: VirtualClock, stack: ExitStack) -> PlateDriver:
-    """Return the connected plate: a board that does not come to answer in time is asked again."""
+    """Return the connected plate; try again if a board does not answer in time."""
     for _ in range(ASKED - 1):
         with suppress(PlateTimeout):
             return stack.enter_context(open_plate(spec, clock=clock))
@@ -115,7 +115,7 @@ def connected(spec: str, clock: VirtualClock, stack: ExitStack) -> PlateDriver:
 
 
 def session(dataset: Path, plan: RunPlan, port: str) -> Took:
-    """Run one session over the board and build its data set; return how long it took."""
+    """Run one session on the board and build its data set; return its duration."""
     began_s, began_cpu_s = time.monotonic(), time.process_time()
     clock, spec = VirtualClock(), f"serial:{port}"
     with Journal.create(plan.journal_path(dataset), clock) as journal, ExitStack() as stack:
@@ -127,7 +127,7 @@ def session(dataset: Path, plan: RunPlan, port: str) -> Took:
             participant=ScriptedParticipant(answer, clock),
             journal=journal,
             clock=clock,
-            # On a busy machine the board misses a heartbeat and silences the plate: it goes on.
+            # On a busy machine the board may miss a heartbeat and silence the plate; continue then.
             operator=UnattendedOperator(retries=1000),
         )
     if outcome != "complete" or build_dataset(dataset):
@@ -142,7 +142,7 @@ def session(dataset: Path, plan: RunPlan, port: str) -> Took:
 
 
 def level(sessions: int, board: int, took: list[Took]) -> Level:
-    """Return what this process and the board's hold now."""
+    """Return the current resources of this process and of the board's."""
     return Level(
         sessions=sessions,
         memory_mib=_resident_mib("self"),
@@ -162,7 +162,7 @@ def _resident_mib(process: str) -> float:
 
 
 def grown(levels: list[Level]) -> list[str]:
-    """Return what the last tenth has more of than the second, in words."""
+    """Describe which resources grew between the second and the last tenth."""
     before, after = levels[1], levels[-1]
     most_mib = before.memory_mib * MEMORY_GROWS + MEMORY_MIB
     most_board_mib = before.board_mib * MEMORY_GROWS + MEMORY_MIB
@@ -177,7 +177,7 @@ def grown(levels: list[Level]) -> list[str]:
 
 
 def day(sessions: int, seconds: float | None) -> tuple[list[str], list[Level]]:
-    """Run sessions until there are so many, or the time is over; return a level each tenth."""
+    """Run sessions up to a number or a time limit; return one level per tenth."""
     began_s, lines, levels = time.monotonic(), list[str](), list[Level]()
     took: list[Took] = []
     plans = plans_of("biet2007", PARTICIPANTS)
@@ -206,7 +206,7 @@ def _line(found: Level, elapsed_s: float) -> str:
 
 
 def main(words: list[str] | None = None) -> int:
-    """Run a day; return 1 where something grew."""
+    """Run a day; return 1 if anything grew."""
     parser = argparse.ArgumentParser(prog="soak", description="sessions in one process")
     parser.add_argument("--sessions", type=int, default=200, metavar="N", help="(default: 200)")
     parser.add_argument("--hours", type=float, metavar="H", help="instead of a number of sessions")

@@ -1,8 +1,8 @@
 """Real kills: SIGKILL between any two of the system calls that write a run's files.
 
-Each case is a process of its own (a fork, so that nothing is imported anew). It counts the calls
-that it makes for the journal, the lock file and the tables, and kills itself before one of them.
-The run is then gone on with, and its data set compared with the undisturbed one.
+Each case is a separate process (a fork, which needs no new imports). It counts its calls for the
+journal, the lock file and the tables, and kills itself before one of them. The run is then
+resumed, and its data set is compared with the undisturbed one.
 """
 
 from __future__ import annotations
@@ -30,18 +30,19 @@ if TYPE_CHECKING:
 
 FIRST, RESUMED = "SIGKILL in a run", "SIGKILL in a resumed run"
 KINDS = (FIRST, RESUMED)
-# What Python tells of the calls that name a file, or lock one.
+# Python's audit events of calls that name or lock a file.
 EVENTS = ("open", "os.mkdir", "os.remove", "os.rename", "os.rmdir", "os.utime")
 LOCKS = ("fcntl.flock", "fcntl.fcntl")
 NEVER = -1
-# A record takes some five calls: killed at more places than records are disturbed at.
+# A record takes about five calls, so there are more places for kills than for record faults.
 CALLS = 4
 
 
 class Calls:
-    """Counts a process's system calls on one folder, and kills it before one of them.
+    """Counts a process's system calls on one folder, and kills the process before one of them.
 
-    It is the `Disk` of a `Stream` too. What it changes is not changed back: its process is a fork.
+    It also serves as the `Disk` of a `Stream`. Its changes are not undone, because its process is
+    a fork.
     """
 
     def __init__(self, root: Path, at: int) -> None:
@@ -50,13 +51,13 @@ class Calls:
         self.count = 0
 
     def call(self) -> None:
-        """Count a call that is about to be made, or die."""
+        """Count a call that is about to be made, or kill the process."""
         if self.count == self._at:
             os.kill(os.getpid(), signal.SIGKILL)
         self.count += 1
 
     def write(self, stream: Stream, line: bytes) -> int:
-        """Write a record in two calls: a kill can come between its halves."""
+        """Write a record in two calls, so that a kill can occur between its halves."""
         half = len(line) // 2
         self.call()
         stream.raw(line[:half])
@@ -64,7 +65,7 @@ class Calls:
         return half + stream.raw(line[half:])
 
     def watch(self) -> None:
-        """Begin to count."""
+        """Start counting."""
         sys.addaudithook(self._told)
         for name in ("stat", "fstat", "fsync"):
             setattr(os, name, self._counted(getattr(os, name)))
@@ -84,7 +85,7 @@ class Calls:
         Path.write_bytes = write_bytes  # type: ignore[method-assign, assignment]
 
     def _told(self, event: str, arguments: tuple[Any, ...]) -> None:
-        # In a tree that is being removed, names are relative to an open folder.
+        # While a tree is being removed, names are relative to an open folder.
         if event in LOCKS or (
             event in EVENTS
             and (str(arguments[0]).startswith(self._root) or arguments[-1] not in (-1, None))
@@ -102,7 +103,7 @@ class Calls:
 
 
 def in_a_process(root: Path, at: int, action: Callable[[], object]) -> int | None:
-    """Do something in a fork; return its calls below a folder, None if it was killed."""
+    """Run an action in a fork; return its number of calls on a folder, or None if it was killed."""
     reading, writing = os.pipe()
     process = os.fork()
     if not process:
@@ -134,7 +135,7 @@ def _run_and_build(dataset: Path, plan: RunPlan) -> None:
 
 
 def cut(whole: Path, dataset: Path, plan: RunPlan) -> None:
-    """Make a data set of a journal that was torn in the middle of the run and of a record."""
+    """Make a data set from a journal torn in the middle of the run and of a record."""
     path = plan.journal_path(dataset)
     path.parent.mkdir(parents=True)
     journal = plan.journal_path(whole).read_bytes()
@@ -142,7 +143,7 @@ def cut(whole: Path, dataset: Path, plan: RunPlan) -> None:
 
 
 def kill_campaign(plan: RunPlan, places: int, outcome: Outcome) -> None:
-    """Kill a pilot before so many of its calls, from its beginning and when resumed."""
+    """Kill a pilot before ``places`` of its calls, in a new run and in a resumed one."""
     expected, _ = undisturbed(plan)
     with folder() as place:
         whole, base = place / "whole", place / "base"
@@ -160,7 +161,7 @@ def kill_campaign(plan: RunPlan, places: int, outcome: Outcome) -> None:
                     problem = difference(made, expected)
                 except Exception as error:  # noqa: BLE001 - what is looked for
                     problem = repr(error)
-                # One wait for the disk covers several records: no two runs make as many calls.
+                # One wait for the disk covers several records, so the number of calls varies.
                 if problem or made_calls is None:
                     outcome.judge(kind, plan, f"at call {at}", problem)
                 shutil.rmtree(made, ignore_errors=True)

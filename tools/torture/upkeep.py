@@ -1,9 +1,9 @@
 """Real kills of the commands that change a data set: build, withdraw, merge and backup.
 
 A small laboratory is prepared: a data set of three participants with a questionnaire, its backup,
-a set it was merged into, a journal in a fallback folder, results. The command is killed before one
-of its system calls, and called again. Then nothing may be left of a participant who withdrew except
-the note, and no row or journal of anybody else may be gone.
+a set it was merged into, a journal in a fallback folder, and results. The command is killed before
+one of its system calls and then run again. Afterwards, only the note may be left of a participant
+who withdrew, and no row or journal of anybody else may be missing.
 """
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ GONE = "sub-01"
 
 
 def kind_of(command: str) -> str:
-    """Return the campaign's name of the kills of a command."""
+    """Return the campaign's name for kills of a command."""
     return f"SIGKILL in {command}"
 
 
 def kill_upkeep(places: int, outcome: Outcome) -> None:
-    """Kill each command before so many of its calls (0: every one) and call it again."""
+    """Kill each command before ``places`` of its calls (0: all of them) and run it again."""
     with folder() as root, _at_home(root / "laboratory" / "home"):
         study = root / "biet2007.toml"
         study.write_text(study_text("biet2007") + QUESTIONNAIRE, encoding="utf-8")
@@ -82,7 +82,7 @@ def kill_upkeep(places: int, outcome: Outcome) -> None:
 
 @contextmanager
 def _at_home(home: Path) -> Iterator[None]:
-    """Look for fallback folders inside the campaign's folder only."""
+    """Restrict the search for fallback folders to the campaign's folder."""
     with (
         mock.patch.dict(os.environ, {"HOME": str(home)}),
         mock.patch.object(tempfile, "tempdir", str(home)),
@@ -100,7 +100,7 @@ def _recorded(place: Path, plans: list[RunPlan]) -> Path:
 
 
 def _laboratory(place: Path, plans: list[RunPlan]) -> None:
-    """Add a backup, a merged set, a kept journal and results."""
+    """Add a backup, a merged set, a journal in a fallback folder, and results."""
     data = _recorded(place, plans)
     run_simulated(place / "other", plans[3], "mock")
     (place / "disk").mkdir()
@@ -123,7 +123,7 @@ def _withdraw(place: Path) -> None:
 
 
 def _nobody_left(place: Path, before: dict[Path, set[str]]) -> str:
-    """Return where a participant who withdrew is still named, or what others lost."""
+    """Return where a participant who withdrew is still named, or what others have lost."""
     for path in sorted(place.rglob("*")):
         named = GONE in path.name or (path.is_file() and GONE.encode() in path.read_bytes())
         if named:
@@ -138,7 +138,7 @@ def _nobody_left(place: Path, before: dict[Path, set[str]]) -> str:
 
 
 def _cut(place: Path, plans: list[RunPlan]) -> None:
-    """Cut one journal, empty another, and record one more participant."""
+    """Truncate one journal, empty another, and record one more participant."""
     data = _recorded(place, plans)
     run_simulated(data, plans[3], "mock")
     cut, emptied = (plan.journal_path(data) for plan in plans[:2])
@@ -198,7 +198,8 @@ def _same_journals(place: Path, before: dict[Path, set[str]]) -> str:
 def _rows(place: Path) -> dict[Path, set[str]]:
     """Return the rows of all tables below a folder.
 
-    Whether somebody's runs are complete, the last column of participants.tsv, may change.
+    The last column of participants.tsv (whether all runs are complete) is omitted, because it may
+    change.
     """
     found = {}
     for path in place.rglob("*.tsv"):
@@ -210,7 +211,7 @@ def _rows(place: Path) -> dict[Path, set[str]]:
 
 
 def _lost(place: Path, before: dict[Path, set[str]]) -> str:
-    """Return a table that has lost rows."""
+    """Describe a table that has lost rows."""
     now = _rows(place)
     for path, rows in before.items():
         theirs = GONE in path.as_posix() and not (place / path).exists()

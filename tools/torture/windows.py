@@ -1,17 +1,18 @@
 """Sessions in real windows whose process or display is ended at random moments.
 
-Use: ``make windows``, ``make windows ARGS="--signals 5000 --servers 20"`` (an hour). Needs Xvfb;
-nothing appears on the screen.
+Usage: ``make windows``, ``make windows ARGS="--signals 5000 --servers 20"`` (an hour). Requires
+Xvfb; nothing appears on the screen.
 
-- Signals: one process runs a session after the other, resumes it, and gets SIGINT, SIGTERM or
-  SIGHUP at a random moment: while the window opens, in a frame, in a destructor, while a record is
-  written, while the data set is built. The command must return 130, with a silent plate and a
-  journal that holds all that it held before and can be resumed.
-- Whole processes: the same for commands of their own, from their first line on.
-- Servers: the X server is killed under a session of its own process, at a screen each time. It must
-  return 3, leave a stop record, neither lock nor live file, and say how to resume.
+- Signals: one process repeatedly runs and resumes sessions and receives SIGINT, SIGTERM or SIGHUP
+  at a random moment: while the window opens, in a frame, in a destructor, while a record is
+  written or while the data set is built. The command must return 130, with a silent plate and a
+  journal that contains everything it contained before and can be resumed.
+- Whole processes: the same for separate processes, from their first line on.
+- Servers: the X server is killed during a session in its own process, one screen later each time.
+  The session must return 3, leave a stop record but neither lock nor live file, and say how to
+  resume.
 
-Prints what went wrong, and the counts; exit status 1 if anything did.
+Prints problems and counts; the exit status is 1 if there was a problem.
 """
 
 from __future__ import annotations
@@ -60,17 +61,17 @@ practice = 0
 repetitions = 3
 scale_top = "none"
 """
-# What a hand types, a character in some frames: whatever the screen is, one of them answers it.
+# Simulated typing, one character every few frames; one of these answers any screen.
 TYPED, FRAMES = " 5\r1", 4
 LONGEST_S = 0.8  # from the command to the signal
 NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
-CASES_OF_A_PROCESS = 100  # PsychoPy keeps some of each window that it opened
+CASES_OF_A_PROCESS = 100  # PsychoPy keeps part of each window that it opened
 PATIENCE_S = 60.0
 
 
 @contextmanager
 def display() -> Iterator[subprocess.Popen[bytes]]:
-    """Run an X server, and name it in DISPLAY."""
+    """Run an X server, and set DISPLAY to it."""
     reading, writing = os.pipe()
     words = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -86,7 +87,7 @@ def display() -> Iterator[subprocess.Popen[bytes]]:
 
 
 def words_for(place: Path, number: int) -> tuple[list[str], Path]:
-    """Return the command for a participant: to begin their run, or to resume it."""
+    """Return the command that begins or resumes a participant's run."""
     label = f"{number:02d}"
     journal = place / f"sourcedata/sub-{label}/sub-{label}_run-01_journal.jsonl"
     if journal.exists() and read_whole(journal).records:
@@ -97,12 +98,12 @@ def words_for(place: Path, number: int) -> tuple[list[str], Path]:
 
 
 def judge(journal: Path, before: list[str], status: int | None, said: str) -> str:
-    """Return what a signal did that it must not do; nothing if all is well."""
+    """Return what a signal did wrong; empty if nothing."""
     if status != INTERRUPTED:
         return f"status {status}: {said[-400:]}"
     if _tracebacks(said):
         return said[-800:]
-    # A lock file of a dead process is no obstacle: the signal came as it was made.
+    # A dead process's lock file is harmless: the signal came while it was being made.
     if locks.is_being_written(journal):
         return "another session would be kept out"
     if list(journal.parent.glob("*.live")):
@@ -111,7 +112,7 @@ def judge(journal: Path, before: list[str], status: int | None, said: str) -> st
 
 
 def _tracebacks(said: str) -> int:
-    """Count the tracebacks, except those of a library's destructor that was interrupted."""
+    """Count tracebacks, except those of a library's interrupted destructor."""
     return said.count("Traceback") - said.count("Exception ignored in")
 
 
@@ -124,7 +125,7 @@ def _lost(journal: Path, before: list[str]) -> str:
 
 
 def signal_cases(count: int, seed: int) -> dict[str, Any]:
-    """Run sessions in this process, each ended by a signal; return counts and faults."""
+    """Run sessions in this process and end each with a signal; return counts and problems."""
     chance = random.Random(seed)
     counts: Counter[str] = Counter()
     bad: list[str] = []
@@ -149,7 +150,7 @@ def signal_cases(count: int, seed: int) -> dict[str, Any]:
         mock.patch.object(Keyboard, "poll", typing(Keyboard.poll)),
     ):
         (place / "signals.toml").write_text(STUDY, encoding="utf-8")
-        import_visual()  # a half-done import would belong to the next case too
+        import_visual()  # a partial import would affect the next case
         for name in ("hardware.plate_file", "hardware.calibration.stored"):
             importlib.import_module(f"slipscale.{name}")
         number = 1
@@ -169,8 +170,8 @@ def signal_cases(count: int, seed: int) -> dict[str, Any]:
                 inside[0] = False
             kill.cancel()
             kill.join()
-            gc.collect()  # a file that was being opened: a process that ends lets go of it
-            locks.release(journal)  # the same for its lock file, which names this process
+            gc.collect()  # closes a file that was being opened, as the end of a process would
+            locks.release(journal)  # likewise its lock file, which names this process
             signals._Noted.name = ""  # noqa: SLF001 - the next case is a process of its own
             complete = journal.exists() and _is_over(journal)
             number += complete
@@ -187,19 +188,19 @@ def signal_cases(count: int, seed: int) -> dict[str, Any]:
 
 
 def ended(words: list[str]) -> int:
-    """Return the status of a command that a signal may end anywhere."""
+    """Return the status of a command that a signal may end at any point."""
     try:
         return commands.main(words)
     except KeyboardInterrupt:
         return INTERRUPTED
-    except Exception:  # as `commands.main` does it for a process of its own
+    except Exception:  # as `commands.main` does for its process
         if not signals._Noted.name:  # noqa: SLF001
             raise
         return INTERRUPTED
 
 
 def typing(poll: Callable[[Keyboard], list[Any]]) -> Callable[[Keyboard], list[Any]]:
-    """Return a poll of the keyboard before which a character is typed, every few frames."""
+    """Wrap a keyboard's poll so that a character is typed before it every few frames."""
     frames = [0]
 
     def typed(keyboard: Keyboard) -> list[Any]:
@@ -226,7 +227,7 @@ def _moves(plate: PlateDriver) -> bool:
 
 
 def process_case(chance: random.Random, *, server: bool) -> str:
-    """Run a session in a process of its own; end it, or its display, at a random moment."""
+    """Run a session in a separate process; end it or its display at a random moment."""
     with folder() as place, display() as xvfb:
         (place / "signals.toml").write_text(STUDY, encoding="utf-8")
         words, journal = words_for(place, 1)
@@ -241,7 +242,7 @@ def process_case(chance: random.Random, *, server: bool) -> str:
             text=True,
         )
         began_s = time.monotonic()
-        if server:  # a screen more each time
+        if server:  # one screen more each time
             steps = chance.randrange(1, 12)
             while _begun(journal) < steps and time.monotonic() - began_s < PATIENCE_S:
                 time.sleep(0.005)
@@ -255,7 +256,7 @@ def process_case(chance: random.Random, *, server: bool) -> str:
         try:
             out, said = process.communicate(timeout=PATIENCE_S)
         except subprocess.TimeoutExpired:
-            process.send_signal(signal.SIGABRT)  # Python then shows where each thread is
+            process.send_signal(signal.SIGABRT)  # Python then prints where each thread is
             return f"it hung: {process.communicate()[1][:3000]}"
         if server:
             return _of_server(journal, process.returncode, out + said)
@@ -263,7 +264,7 @@ def process_case(chance: random.Random, *, server: bool) -> str:
 
 
 def _listens(process: int) -> bool:
-    """Return whether a process has come to the command's first line: its handlers are there."""
+    """Return whether a process has reached the command's first line and installed its handlers."""
     status = Path(f"/proc/{process}/status").read_text(encoding="utf-8")
     caught = int(status.partition("SigCgt:")[2].split()[0], 16)
     return bool(caught >> (signal.SIGTERM - 1) & 1)
@@ -282,7 +283,7 @@ def _of_server(journal: Path, status: int, said: str) -> str:
 
 
 def session(words: list[str]) -> int:
-    """Run a command as its only process does, with a hand at the keyboard."""
+    """Run a command as a process of its own would, with simulated typing."""
     sys.argv = ["slipscale", *words]
     with mock.patch.object(Keyboard, "poll", typing(Keyboard.poll)):
         return commands.main()
@@ -304,8 +305,8 @@ def main(words: list[str] | None = None) -> int:
         with display() as server:
             print(json.dumps(signal_cases(args.cases, args.seed)), flush=True)
             server.kill()
-            os._exit(DONE)  # libraries close windows at exit, on a display that is no more
-    for name in NAMES:  # nohup and a shell's background ignore some; commands would inherit that
+            os._exit(DONE)  # libraries close windows at exit, on a display that no longer exists
+    for name in NAMES:  # nohup and background shells ignore some; commands would inherit that
         signal.signal(getattr(signal, name), signal.SIG_DFL)
     counts, bad = signals_elsewhere(args.signals, args.seed)
     chance = random.Random(args.seed)
@@ -320,7 +321,7 @@ def main(words: list[str] | None = None) -> int:
 
 
 def signals_elsewhere(count: int, seed: int) -> tuple[Counter[str], list[str]]:
-    """Run the cases of signals in processes, one after the other."""
+    """Run the signal cases in subprocesses, one after another."""
     counts: Counter[str] = Counter()
     bad: list[str] = []
     while (left := count - sum(counts.values())) > 0:

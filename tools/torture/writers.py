@@ -1,7 +1,8 @@
-"""Many processes that open one journal at once: one writes, the others are told so.
+"""Many processes that open one journal at once: one writes, and the others receive an error.
 
-In each round the writer is killed, and the next round begins with what it left behind: half of its
-records are torn. With and without the system's locks (some network drives have none).
+In each round the writer is killed, and the next round starts with what it left behind; half of its
+records are torn. The campaign runs with and without system locks, which some network drives do not
+support.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ KINDS = ("two writers, system's locks", "two writers, lock files alone")
 
 
 def writer_campaign(plan: RunPlan, rounds: int, outcome: Outcome) -> None:
-    """Have so many rounds of writers race for one journal, of each kind of lock."""
+    """Run ``rounds`` rounds of writers that race for one journal, for each kind of lock."""
     for kind in KINDS:
         with folder() as dataset:
             path = plan.journal_path(dataset)
@@ -40,7 +41,7 @@ def writer_campaign(plan: RunPlan, rounds: int, outcome: Outcome) -> None:
 
 
 def race(path: Path, *, system_locks: bool) -> str:
-    """Have writers open a journal at once; kill the one that does; return what went wrong."""
+    """Let writers open a journal at once and kill the successful one; return what went wrong."""
     before = len(read_whole(path).records) if path.exists() else 0
     start_read, start_write = os.pipe()
     end_read, end_write = os.pipe()
@@ -53,7 +54,7 @@ def race(path: Path, *, system_locks: bool) -> str:
             os.close(end_write)
             _write(path, (start_read, told_write, end_read), system_locks=system_locks)
         children.append(process)
-    os.close(start_write)  # all begin
+    os.close(start_write)  # all start
     words = ""
     while len(words) < WRITERS:
         words += os.read(told_read, WRITERS).decode()
@@ -71,7 +72,7 @@ def race(path: Path, *, system_locks: bool) -> str:
 
 
 def _write(path: Path, pipes: tuple[int, int, int], *, system_locks: bool) -> None:
-    """Open the journal once all may, write a record and half of another, wait to be killed."""
+    """Open the journal when allowed, write a record and half of another, and wait to be killed."""
     start, told, end = pipes
     word = b"x"
     try:
