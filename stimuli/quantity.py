@@ -18,12 +18,12 @@ levels           amplitudes_um_pp     voltages_v_peak      to any other
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     import pandas as pd
 
@@ -165,14 +165,19 @@ class Quantity:
         return self == PLATE_AMPLITUDE
 
     @property
+    def in_um_pp(self) -> bool:
+        """Whether its levels are the plate's amplitudes in µm, whatever was judged of them."""
+        return self.makes == PLATE_AMPLITUDE.makes
+
+    @property
     def level(self) -> str:
         """One of its values: "amplitude", "level of sound pressure"."""
-        return self.noun if self.suffix else f"level of {self.name}"
+        return self.noun.replace("_", " ") if self.suffix else f"level of {self.name}"
 
     @property
     def levels(self) -> str:
         """The plural: "amplitudes", "levels of sound pressure"."""
-        return self.nouns if self.suffix else f"levels of {self.name}"
+        return self.nouns.replace("_", " ") if self.suffix else f"levels of {self.name}"
 
     @property
     def in_full(self) -> str:
@@ -362,7 +367,7 @@ def made_by_plate(
         judged=judged,
         decimals=None,
         noun=noun,
-        nouns=f"{noun}s",
+        nouns=re.sub(r"(?<=[^aeiou])y$", "ie", noun) + "s",
         suffix=suffix,
     )
 
@@ -391,36 +396,54 @@ class FileNames:
         The fields that hold levels.
     tables : frozenset of str
         Where they may be, besides the top of the file; words of other tables are left alone.
+    other : Mapping
+        The tables whose levels are in a quantity of their own.
     """
 
     quantity: Quantity
     fields: frozenset[str]
     tables: frozenset[str]
+    other: Mapping[str, Quantity] = field(default_factory=dict)
 
     def in_file(self, place: tuple[int | str, ...]) -> tuple[int | str, ...]:
         """Return a place in the file, from one in the model: its keys by the file's names."""
-        renamed = len(place) if place[:1] and place[0] in self.tables else 1
+        top = place[0] if place else ""
+        keys = len(place) if top in self.tables else 1
+        quantity = self._of(top)
         return (
-            *(self._key(part) if isinstance(part, str) else part for part in place[:renamed]),
-            *place[renamed:],
+            *(
+                self._key(part, quantity) if isinstance(part, str) else part
+                for part in place[:keys]
+            ),
+            *place[keys:],
         )
 
     def to_code(self, table: dict[str, Any]) -> dict[str, Any]:
         """Return a file's content with the names of fields as its keys."""
-        # A field's own name is no key: the file has the name with the unit.
-        field_of = {field: field + UNKNOWN for field in self.fields}
-        field_of |= {self._key(field): field for field in self.fields}
-        return self._renamed(table, lambda key: field_of.get(key, key))
+
+        def naming(quantity: Quantity) -> Callable[[str], str]:
+            # A field's own name is no key: the file has the name with the unit.
+            field_of = {field: field + UNKNOWN for field in self.fields}
+            field_of |= {self._key(field, quantity): field for field in self.fields}
+            return lambda key: field_of.get(key, key)
+
+        return self._renamed(table, naming)
 
     def to_file(self, table: dict[str, Any]) -> dict[str, Any]:
         """Return the content of a file, from one with fields as its keys."""
-        return self._renamed(table, self._key)
+        return self._renamed(table, lambda quantity: lambda key: self._key(key, quantity))
 
-    def _renamed(self, table: dict[str, Any], name: Callable[[str], str]) -> dict[str, Any]:
+    def _renamed(
+        self, table: dict[str, Any], naming: Callable[[Quantity], Callable[[str], str]]
+    ) -> dict[str, Any]:
+        name = naming(self.quantity)
         return {
-            name(key): renamed(value, name) if key in self.tables else value
+            name(key): renamed(value, naming(self._of(key))) if key in self.tables else value
             for key, value in table.items()
         }
 
-    def _key(self, field: str) -> str:
-        return self.quantity.named(field) if field in self.fields else field.removesuffix(UNKNOWN)
+    def _of(self, table: int | str) -> Quantity:
+        return self.other.get(str(table), self.quantity)
+
+    def _key(self, field: str, quantity: Quantity) -> str:
+        return quantity.named(field) if field in self.fields else field.removesuffix(UNKNOWN)

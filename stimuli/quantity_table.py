@@ -27,6 +27,13 @@ class QuantityTable(BaseModel):
         default=PLATE_AMPLITUDE.judged, description="What the participants judge, a noun."
     )
 
+    @classmethod
+    def stating(cls, quantity: Quantity) -> QuantityTable:
+        """Return the table that states a quantity."""
+        return cls.model_validate(
+            {name: getattr(quantity, name) for name in ("name", "unit", "convention", "judged")}
+        )
+
     @property
     def quantity(self) -> Quantity:
         """The quantity with its names and words."""

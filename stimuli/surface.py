@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 # A number, or a NumPy array of them.
 Amplitude = TypeVar("Amplitude", float, "Array")
+#: The label of a surface that a study does not list.
+UNLISTED = "S0"
 FilmModel = Literal["reynolds", "closed form"]
 
 
@@ -36,12 +38,31 @@ def pp_from_peak(amplitude_um_peak: Amplitude) -> Amplitude:
     return amplitude_um_peak * 2
 
 
-class Surface(Protocol):
-    """What a protocol can present: a plain surface or a texture."""
+class Stimulus(Protocol):
+    """What a protocol can present: a plain surface, a texture, or one with a varied parameter."""
 
     @property
     def label(self) -> str:
-        """A code that does not tell the amplitude."""
+        """A code that does not tell the level."""
+
+    @property
+    def level(self) -> float:
+        """The level in the study's quantity."""
+
+    @property
+    def settled_level(self) -> float:
+        """What a plate settles at to make it, in the plate's quantity."""
+
+    @property
+    def made(self) -> Surface:
+        """What a plate is commanded."""
+
+    def turned(self, level: float) -> Stimulus:
+        """Return the stimulus at another level, under a label that does not tell it."""
+
+
+class Surface(Stimulus, Protocol):
+    """What a plate makes: one amplitude, or a texture."""
 
     @property
     def level(self) -> float:
@@ -82,6 +103,20 @@ class VirtualSurface:
                 f"surface '{self.label}': amplitude_um_pp is {self.level}, "
                 "expected a finite number of µm peak to peak, 0 or more"
             )
+
+    @property
+    def settled_level(self) -> float:
+        """Where the plate settles: its one amplitude."""
+        return self.level
+
+    @property
+    def made(self) -> VirtualSurface:
+        """What a plate is commanded: this."""
+        return self
+
+    def turned(self, level: float) -> VirtualSurface:
+        """Return the surface of another amplitude; its label does not tell it."""
+        return VirtualSurface(level=level, label=UNLISTED)
 
     @property
     def amplitude_um_peak(self) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple, NoReturn, get_args
 
 from slipscale.faults import UserError
 from slipscale.stimuli.modulation import (
@@ -19,10 +19,14 @@ from slipscale.stimuli.modulation import (
     Loop,
     Modulator,
 )
+from slipscale.stimuli.parameters import Parameter, declared
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+_HALF = 0.5  # of a period
+# An edge of a square wave is played at most so far from its place: a hundredth of a period.
+_EDGE_SHARE = 0.01
 Waveform = Literal["sine", "square", "triangle", "sawtooth"]
 
 
@@ -35,69 +39,134 @@ class _Wave(NamedTuple):
 
 _WAVES: dict[Waveform, _Wave] = {
     "sine": _Wave(lambda phase: math.sin(2 * math.pi * phase), 8),
-    "square": _Wave(lambda phase: 1.0 if phase < 0.5 else -1.0, 2),  # noqa: PLR2004 - half a period
+    "square": _Wave(lambda phase: 1.0 if phase < _HALF else -1.0, 2),
     "triangle": _Wave(lambda phase: 1 - 4 * abs(((phase + 0.25) % 1) - 0.5), 8),
     "sawtooth": _Wave(lambda phase: 2 * phase - 1, 8),
 }
 
 
+# No plate is a metre long: one period is the whole stroke there, and more.
+LONGEST_MM = 1000.0
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grating:
-    """A grating of friction along the stroke of the finger.
+    """A wave of friction: along the stroke of the finger, or in time.
+
+    One of ``spatial_period_mm`` and ``modulation_hz`` is given. A wave in time is the same for a
+    finger of any speed. Each `Parameter` can be the level of a study.
 
     Parameters
     ----------
-    spatial_period_mm : float
-        Length of one period, mm.
-    mean_level : float
-        Vibration amplitude in the middle of the wave, µm peak to peak.
-    depth_level : float
-        Swing of the amplitude to either side of the mean, µm peak to peak: from mean - depth to
-        mean + depth. At most the mean, for no amplitude is negative.
     waveform : {"sine", "square", "triangle", "sawtooth"}
         How the amplitude goes along a period.
     label : str
         A code that does not tell the texture.
     name : str
         What the study calls it, for the data.
-    finger_speed_mm_s : float
-        Speed of the finger that is assumed where the plate does not track it; above 0.
 
     Raises
     ------
     UserError
-        A length, amplitude or speed is out of range, or no such wave form is known.
+        A parameter is out of range, or no such wave form is known.
     """
 
-    spatial_period_mm: float
-    mean_level: float
-    depth_level: float
+    #: Fields that journals of earlier versions lack: left out of records at their defaults.
+    LATER: ClassVar = frozenset({"modulation_hz", "duty_share", "phase_deg"})
+
+    spatial_period_mm: Annotated[
+        float | None,
+        Parameter(
+            name="spatial period",
+            unit="mm",
+            above=0,
+            most=LONGEST_MM,
+            description="Length of one period.",
+        ),
+    ] = None
+    mean_level: Annotated[
+        float,
+        Parameter(
+            name="mean {q.name}",
+            unit=None,
+            least=0,
+            description="Mean of the vibration amplitude over a period.",
+        ),
+    ]
+    depth_level: Annotated[
+        float,
+        Parameter(
+            name="depth",
+            unit=None,
+            least=0,
+            description="The amplitude swings from mean - depth to mean + depth.",
+        ),
+    ]
     waveform: Waveform = "sine"
     label: str = ""
     name: str = ""
-    finger_speed_mm_s: float = 50.0
+    finger_speed_mm_s: Annotated[
+        float,
+        Parameter(
+            name="finger speed",
+            unit="mm/s",
+            above=0,
+            description="Speed of the finger for which the texture is played where nothing tells "
+            "the finger's place. Every study states it, since the data depend on it.",
+            stated=True,
+        ),
+    ] = 50.0
+    modulation_hz: Annotated[
+        float | None,
+        Parameter(
+            name="modulation frequency",
+            unit="Hz",
+            above=0,
+            description="Periods in a second, in place of a spatial period: the same for a finger "
+            "of any speed.",
+        ),
+    ] = None
+    duty_share: Annotated[
+        float,
+        Parameter(
+            name="duty cycle",
+            unit="share",
+            above=0,
+            most=0.99,
+            description="Part of a square wave's period with the larger amplitude.",
+        ),
+    ] = 0.5
+    phase_deg: Annotated[
+        float,
+        Parameter(
+            name="phase",
+            unit="°",
+            least=0,
+            most=360,
+            description="Where in its period the wave begins.",
+        ),
+    ] = 0.0
 
     def __post_init__(self) -> None:
-        where = self._where
-        if not (math.isfinite(self.spatial_period_mm) and self.spatial_period_mm > 0):
+        for field, each in PARAMETERS.items():
+            if (value := getattr(self, field)) is not None:
+                each.parameter.refuse(self._where, field, value)
+        if self.depth_level > self.mean_level:
             raise UserError(
-                f"{where}: spatial_period_mm is {self.spatial_period_mm}, expected above 0 mm"
+                f"{self._where}: depth is {self.depth_level}, expected from 0 to the mean, "
+                f"{self.mean_level}"
             )
-        if not (math.isfinite(self.mean_level) and self.mean_level >= 0):
-            raise UserError(
-                f"{where}: mean_um_pp is {self.mean_level}, expected 0 or more µm peak to peak"
-            )
-        if not 0 <= self.depth_level <= self.mean_level:
-            raise UserError(
-                f"{where}: depth_um_pp is {self.depth_level}, expected from 0 to the mean, "
-                f"{self.mean_level} µm peak to peak"
-            )
+        if (self.spatial_period_mm is None) == (self.modulation_hz is None):
+            raise UserError(f"{self._where}: expected spatial_period_mm or modulation_hz, not both")
         if self.waveform not in _WAVES:
             known = ", ".join(get_args(Waveform))
-            raise UserError(f"{where}: waveform is '{self.waveform}', expected one of: {known}")
-        if not (math.isfinite(self.finger_speed_mm_s) and self.finger_speed_mm_s > 0):
             raise UserError(
-                f"{where}: finger_speed_mm_s is {self.finger_speed_mm_s}, expected above 0 mm/s"
+                f"{self._where}: waveform is '{self.waveform}', expected one of: {known}"
+            )
+        if self.duty_share != _HALF and self.waveform != "square":
+            raise UserError(
+                f"{self._where}: duty_share is {self.duty_share} and waveform '{self.waveform}', "
+                "expected a square wave"
             )
 
     @property
@@ -114,14 +183,55 @@ class Grating:
         """The smallest amplitude, µm peak to peak."""
         return self.mean_level - self.depth_level
 
+    @property
+    def settled_level(self) -> float:
+        """Where the plate settles before it plays the wave: what it makes on average."""
+        return self.mean_level + self.depth_level * (2 * self.duty_share - 1)
+
+    @property
+    def made(self) -> Grating:
+        """What a plate is commanded: this."""
+        return self
+
+    def turned(self, level: float) -> Grating:
+        """Raise ValueError: a texture has no one level that could be turned."""
+        raise ValueError(f"{self._where} cannot be turned to {level}")
+
     def level_at(self, position_mm: float) -> float:
         """Return the amplitude at a place of the stroke, µm peak to peak."""
-        phase = (position_mm / self.spatial_period_mm) % 1.0
+        if self.spatial_period_mm is None:
+            raise ValueError(f"{self._where} is a wave in time: it has no place")
+        return self._level_in(position_mm / self.spatial_period_mm)
+
+    def _level_in(self, periods: float) -> float:
+        """Return the amplitude so many periods after the beginning."""
+        phase = (periods + self.phase_deg / 360) % 1.0
+        if self.duty_share != _HALF:
+            # As of a half: below it the wave is up.
+            phase = 0.0 if phase < self.duty_share else _HALF
         return self.mean_level + self.depth_level * _WAVES[self.waveform].value(phase)
 
-    def modulation_hz(self, finger_speed_mm_s: float) -> float:
-        """Return how often a second a finger of this speed crosses a period."""
+    def rate_hz(self, finger_speed_mm_s: float) -> float:
+        """Return how many periods a second a finger of this speed feels."""
+        if self.spatial_period_mm is None:
+            return self.modulation_hz or 0.0
         return abs(finger_speed_mm_s) / self.spatial_period_mm
+
+    @property
+    def _fewest_steps(self) -> int:
+        """The fewest equal steps of a period that tell the wave, a square one's edges in place."""
+        edges = (self.phase_deg / 360, self.duty_share)
+        fewest = _WAVES[self.waveform].steps_min
+        if self.waveform != "square":
+            return fewest
+        return next(
+            (
+                steps
+                for steps in range(fewest, STEPS_MAX)
+                if all(abs(e * steps - round(e * steps)) <= _EDGE_SHARE * steps for e in edges)
+            ),
+            STEPS_MAX,
+        )
 
     def envelope(
         self, finger_speed_mm_s: float, duration_s: float, modulator: Modulator = DEFAULT_MODULATOR
@@ -154,25 +264,37 @@ class Grating:
             )
         if not (math.isfinite(duration_s) and duration_s > 0):
             raise UserError(f"{self._where}: duration_s is {duration_s}, expected above 0 s")
-        rate = self.modulation_hz(finger_speed_mm_s)
+        rate = self.rate_hz(finger_speed_mm_s)
         if rate == 0 or self.depth_level == 0:
-            return (AmplitudeStep(0.0, self.level_at(0.0)),)
-        fewest = _WAVES[self.waveform].steps_min
+            return (AmplitudeStep(0.0, self._level_in(0.0)),)
+        fewest = self._fewest_steps
         fastest = modulator.fastest_hz(fewest)
         if rate > fastest:
-            raise UserError(
-                f"{self._where}: a finger at {abs(finger_speed_mm_s):g} mm/s crosses "
-                f"{rate:.3g} periods a second, the plate and its line follow {fastest:.3g} at "
-                f"most: expected a finger up to {fastest * self.spatial_period_mm:.3g} mm/s or a "
-                f"period from {abs(finger_speed_mm_s) / fastest:.3g} mm"
-            )
+            self._refuse_rate(abs(finger_speed_mm_s), rate, fastest)
         most = min(1 / (rate * modulator.shortest_step_s) + 1e-9, STEPS_MAX)
         steps = fewest if self.waveform == "square" else math.floor(most)
         step_s = 1 / (rate * steps)
         count = math.ceil(duration_s / step_s - 1e-9)
+        pace = finger_speed_mm_s
+        place = self._level_in if self.spatial_period_mm is None else self.level_at
+        if self.spatial_period_mm is None:
+            pace = rate
         return tuple(
-            AmplitudeStep(i * step_s, self.level_at((i + 0.5) * step_s * finger_speed_mm_s))
-            for i in range(count)
+            AmplitudeStep(i * step_s, place((i + 0.5) * step_s * pace)) for i in range(count)
+        )
+
+    def _refuse_rate(self, speed_mm_s: float, rate_hz: float, fastest_hz: float) -> NoReturn:
+        """Raise the fault of a wave that is too fast for plate and line."""
+        if self.spatial_period_mm is None:
+            raise UserError(
+                f"{self._where}: modulation_hz is {rate_hz:.3g}, the plate and its line follow "
+                f"{fastest_hz:.3g} Hz at most"
+            )
+        raise UserError(
+            f"{self._where}: a finger at {speed_mm_s:g} mm/s crosses "
+            f"{rate_hz:.3g} periods a second, the plate and its line follow {fastest_hz:.3g} at "
+            f"most: expected a finger up to {fastest_hz * self.spatial_period_mm:.3g} mm/s or a "
+            f"period from {speed_mm_s / fastest_hz:.3g} mm"
         )
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
@@ -185,12 +307,19 @@ class Grating:
         """
         if self.depth_level == 0:
             return None
-        period_s = 1 / self.modulation_hz(self.finger_speed_mm_s)
+        period_s = 1 / self.rate_hz(self.finger_speed_mm_s)
         steps = self.envelope(self.finger_speed_mm_s, period_s, modulator)
         step_s = period_s / len(steps)
         return Loop(
             levels=tuple(step.level for step in steps),
             step_s=step_s,
             edge_s=min(modulator.edge_s, step_s),  # the same but for rounding, at the fastest
-            mean_level=self.mean_level,
+            # As it is played: an edge of a square wave may be a step's part from its place.
+            mean_level=self.mean_level
+            if self.duty_share == _HALF
+            else sum(step.level for step in steps) / len(steps),
         )
+
+
+#: What a study may vary, by field.
+PARAMETERS = declared(Grating)

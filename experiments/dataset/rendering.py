@@ -133,7 +133,9 @@ def _run_files(
 ) -> Iterator[tuple[PurePosixPath, Content]]:
     """Yield a task's table in one run, and its sidecar."""
     plan, records, gathered = run.plan, run.records, run.gathered
-    described = columns(protocol, gathered.measured(protocol.task), plan.study.quantity)
+    described = columns(
+        protocol, gathered.measured(protocol.task), plan.study.quantity, plan.study.plate_quantity
+    )
     rows = [
         [cell(column.value(trial)) for column in described.values()]
         for trial in gathered.trials[protocol.task]
@@ -158,7 +160,7 @@ def _run_files(
             if plan.study.headphone_test
             else {}
         ),
-        **({} if plan.study.quantity.of_plate else {QUANTITY: plan.study.made.model_dump()}),
+        **plan.study.quantity_notes(QUANTITY),
         "plate_spec": first["plate_spec"],
         "plate": first["plate"],
         "contact": first.get("contact", MISSING),
@@ -239,7 +241,9 @@ def _top(
             "TaskName": task,
             "TaskDescription": filled(protocol.description, first.study.quantity),
             "Instructions": instructions,
-            **sidecar(columns(protocol, measured[task], first.study.quantity)),
+            **sidecar(
+                columns(protocol, measured[task], first.study.quantity, first.study.plate_quantity)
+            ),
         }
         yield PurePosixPath(f"task-{task}_beh.json"), content
     for plan in plans:
@@ -289,11 +293,12 @@ def _readme(plan: RunPlan, *, simulated: bool) -> str:
     )
     q = study.quantity
     amplitudes = ", ".join(f"{level:g}" for level in study.levels)
+    what = q.levels if study.vary else f"plate {q.levels}"
     names = ", ".join(texture.name for texture in study.textures)
     textures = f"; textures {names}" if names else ""
     return (
         f"# {study.title}\n\n{kind}\n\n"
-        f"Study `{study.name}`, recorded with Slipscale; plate {q.levels} {amplitudes} "
+        f"Study `{study.name}`, recorded with Slipscale; {what} {amplitudes} "
         f"{q.unit_in_full}{textures}.\n\n"
         "`sourcedata/` holds the journals, from which all tables here were made and can be made "
         "again; `code/` holds the study file. The JSON file beside a table says what its columns "

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.base import IntervalRecord, Protocol, TrialRecord
     from slipscale.stimuli.quantity import Quantity
-    from slipscale.stimuli.surface import Surface
+    from slipscale.stimuli.surface import Stimulus
 
 MISSING = "n/a"
 # The columns of participants.tsv that Slipscale fills in. The first identifies the participant, as
@@ -52,6 +52,8 @@ FLAGS: Mapping[str, str] = {
     "or a tenth of the readings could not be read",
     DAMAGED: "a record of this trial or next to it is damaged in the journal; not to be analysed",
 }
+# Part of the names of columns that hold what the plate reads back.
+READBACK = "readback"
 # Prefix of the columns of a trial's intervals; the interval's number follows.
 INTERVAL = "interval"
 # Separates the flags of a trial.
@@ -101,7 +103,10 @@ def table_stem(*, participant: str, session: str, task: str, run: str) -> str:
 
 
 def columns(
-    protocol: Protocol, measured: Iterable[str] = (), quantity: Quantity = PLATE_AMPLITUDE
+    protocol: Protocol,
+    measured: Iterable[str] = (),
+    quantity: Quantity = PLATE_AMPLITUDE,
+    plate: Quantity | None = None,
 ) -> dict[str, Column]:
     """Return all columns of a protocol's table in order, with their names in the file.
 
@@ -112,6 +117,8 @@ def columns(
         Entries of `MEASURED` that the run measured; they have columns, too.
     quantity : Quantity
         Quantity of the levels; it determines names, units and descriptions.
+    plate : Quantity, optional
+        Quantity that the plate makes and reads back, if it differs.
 
     Raises
     ------
@@ -140,7 +147,11 @@ def columns(
     extra = measured_columns(measured)
     order += [*extra, "response_time_source", "rejected_entries", "repeats", "flag"]
     everything = {**common, **own, **extra}
-    return {quantity.key(in_um(name)): _in(everything[name], quantity) for name in order}
+    found = {}
+    for name in order:
+        of = (plate or quantity) if READBACK in name else quantity
+        found[of.key(in_um(name))] = _in(everything[name], of)
+    return found
 
 
 def _in(column: Column, quantity: Quantity) -> Column:
@@ -164,7 +175,7 @@ def _interval_columns(number: int) -> dict[str, Column]:
     def of(record: TrialRecord) -> IntervalRecord | None:
         return record.intervals.get(number)
 
-    def surface(record: TrialRecord) -> Surface | None:
+    def surface(record: TrialRecord) -> Stimulus | None:
         interval = of(record)
         return interval.surface if interval else None
 

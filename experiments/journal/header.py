@@ -24,10 +24,9 @@ def header(
     told = asdict(plan)
     if not plan.population:
         del told["population"]  # not used in a run with a person
-    quantity = plan.study.quantity
     return {
         "format": FORMAT,
-        **({} if quantity.of_plate else {QUANTITY: plan.study.made.model_dump()}),
+        **plan.study.quantity_notes(QUANTITY),
         **told,
         "answered_by": answered_by,
         "masking_noise": masking,

@@ -23,13 +23,11 @@ from pydantic import (
 
 from slipscale.experiments.journal.reading import DAMAGED, Damage
 from slipscale.experiments.journal.record import Record
-from slipscale.experiments.journal.serialisation import in_own_names
+from slipscale.experiments.journal.serialisation import in_own_names, surface_kind
 from slipscale.experiments.protocols.steps import Adjusted, Presented, Reply, Trial, Voided
 from slipscale.faults import UserError
 from slipscale.faults.validation import in_words
 from slipscale.hardware.contact.source import QUANTITIES
-from slipscale.stimuli.surface import VirtualSurface
-from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -316,7 +314,7 @@ def _check_step(what: dict[str, Any]) -> None:
 
 
 def _check_surface(surface: dict[str, Any]) -> None:
-    _fit(Grating if "spatial_period_mm" in surface else VirtualSurface, surface)
+    _fit(surface_kind(surface), surface)
 
 
 def _check_answer(answer: dict[str, Any]) -> None:

@@ -15,12 +15,13 @@ from slipscale.experiments.protocols.steps import Adjusted, Answer, Presented, R
 from slipscale.stimuli.quantity import in_code, in_um, renamed
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.texture import Grating
+from slipscale.stimuli.varied import Varied
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from slipscale.experiments.protocols.steps import Step
-    from slipscale.stimuli.surface import Surface
+    from slipscale.stimuli.surface import Stimulus
 
 ANSWERS: dict[str, Callable[..., Answer]] = {
     "Reply": Reply,
@@ -63,10 +64,21 @@ def _plain(value: Any) -> Any:
     if kind in _WHOLE:
         return value
     if names := _names(kind):  # type: ignore[arg-type]  # mypy: no class is hashable
-        return {name: _plain(getattr(value, name)) for name in names}
+        return {name: _plain(getattr(value, name)) for name in names if _told(value, name)}
     if isinstance(value, Mapping):
         return {key: _plain(each) for key, each in value.items()}
     return [_plain(each) for each in value] if isinstance(value, tuple | list) else value
+
+
+def _told(value: Any, name: str) -> bool:
+    """Return whether a record holds a field: later ones of a texture only if they are set."""
+    later = name in getattr(value, "LATER", ())
+    return not later or getattr(value, name) != _defaults(type(value))[name]  # type: ignore[arg-type]
+
+
+@cache
+def _defaults(kind: type) -> dict[str, Any]:
+    return {each.name: each.default for each in fields(kind)}
 
 
 @cache
@@ -122,10 +134,20 @@ def _tuples(value: Any) -> Any:
     return tuple(_tuples(each) for each in value) if isinstance(value, list) else value
 
 
-def surface_from(record: dict[str, Any]) -> Surface:
+def surface_from(record: dict[str, Any]) -> Stimulus:
     """Return the surface in a record; a texture is recognised by its period."""
     fields = in_own_names(record)
-    return Grating(**fields) if "spatial_period_mm" in fields else VirtualSurface(**fields)
+    kind = surface_kind(fields)
+    if kind is Varied:
+        return Varied(vary=fields["vary"], grating=Grating(**fields["grating"]))
+    return Grating(**fields) if kind is Grating else VirtualSurface(**fields)
+
+
+def surface_kind(fields: Mapping[str, Any]) -> type[Varied | Grating | VirtualSurface]:
+    """Return what a record's surface is: a texture is known by its wave."""
+    if "vary" in fields:
+        return Varied
+    return Grating if "waveform" in fields else VirtualSurface
 
 
 def trial_from(record: dict[str, Any]) -> Trial:

@@ -18,7 +18,7 @@ from slipscale.experiments.protocols.ordering.randomisation import Stream
 from slipscale.experiments.protocols.ordering.williams import Place
 from slipscale.faults import UserError
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, in_code, in_um
-from slipscale.stimuli.surface import VirtualSurface
+from slipscale.stimuli.surface import UNLISTED, VirtualSurface
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -27,8 +27,9 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer
     from slipscale.experiments.protocols.steps import Steps, Trial, Value
     from slipscale.stimuli.quantity import Quantity
-    from slipscale.stimuli.surface import Surface
+    from slipscale.stimuli.surface import Stimulus
     from slipscale.stimuli.texture import Grating
+    from slipscale.stimuli.varied import Varied
 
 Kind = Literal["number", "label", "text"]
 # Version of the rule that generates orders; stored in every journal
@@ -91,6 +92,8 @@ class Context:
         The texts that the participant reads, by key.
     textures : tuple of Grating
         The study's textures.
+    varied : Varied or None
+        The stimulus of which the levels are one parameter; None: levels are amplitudes.
     task : str
         The task's label, for its trials and its random numbers.
     """
@@ -103,13 +106,14 @@ class Context:
     quantity: Quantity = PLATE_AMPLITUDE
     task: str = ""
     textures: tuple[Grating, ...] = ()
+    varied: Varied | None = None
     visit: int = 0
     advance: bool = True
     session: str = ""
     run: str = "01"
 
     @property
-    def surfaces(self) -> tuple[Surface, ...]:
+    def surfaces(self) -> tuple[Stimulus, ...]:
         """All surfaces of the study: the plain surfaces, then the textures."""
         return (*(self.surface(amplitude) for amplitude in self.levels), *self.textures)
 
@@ -126,18 +130,26 @@ class Context:
         """The run's place in the counterbalancing."""
         return Place(row=self.row, visit=self.visit, advance=self.advance)
 
-    def surface(self, level: float) -> VirtualSurface:
+    def surface(self, level: float) -> Stimulus:
         """Return the surface of an amplitude, with a label that does not reveal it."""
         known = self.levels
-        label = f"S{known.index(level) + 1}" if level in known else "S0"
+        label = f"S{known.index(level) + 1}" if level in known else UNLISTED
+        if self.varied is not None:
+            return self.varied.at(level, label)
         return VirtualSurface(level=level, label=label)
+
+    def own_or_listed(self, own: tuple[float, ...] | None) -> tuple[float, ...]:
+        """Return a task's own levels; left out, the study's. Raises `UserError` if it has none."""
+        if not (own or self.levels):
+            raise UserError(f"the study lists no {self.quantity.levels} and the task has none")
+        return own or self.levels
 
 
 @dataclass(slots=True, kw_only=True)
 class IntervalRecord:
     """An interval of a trial, as recorded in the journal."""
 
-    surface: Surface
+    surface: Stimulus
     readback_level: float | None = None
     onset_s: float = 0.0
     exploration_time_s: float | None = None
@@ -153,8 +165,8 @@ class TrialRecord:
     """
 
     trial: Trial
-    surface: Surface | None = None
-    before: Surface | None = None
+    surface: Stimulus | None = None
+    before: Stimulus | None = None
     readback_level: float | None = None
     onset_s: float = 0.0
     end_s: float = 0.0

@@ -55,7 +55,7 @@ class ConstantStimuli(ComparingOptions):
 
     def comparisons(self, context: Context) -> tuple[float, ...]:
         """Return the amplitudes that are compared with the standard, µm peak to peak."""
-        return self.comparison_levels or context.levels
+        return context.own_or_listed(self.comparison_levels)
 
     def furthest_level(self, context: Context) -> float:
         """Return the comparison that differs most from the standard, µm peak to peak."""

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from collections.abc import Generator
 
     from slipscale.experiments.protocols.steps import Rest
-    from slipscale.stimuli.surface import Surface
+    from slipscale.stimuli.surface import Stimulus
 
 TASK = "descendingdifference"
 
@@ -78,7 +78,7 @@ class DescendingDifference(PacedOptions):
 
 def descent(options: DescendingDifference, context: Context) -> list[float]:
     """Return the amplitudes of a series without its catch steps, µm peak to peak."""
-    falling = sorted(context.levels, reverse=True)
+    falling = sorted(context.own_or_listed(None), reverse=True)
     start = falling[0] if options.start_level is None else options.start_level
     return [start, *(amplitude for amplitude in falling if amplitude < start)]
 
@@ -191,7 +191,7 @@ class _Run(Repeating[_Step]):
             )
 
 
-def _amplitude(surface: Surface | None) -> float | None:
+def _amplitude(surface: Stimulus | None) -> float | None:
     return None if surface is None else surface.level
 
 

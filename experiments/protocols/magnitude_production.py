@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.base import TrialRecord
     from slipscale.experiments.protocols.steps import Answer, Step, Steps, Value
-    from slipscale.stimuli.surface import VirtualSurface
+    from slipscale.stimuli.surface import Stimulus
 
 Began = Literal["low", "high"]
 BEGAN: tuple[Began, ...] = ("low", "high")
@@ -168,7 +168,7 @@ class _Run(AgainstStandard):
 
     def _production(
         self, context: Context, number: float, began: Began
-    ) -> tuple[VirtualSurface, dict[str, Value]]:
+    ) -> tuple[Stimulus, dict[str, Value]]:
         """Return the surface at which a trial begins, and the trial's columns."""
         low, high = self.options.lowest_level, self.options.highest_level
         away = START_SHARE * (high - low) * self._starts.uniform()

@@ -99,7 +99,7 @@ class Matching(RestedOptions):
 
     def references(self, context: Context) -> tuple[float, ...]:
         """Return the amplitudes to be matched, µm peak to peak."""
-        return self.reference_levels or context.levels
+        return context.own_or_listed(self.reference_levels)
 
 
 def check(options: Matching, context: Context) -> None:

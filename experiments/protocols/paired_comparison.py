@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Context, TrialRecord
     from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
     from slipscale.experiments.protocols.steps import Ask, Steps
-    from slipscale.stimuli.surface import Surface
+    from slipscale.stimuli.surface import Stimulus
 
 SIZE = {"pairs": 2, "triads": 3}
 
@@ -52,7 +52,7 @@ class PairedComparison(ComparingOptions):
     )
 
 
-def compared_surfaces(options: PairedComparison, context: Context) -> tuple[Surface, ...]:
+def compared_surfaces(options: PairedComparison, context: Context) -> tuple[Stimulus, ...]:
     """Return the surfaces to compare: plain ones in rising order; for pairs, then the textures."""
     plain = tuple(context.surface(each) for each in sorted(context.levels))
     return plain if options.form == "triads" else (*plain, *context.textures)
@@ -130,7 +130,7 @@ def _answer(step: Ask, person: SimulatedPerson) -> float:
     return float(1 + person.pick([abs(second - first), abs(third - second)]))
 
 
-def _name(surface: Surface) -> str:
+def _name(surface: Stimulus) -> str:
     return surface.name if isinstance(surface, Grating) else f"{surface.level:g}"
 
 

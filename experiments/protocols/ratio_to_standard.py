@@ -36,7 +36,7 @@ class RatioToStandard(StandardOptions):
 
 def trials(options: RatioToStandard, context: Context) -> int:
     """Return the number of trials in a run, practice included."""
-    judged = len(context.levels) * (options.practice + options.repetitions)
+    judged = len(context.own_or_listed(None)) * (options.practice + options.repetitions)
     return judged + options.catch_trials
 
 
@@ -56,7 +56,7 @@ class _Run(AgainstStandard):
 
     def __init__(self, options: RatioToStandard, context: Context) -> None:
         # Without textures, because a ratio needs a single amplitude.
-        surfaces = [context.surface(each) for each in context.levels]
+        surfaces = [context.surface(each) for each in context.own_or_listed(None)]
         catch = Presentation(0, "main", context.surface(options.standard_level))
         planned = with_catch_trials(
             surface_blocks(surfaces, options, context), [catch] * options.catch_trials, context

@@ -34,7 +34,7 @@ from slipscale.experiments.protocols.adaptive.track import rounded
 
 if TYPE_CHECKING:
     from slipscale.stimuli.headphone_sounds import HeadphoneSound
-    from slipscale.stimuli.surface import Surface
+    from slipscale.stimuli.surface import Stimulus
 
 Phase = Literal["practice", "main"]
 Value = str | float | bool | None
@@ -214,7 +214,7 @@ class Present:
     about a difference. The session performs it unless the plate already presents that surface.
     """
 
-    surface: Surface
+    surface: Stimulus
     trial: Trial | None = None
     lead_in: tuple[Present, Explore] | None = None
     interval: int | None = None

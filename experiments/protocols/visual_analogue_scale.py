@@ -116,11 +116,11 @@ class _Run(RatedSurfaces):
     """The numbered trials of a run."""
 
     def __init__(self, options: VisualAnalogueScale, context: Context) -> None:
-        catch = Presentation(0, "main", context.surface(0.0))
+        catches = [
+            Presentation(0, "main", context.surface(0.0)) for _ in range(options.catch_trials)
+        ]
         planned = with_catch_trials(
-            surface_blocks(context.surfaces, options, context),
-            [catch] * options.catch_trials,
-            context,
+            surface_blocks(context.surfaces, options, context), catches, context
         )
         super().__init__(options, context, planned)
         self.options = options

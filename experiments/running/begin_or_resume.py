@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 def plate_for(plan: RunPlan, spec: str, clock: Clock) -> PlateDriver:
     """Return the plate that a SPEC names, not connected, restricted to the study's tolerance."""
     driver = open_plate(spec, clock=clock, seed=plan.seed)
-    wanted, quantity = plan.study.plate, plan.study.quantity
+    wanted, quantity = plan.study.plate, plan.study.plate_quantity
     if isinstance(driver, MockPlate) and driver.plate_file is None:
         driver.adopt(quantity, wanted.level)
     if (made := driver.limits.quantity).makes != quantity.makes:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from slipscale.experiments.protocols.steps import Trial
-    from slipscale.stimuli.surface import Surface
+    from slipscale.stimuli.surface import Stimulus
 
 #: Most participants that can be distinguished in one figure.
 MOST = 40
@@ -26,7 +26,7 @@ MOST_NAMED = 30
 
 @styled
 def orders_figure(
-    people: Sequence[tuple[str, Sequence[tuple[Trial, Surface]]]],
+    people: Sequence[tuple[str, Sequence[tuple[Trial, Stimulus]]]],
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Figure:
     """Draw one row per participant and one field per trial, coloured by level.
@@ -69,11 +69,11 @@ def orders_figure(
     return figure
 
 
-def _level(surface: Surface) -> float:
-    return surface.mean_level if isinstance(surface, Grating) else surface.level
+def _level(surface: Stimulus) -> float:
+    return surface.settled_level if isinstance(surface, Grating) else surface.level
 
 
-def _parts(own: Sequence[tuple[Trial, Surface]]) -> list[tuple[int, str]]:
+def _parts(own: Sequence[tuple[Trial, Stimulus]]) -> list[tuple[int, str]]:
     """Return the positions and names of a run's parts."""
     found: list[tuple[int, str]] = []
     for place, (trial, _) in enumerate(own):

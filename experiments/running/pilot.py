@@ -20,11 +20,12 @@ from slipscale.experiments.journal.plan_and_progress import (
     is_mock,
     read_plan,
 )
+from slipscale.experiments.participants.simulated_people.growth import people_for
 from slipscale.experiments.participants.simulated_people.in_session import (
     GAVE_UP,
     SimulatedParticipant,
 )
-from slipscale.experiments.participants.simulated_people.population import Population, people_for
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.running.contact_sources import (
     NOT_NAMED,
@@ -91,7 +92,7 @@ def pilot_plans(
     if count < 1:
         raise UserError(f"--participants {count}: expected 1 or more")
     width = max(2, len(str(count)))
-    people = people_for(study.quantity, study.plate.level, population).model_dump_json()
+    people = people_for(study, population).model_dump_json()
     return [
         RunPlan(
             study_name=study_name,
@@ -229,7 +230,7 @@ def run_simulated(
     population = (
         Population.model_validate_json(plan.population)
         if plan.population
-        else people_for(plan.study.quantity, plan.study.plate.level)
+        else people_for(plan.study)
     )
     plan = replace(plan, population=population.model_dump_json())
     clock = VirtualClock()
@@ -290,8 +291,8 @@ def run_simulated(
 def _steady(spec: str, plan: RunPlan) -> str:
     """Return a mock within the study's tolerance; a mock with options is returned unchanged."""
     wanted_um, study = plan.study.plate.tolerance_level, plan.study
-    if wanted_um is not None and not study.quantity.of_plate:
-        wanted_um *= PlateLimits().level / study.plate.level  # as the mock scales levels
+    if wanted_um is not None and not study.plate_quantity.in_um_pp:
+        wanted_um *= PlateLimits().level / study.plate.level  # as the mock scales its levels
     if spec != MOCK or wanted_um is None or wanted_um * PART_OF_TOLERANCE >= MOCK_NOISE_UM:
         return spec
     return f"{MOCK}:noise={wanted_um * PART_OF_TOLERANCE:g}"

@@ -235,10 +235,10 @@ def check_plate(planned: PlannedSession) -> Finding:
         silent_on_signals(plate),
     ):
         check_supported(plan, plate)
-        plain = [each for each in surfaces(plan) if isinstance(each, VirtualSurface)]
-        largest = max((each.level for each in plain), default=0.0)
+        # Of a texture the mean, where it settles.
+        largest = max((each.settled_level for each in surfaces(plan)), default=0.0)
         made = plate.present(VirtualSurface(level=largest))
-        notes = [*plate.notes, *_scatter(plate, study.quantity)]
+        notes = [*plate.notes, *_scatter(plate, study.plate_quantity)]
         plate.silence()
         who = plate.identity
         textures = "plays textures" if plate.modulator else "plays no textures"
@@ -247,7 +247,7 @@ def check_plate(planned: PlannedSession) -> Finding:
     told = (
         "no readback"
         if reading is None
-        else f"reads {reading:.2f} of {study.quantity.short(largest)}"
+        else f"reads {reading:.2f} of {study.plate_quantity.short(largest)}"
     )
     name = f"{who.manufacturer} {who.model} {who.serial}" if who else planned.plate
     return Finding(

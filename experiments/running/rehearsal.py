@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Answer, Question, Step, Steps, Value
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.hardware.driver import PlateDriver
-    from slipscale.stimuli.surface import Surface
+    from slipscale.stimuli.surface import Stimulus
 
 # An answer is given by its position, from 0 to 1, in the range of answers; 0 is the first option or
 # "yes". A pattern of answers maps the number of a question to a position.
@@ -194,7 +194,7 @@ def _value(question: Question, place: float) -> Value:
     assert_never(question)
 
 
-def surfaces(plan: RunPlan) -> list[Surface]:
+def surfaces(plan: RunPlan) -> list[Stimulus]:
     """Return each surface that a run may present once, including standards and start levels.
 
     They are sorted by label, so that the order of presentation is not revealed.
@@ -204,7 +204,7 @@ def surfaces(plan: RunPlan) -> list[Surface]:
     UserError
         A protocol presents an amplitude outside its declared range.
     """
-    found: set[Surface] = set()
+    found: set[Stimulus] = set()
     for protocol, options in plan.tasks():
         if protocol.possible_levels:
             context = plan.context(protocol.task)
@@ -214,7 +214,7 @@ def surfaces(plan: RunPlan) -> list[Surface]:
     return sorted(found, key=lambda surface: (surface.label, surface.level))
 
 
-def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Surface]:
+def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Stimulus]:
     """Return the surfaces presented for a pattern of answers; reject undeclared levels."""
     bounds: dict[str, tuple[float, float]] = {}
     short = plan.study.quantity.short
@@ -223,7 +223,7 @@ def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Surface]:
         if protocol.possible_levels:
             possible = list(protocol.possible_levels(options, plan.context(protocol.task)))
             bounds[protocol.task] = min(possible), max(possible)
-    found: set[Surface] = set()
+    found: set[Stimulus] = set()
     for step in dry_run(plan, way):
         if isinstance(step, Present):
             found.add(step.surface)
@@ -240,7 +240,7 @@ def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Surface]:
 def check_supported(plan: RunPlan, plate: PlateDriver) -> None:
     """Raise `UserError`, or the plate's fault, if the plate cannot present a surface of a run."""
     for surface in surfaces(plan):
-        plate.check_supported(surface, place_known=bool(plan.study.plate.position))
+        plate.check_supported(surface.made, place_known=bool(plan.study.plate.position))
     q = plan.study.quantity
     for protocol, options in plan.tasks():
         if protocol.finest_level is None:

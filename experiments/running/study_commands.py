@@ -27,13 +27,14 @@ from slipscale.stimuli.modulation import DEFAULT_MODULATOR
 from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from matplotlib.figure import Figure
 
     from slipscale.experiments.protocols.steps import Trial
     from slipscale.experiments.study.model import Study
-    from slipscale.stimuli.surface import Surface
+    from slipscale.stimuli.surface import Stimulus
 
 # A longer run would take days.
 MOST_TRIALS = 10_000
@@ -109,17 +110,33 @@ def validate(name: str) -> str:
         f"{name}: no fault ({len(study.tasks)} tasks, {len(study.levels)} {study.quantity.levels}"
         f"{textures})"
     )
-    return "\n".join([said, *map(_followed, study.gratings), *balance(name, study, text)])
+    return "\n".join([said, *_textures(study), *balance(name, study, text)])
+
+
+def _textures(study: Study) -> Iterator[str]:
+    """Yield how far plate and film follow each texture, and each level of one that is varied."""
+    for grating in study.gratings:
+        yield f"texture {grating.name}: {_followed(grating)}"
+    if varied := study.varied:
+        for level in study.levels:
+            yield f"{study.quantity.short(level)}: {_followed(varied.turned(level).made)}"
 
 
 def _followed(grating: Grating) -> str:
     """Describe how much of a texture's depth the plate and friction follow at the assumed speed."""
-    rate_hz = grating.modulation_hz(grating.finger_speed_mm_s)
+    rate_hz = grating.rate_hz(grating.finger_speed_mm_s)
     plate, friction = DEFAULT_MODULATOR.passed(rate_hz), DEFAULT_MODULATOR.friction_passed(rate_hz)
     return (
-        f"texture {grating.name}: {rate_hz:.3g} Hz at {grating.finger_speed_mm_s:g} mm/s; of a "
+        f"{rate_hz:.3g} Hz at {grating.finger_speed_mm_s:g} mm/s; of a "
         f"sinusoidal depth the plate passes {plate:.0%}, friction by the film model {friction:.0%}"
     )
+
+
+def _period(grating: Grating) -> str:
+    if grating.spatial_period_mm is None:
+        return f"{grating.modulation_hz:g} Hz"
+    speed_mm_s = grating.finger_speed_mm_s
+    return f"period {grating.spatial_period_mm:g} mm, for a finger at {speed_mm_s:g} mm/s"
 
 
 def show(name: str, participant: str, session: str = "", run: str = "01") -> str:
@@ -152,9 +169,8 @@ def show(name: str, participant: str, session: str = "", run: str = "01") -> str
         lines.append(f"{sessions}{study.runs} runs in each; visits = {study.visits}")
     lines += [
         f"texture {grating.name} ({grating.label}): {grating.waveform}, "
-        f"{grating.lowest_level:g} to {q.short(grating.level)}, "
-        f"period {grating.spatial_period_mm:g} mm, "
-        f"for a finger at {grating.finger_speed_mm_s:g} mm/s"
+        f"{grating.lowest_level:g} to {study.plate_quantity.short(grating.level)}, "
+        f"{_period(grating)}"
         for grating in study.gratings
     ]
     for protocol, options in plan.tasks():
@@ -231,7 +247,7 @@ def orders_of_all(name: str) -> Figure:
     return orders_figure(people, study.quantity)
 
 
-def presented(plan: RunPlan) -> list[tuple[Trial, Surface]]:
+def presented(plan: RunPlan) -> list[tuple[Trial, Stimulus]]:
     """Return a run's trials in order, each with its surface."""
     steps = (step for step in dry_run(plan) if isinstance(step, Present))
     return [(step.trial, step.surface) for step in steps if step.trial]
@@ -246,7 +262,7 @@ def _main_blocks(plan: RunPlan, task: str) -> list[list[str]]:
     return list(found.values())
 
 
-def _name(surface: Surface) -> str:
+def _name(surface: Stimulus) -> str:
     return surface.name if isinstance(surface, Grating) else f"{surface.level:g}"
 
 

@@ -115,7 +115,7 @@ class _Visit:
         self.now_s += done.duration_s
         step = done.step
         if isinstance(step, Present):
-            vibrates = step.surface.level > 0
+            vibrates = step.surface.made.level > 0
             self.exposures += vibrates
             self._switch(on=vibrates)
             self.now_s += SETTLING_S

@@ -10,7 +10,6 @@ from slipscale.experiments.protocols.adaptive.track import DECIMALS
 from slipscale.experiments.protocols.steps import FEEL_AGAIN, Adjusted
 from slipscale.experiments.session.markers import Event
 from slipscale.faults import UserError
-from slipscale.stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -49,11 +48,11 @@ class Adjusting:
 
     def adjust(self, step: Adjust) -> Adjusted:
         """Let the participant adjust the surface, and record every amplitude on the way."""
-        start_level = self.surface.level
-        if start_level is None:
+        start = self.surface.wanted
+        if start is None:
             raise ValueError("there is no surface to adjust: none was presented")
         began_s = self.clock.now()
-        trace = [(0.0, start_level)]
+        trace = [(0.0, start.level)]
         again_s: list[float] = []
 
         def since_s() -> float:
@@ -62,7 +61,7 @@ class Adjusting:
         def turn(notches: int) -> None:
             aim_level = step.turned_level(trace[-1][1], notches)
             if aim_level != trace[-1][1]:
-                self.surface.turn(turned(aim_level))
+                self.surface.turn(start.turned(aim_level))
                 trace.append((since_s(), aim_level))
 
         try:
@@ -75,7 +74,7 @@ class Adjusting:
             self.journal.write("discarded", name=step.name, answer={"trace": trace})
             raise
         self.markers.mark(Event.ANSWER, step)
-        self.surface.adjusted(turned(trace[-1][1]))
+        self.surface.adjusted(start.turned(trace[-1][1]))
         return Adjusted(
             value=trace[-1][1],
             onset_s=reply.onset_s,
@@ -115,8 +114,3 @@ class Adjusting:
         trial = reference.trial.number if reference.trial else None
         self.journal.append("felt_again", trial=trial, answer=answer_record(made))
         self.wait()
-
-
-def turned(level: float) -> VirtualSurface:
-    """Return the surface at the adjusted level; its label does not reveal the amplitude."""
-    return VirtualSurface(level=level, label="S0")

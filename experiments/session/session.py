@@ -39,7 +39,7 @@ from slipscale.experiments.protocols.steps import (
     Silence,
     Voided,
 )
-from slipscale.experiments.session.adjusting import Adjusting, turned
+from slipscale.experiments.session.adjusting import Adjusting
 from slipscale.experiments.session.followed_textures import Following
 from slipscale.experiments.session.interruptions import Interruptions
 from slipscale.experiments.session.markers import Event, Markers
@@ -271,8 +271,8 @@ class Session:
             self._surface.explored(step)
         elif isinstance(step, Silence):
             self._surface.silenced(step)
-        elif isinstance(answer, Adjusted):
-            self._surface.adjusted(turned(answer.trace[-1][1]))
+        elif isinstance(answer, Adjusted) and (wanted := self._surface.wanted):
+            self._surface.adjusted(wanted.turned(answer.trace[-1][1]))
         return answer
 
     def _take_up(self, step: Step) -> None:
@@ -354,7 +354,7 @@ class Session:
             self._restore(step)
         self._rewinds = False
         self._noise.start()
-        self._progress.tell("presenting", level=step.surface.level)
+        self._progress.tell("presenting", level=step.surface.made.level)
         if self._tracking and self._surface.state == "silent":
             self._tracking.before(step, self._journal, self._clock)
         self._markers.mark(Event.ONSET, step)

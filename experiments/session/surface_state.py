@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from slipscale.hardware.contact.source import Sample
     from slipscale.hardware.driver import PlateDriver
     from slipscale.stimuli.quantity import Quantity
-    from slipscale.stimuli.surface import Surface
+    from slipscale.stimuli.surface import Stimulus
 
 
 PlateState = Literal["silent", "as commanded", "not measured", "lost"]
@@ -102,7 +102,12 @@ class SurfaceState:
     @property
     def level(self) -> float | None:
         """The commanded amplitude (the largest of a texture), or None."""
-        return self._wanted.surface.level if self._wanted else None
+        return self._wanted.surface.made.level if self._wanted else None
+
+    @property
+    def wanted(self) -> Stimulus | None:
+        """The stimulus that should be on the plate, or None."""
+        return self._wanted.surface if self._wanted else None
 
     def must_be_felt_again(self, step: Step) -> bool:
         """Return whether the surface that a step requires was interrupted."""
@@ -148,13 +153,13 @@ class SurfaceState:
         if self._wanted is not None:
             self._script.append(Done(step=step))
 
-    def turn(self, surface: Surface) -> None:
+    def turn(self, surface: Stimulus) -> None:
         """Change the surface on the plate while the participant adjusts it."""
         if self._wanted is None:
             raise ValueError("there is no surface to turn: none was presented")
         self._make(replace(self._wanted, surface=surface))
 
-    def adjusted(self, surface: Surface) -> None:
+    def adjusted(self, surface: Stimulus) -> None:
         """Note the final level of an adjusted surface, which is what the participant felt."""
         if self._wanted is None:
             return
@@ -328,7 +333,7 @@ class SurfaceState:
 
     def _make(self, step: Present) -> Presented:
         self._hushed = False
-        made = self._plate.present(self._following.presented_as(step.surface))
+        made = self._plate.present(self._following.presented_as(step.surface.made))
         self._wanted, self._held = step, True
         self._commanded_level = made.commanded_level
         self.confirm()

@@ -15,16 +15,20 @@ from typing import TYPE_CHECKING, Any
 from slipscale.experiments.protocols.registry import load_protocol, protocol_names
 from slipscale.experiments.study.model import Study
 from slipscale.experiments.study.own_language import check_words, with_own_language
-from slipscale.experiments.study.tables import PlateSettings, Texture
+from slipscale.experiments.study.tables import PlateSettings, StimulusTable, Texture
 from slipscale.faults import UserError
 from slipscale.faults.suggestions import did_you_mean
 from slipscale.faults.toml_file import parse_toml
+from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.quantity import FileNames, in_um
 from slipscale.stimuli.quantity_table import stated_quantity
+from slipscale.stimuli.texture import PARAMETERS
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+# The tables whose levels are what the plate makes, whatever a study varies.
+OF_PLATE = ("plate", "textures", "stimulus")
 LOG = logging.getLogger(__name__)
 
 
@@ -57,11 +61,19 @@ def file_names(table: dict[str, Any]) -> FileNames:
         Study,
         PlateSettings,
         Texture,
+        StimulusTable,
         *(load_protocol(name).options for name in known),
     )
     fields = {field for model in models for field in model.model_fields}
     levels = frozenset(field for field in fields if in_um(field) != field)
-    return FileNames(stated_quantity(table), levels, frozenset({"plate", "textures", "tasks"}))
+    plate, vary = stated_quantity(table), table.get("vary")
+    varied = field_of(vary, plate, PARAMETERS) if isinstance(vary, str) else None
+    return FileNames(
+        PARAMETERS[varied].parameter.quantity(plate) if varied else plate,
+        levels,
+        frozenset({"tasks", *OF_PLATE}),
+        dict.fromkeys(OF_PLATE, plate),
+    )
 
 
 def shipped_studies() -> list[str]:

@@ -6,7 +6,6 @@ skipped if that key is invalid (for example, levels if the plate's table is inva
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import (
@@ -23,7 +22,6 @@ from slipscale.experiments.languages.texts import CODE, languages, text_faults
 from slipscale.experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
-    Context,
     EntityLabel,
     Label,
     Options,
@@ -35,15 +33,23 @@ from slipscale.experiments.protocols.base import (
 from slipscale.experiments.protocols.registry import load_protocol, protocol_names
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.experiments.study.headphone_test import HEADPHONES, HeadphoneTest
+from slipscale.experiments.study.levels import Levels
 from slipscale.experiments.study.participant_keys import ParticipantKeys
 from slipscale.experiments.study.person_questions import PersonQuestion, unanswerable
 from slipscale.experiments.study.questionnaires import Questionnaire, unusable
-from slipscale.experiments.study.tables import Cost, MaskingNoise, PlateSettings, Texture
+from slipscale.experiments.study.tables import (
+    Cost,
+    MaskingNoise,
+    PlateSettings,
+    StimulusTable,
+    Texture,
+)
 from slipscale.faults import UserError
 from slipscale.faults.suggestions import expected_one_of
 from slipscale.faults.validation import faults_in, refuse
-from slipscale.stimuli.quantity import in_um
+from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.quantity_table import QuantityTable
+from slipscale.stimuli.texture import PARAMETERS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -52,6 +58,7 @@ if TYPE_CHECKING:
     from slipscale.faults.validation import Fault
     from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.texture import Grating
+    from slipscale.stimuli.varied import Varied
 
 
 # Surfaces, tasks, sessions, questions: more than any study needs, few enough to compute quickly.
@@ -95,15 +102,28 @@ class Study(BaseModel):
         description="What the plate makes and all levels are in; left out: the vibration amplitude "
         "in µm peak to peak. In another quantity keys end in its unit.",
     )
+    vary: str = Field(
+        default="",
+        description="Key of the parameter of [stimulus] that is varied, such as spatial_period_mm: "
+        "every level of the study is then a value of it. Left out: levels are what the plate "
+        "makes.",
+    )
+    stimulus: StimulusTable | None = Field(
+        default=None,
+        validate_default=True,
+        description="What a study that varies a parameter holds fixed.",
+    )
     plate: PlateSettings = Field(
         default=PlateSettings(), description="Limits that every amplitude of the study must keep."
     )
-    levels: Annotated[tuple[Amplitude, ...], Field(min_length=1, max_length=MOST)] = Field(
+    levels: Annotated[tuple[Amplitude, ...], Field(max_length=MOST)] = Field(
+        default=(),
         description="Vibration amplitudes of the plain surfaces, all different; 0 is the plate "
-        "at rest."
+        "at rest. A study of textures alone leaves them out.",
     )
     textures: Annotated[tuple[Texture, ...], Field(max_length=MOST)] = Field(
         default=(),
+        validate_default=True,
         description="Surfaces whose amplitude is modulated, for the protocols that present them.",
     )
     tasks: Annotated[tuple[SerializeAsAny[Options], ...], Field(min_length=1, max_length=MOST)] = (
@@ -183,16 +203,36 @@ class Study(BaseModel):
         "texts by their keys.",
     )
 
+    @field_validator("vary")
+    @classmethod
+    def _known(cls, value: str, info: ValidationInfo) -> str:
+        plate = _levels(info).made
+        if value and field_of(value, plate, PARAMETERS) is None:
+            raise ValueError(expected_one_of(value, [plate.named(each) for each in PARAMETERS]))
+        return value
+
+    @field_validator("stimulus")
+    @classmethod
+    def _whole(cls, value: StimulusTable | None, info: ValidationInfo) -> StimulusTable | None:
+        vary = info.data.get("vary", "")
+        if value is None and vary:
+            raise ValueError(f"expected the table [stimulus], since {vary} is varied")
+        if value is not None and not vary:
+            raise ValueError("expected vary, the key of the parameter that is the level")
+        if value is not None:
+            refuse(value.faults(_levels(info).vary))
+        return value
+
     @field_validator("plate")
     @classmethod
     def _limited(cls, value: PlateSettings, info: ValidationInfo) -> PlateSettings:
-        refuse(_unstated(("plate",), value, info))
+        refuse(_levels(info).unstated(("plate",), value))
         return value
 
     @field_validator("levels")
     @classmethod
     def _presentable(cls, value: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
-        faults = list(_beyond(("levels",), info, *value))
+        faults = list(_levels(info).unpresentable(("levels",), *value))
         if len(set(value)) < len(value):
             faults.append((("levels",), {"msg": "expected them to be all different"}))
         refuse(faults)
@@ -203,7 +243,11 @@ class Study(BaseModel):
     def _playable(cls, value: tuple[Texture, ...], info: ValidationInfo) -> tuple[Texture, ...]:
         faults = list(_named_twice("textures", [texture.name for texture in value]))
         for number, texture in enumerate(value):
-            faults += _beyond(("textures", number), info, texture.grating().level)
+            faults += _levels(info).beyond(("textures", number), texture.grating())
+        if value and info.data.get("stimulus"):
+            faults.append((("textures",), {"msg": "cannot be combined with vary"}))
+        if not value and info.data.get("levels") == ():
+            faults.append((("levels",), {"type": "missing", "msg": ""}))
         refuse(faults)
         return value
 
@@ -225,7 +269,7 @@ class Study(BaseModel):
             except ValueError as error:
                 faults.append(((*place, "protocol"), {"msg": str(error)}))
             else:
-                faults += _unstated(place, task, info)
+                faults += _levels(info).unstated(place, task)
                 faults += _impossible(place, task, tasks, info)
                 tasks.append(task)
         refuse(faults or _unpresented(tasks, info))
@@ -256,9 +300,41 @@ class Study(BaseModel):
         )
 
     @property
+    def _levels(self) -> Levels:
+        return Levels.of(self.__dict__)
+
+    @property
     def quantity(self) -> Quantity:
-        """The quantity of all levels."""
+        """What all levels are in: what the plate makes, or the parameter that is varied."""
+        return self._levels.quantity
+
+    @property
+    def plate_quantity(self) -> Quantity:
+        """What the plate makes."""
         return self.made.quantity
+
+    def quantity_notes(self, name: str) -> dict[str, dict[str, str]]:
+        """Return what records say of the levels' quantity; nothing of the usual one."""
+        if self.quantity.of_plate:
+            return {}
+        return {name: QuantityTable.stating(self.quantity).model_dump()}
+
+    @property
+    def range_level(self) -> tuple[float, float]:
+        """From the lowest to the highest level that simulated people are to feel."""
+        if not self.vary:
+            return 0.0, self.plate.level
+        possible, context = [*self.levels], self._levels.context(self.levels)
+        for task in self.tasks:
+            protocol = load_protocol(task.protocol)
+            if protocol.possible_levels:
+                possible += protocol.possible_levels(task, context)
+        return min(possible), max(possible)
+
+    @property
+    def varied(self) -> Varied | None:
+        """The stimulus that is varied, at the first level; None: levels are what a plate makes."""
+        return self._levels.varied(self.levels)
 
     @property
     def gratings(self) -> tuple[Grating, ...]:
@@ -276,38 +352,15 @@ def _named_twice(table: str, names: list[str]) -> Iterator[Fault]:
             yield (table, number, "name"), {"msg": f"there is a '{name}' already"}
 
 
-def _quantity(info: ValidationInfo) -> Quantity:
-    made: QuantityTable = info.data.get("made", QuantityTable())
-    return made.quantity
-
-
-def _unstated(place: Place, table: BaseModel, info: ValidationInfo) -> Iterator[Fault]:
-    """Yield the levels that a table must state, because the defaults are in µm."""
-    quantity = _quantity(info)
-    if not quantity.of_plate:
-        for key, field in type(table).model_fields.items():
-            if (
-                in_um(key) != key
-                and key not in table.model_fields_set
-                and field.default is not None
-            ):
-                said = f"is missing; its default is in µm, expected {quantity.unit_in_full}"
-                yield (*place, key), {"msg": said}
-
-
-def _beyond(place: Place, info: ValidationInfo, *levels: float) -> Iterator[Fault]:
-    plate = info.data.get("plate")
-    limit_level = plate.level if plate else math.inf
-    if beyond := ", ".join(str(each) for each in levels if each > limit_level):
-        unit = _quantity(info).unit_in_short
-        yield place, {"msg": f"{beyond} is beyond the plate's {limit_level} {unit}"}
+def _levels(info: ValidationInfo) -> Levels:
+    return Levels.of(info.data)
 
 
 def _impossible(
     place: Place, task: Options, before: list[Options], info: ValidationInfo
 ) -> Iterator[Fault]:
     """Yield the reasons why a task is impossible in this study."""
-    protocol = load_protocol(task.protocol)
+    protocol, own = load_protocol(task.protocol), _levels(info)
     labels = [load_protocol(other.protocol).for_task(other).task for other in before]
     if (label := protocol.for_task(task).task) in labels:
         # Their trials would be in the same table, with the same numbers.
@@ -315,7 +368,9 @@ def _impossible(
         yield (*place, "label" if task.label else "protocol"), {"msg": said}
     for key in protocol.amplitudes:
         given = getattr(task, key, None) or ()
-        yield from _beyond((*place, key), info, *(given if isinstance(given, tuple) else (given,)))
+        if not (own.vary and protocol.possible_levels):  # then some are differences of levels
+            each = given if isinstance(given, tuple) else (given,)
+            yield from own.unpresentable((*place, key), *each)
     try:
         texts = protocol_texts(protocol, info.data.get("language", "en"))
     except UserError as error:
@@ -327,23 +382,14 @@ def _impossible(
     levels, textures = info.data.get("levels"), info.data.get("textures")
     if levels is None or textures is None:
         return
-    context = Context(
-        seed=0,
-        participant="",
-        row=0,
-        levels=levels,
-        quantity=_quantity(info),
-        texts={},
-        task=label,
-        textures=tuple(texture.grating() for texture in textures),
-    )
+    context = own.context(levels, tuple(texture.grating() for texture in textures), label)
     try:
         if protocol.check:
             protocol.check(task, context)
         possible = protocol.possible_levels(task, context) if protocol.possible_levels else ()
-        yield from _beyond(place, info, *sorted(set(possible)))
+        yield from own.unpresentable(place, *sorted(set(possible)))
         if not protocol.trials(task, context):
-            yield place, {"msg": f"has no trials with these {_quantity(info).levels}"}
+            yield place, {"msg": f"has no trials with these {own.quantity.levels}"}
     except UserError as error:
         yield place, {"msg": str(error)}
 

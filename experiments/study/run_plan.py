@@ -196,6 +196,7 @@ class RunPlan:
             texts=self.texts(),
             task=task,
             textures=self.study.gratings,
+            varied=self.study.varied,
             visit=self.visit,
             advance=self.study.visits == "advance",
             session=self.session,

@@ -28,6 +28,7 @@ UNITS = {
     "_mm_s": "mm/s",
     "_mm": "mm",
     "_hz": "Hz",
+    "_deg": "°",
     "_s": "s",
     "_share": "share, 0 to 1",
 }

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+import math
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 
 from slipscale.experiments.protocols.base import Label, Positive, Seconds, Switch, Words
 from slipscale.faults import UserError
 from slipscale.hardware.limits import PlateLimits
-from slipscale.stimuli.texture import Grating, Waveform
+from slipscale.stimuli.texture import PARAMETERS, Grating, Waveform
+from slipscale.stimuli.varied import Varied
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from slipscale.faults.validation import Fault
+    from slipscale.stimuli.parameters import Parameter
 
 
 class MaskingNoise(BaseModel):
@@ -103,28 +111,53 @@ class PlateSettings(BaseModel):
     )
 
 
-# No plate is a metre long, so a longer period would exceed any stroke.
-LONGEST_MM = 1000.0
+WAVEFORM = "Form of the amplitude over one period."
 
 
-class Texture(BaseModel):
-    """A grating that the study presents as an additional surface."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    name: Label = Field(description="What the data call the texture: letters, digits and _.")
-    spatial_period_mm: Annotated[Positive, Field(le=LONGEST_MM)] = Field(
-        description="Length of one period."
+def _field(parameter: Parameter, *, default: Any = ...) -> Any:
+    """Return the field of a parameter, its range checked; `...`: it must be given."""
+    bounds: dict[str, Any] = {"gt": parameter.above, "ge": parameter.least, "le": parameter.most}
+    return Field(
+        default=default,
+        strict=True,
+        allow_inf_nan=False,
+        description=parameter.description,
+        **{name: bound for name, bound in bounds.items() if math.isfinite(bound)},
     )
-    mean_level: Positive = Field(description="Mean of the vibration amplitude over a period.")
-    depth_level: Positive = Field(
-        description="The amplitude swings from mean - depth to mean + depth."
+
+
+if TYPE_CHECKING:
+
+    class _Textured(BaseModel):
+        name: str
+
+    _Stimulated = BaseModel
+else:
+    _CONFIG = ConfigDict(frozen=True, extra="forbid")
+    # A texture states what the data depend on; a stimulus has what a study varies from its levels.
+    _Textured = create_model(
+        "_Textured",
+        __config__=_CONFIG,
+        name=(Label, Field(description="What the data call the texture: letters, digits and _.")),
+        **{
+            field: (each.kind, _field(each.parameter, default=... if each.stated else each.default))
+            for field, each in PARAMETERS.items()
+        },
     )
-    waveform: Waveform = Field(default="sine", description="Form of the amplitude over one period.")
-    finger_speed_mm_s: Positive = Field(
-        description="Speed of the finger for which the texture is played where nothing tells the "
-        "finger's place. Every study states it, since the data depend on it."
+    _Stimulated = create_model(
+        "_Stimulated",
+        __config__=_CONFIG,
+        **{
+            field: (each.kind | None, _field(each.parameter, default=None))
+            for field, each in PARAMETERS.items()
+        },
     )
+
+
+class Texture(_Textured):
+    """A grating that the study presents as one more surface."""
+
+    waveform: Waveform = Field(default="sine", description=WAVEFORM)
 
     @model_validator(mode="after")
     def _playable(self) -> Self:
@@ -137,3 +170,30 @@ class Texture(BaseModel):
     def grating(self, label: str = "") -> Grating:
         """Return the texture as a surface, with a label that does not identify it."""
         return Grating(label=label, **self.model_dump())
+
+
+class StimulusTable(_Stimulated):
+    """What a study that varies one parameter holds fixed."""
+
+    waveform: Waveform = Field(default="sine", description=WAVEFORM)
+
+    def faults(self, vary: str) -> Iterator[Fault]:
+        """Yield what is missing, and the varied parameter if it is given."""
+        given = {*self.model_dump(exclude_none=True), vary}
+        in_time = {"finger_speed_mm_s"} if "modulation_hz" in given else set()
+        for field, each in PARAMETERS.items():
+            if each.stated and field not in given | in_time:
+                yield ("stimulus", field), {"msg": "is missing"}
+        if getattr(self, vary, None) is not None:
+            yield ("stimulus", vary), {"msg": "is varied; expected it to be left out"}
+
+    def varied(self, vary: str, level: float) -> Varied:
+        """Return the stimulus at one value of the parameter that is varied.
+
+        Raises
+        ------
+        UserError
+            A parameter is out of range.
+        """
+        given = self.model_dump(exclude_none=True) | {vary: level}
+        return Varied(vary=vary, grating=Grating(name="stimulus", **given))

@@ -43,7 +43,7 @@ class FollowedTexture:
     @property
     def mean(self) -> VirtualSurface:
         """The plain surface at which the plate settles before it follows the finger."""
-        return VirtualSurface(level=self._grating.mean_level, label=self._grating.label)
+        return VirtualSurface(level=self._grating.settled_level, label=self._grating.label)
 
     def see(self, samples: Iterable[Sample]) -> None:
         """Update the finger's position from samples."""
@@ -57,7 +57,7 @@ class FollowedTexture:
         asked_s, self._asked_s = self._asked_s, now_s
         held_s = min(now_s - asked_s, LONGEST_HELD_S) if asked_s is not None else 0.0
         if not self._last or now_s - self._last[-1][0] > LOST_S:
-            return self._grating.mean_level
+            return self._grating.settled_level
         time_s, place_mm = self._last[-1]
         first_s, first_mm = self._last[0]
         passed_s = time_s - first_s

@@ -124,9 +124,9 @@ def test_plate_of_high_q_limits_what_a_fast_line_could_send():
     [
         ({"spatial_period_mm": 0.0}, "spatial_period_mm is 0.0"),
         ({"spatial_period_mm": math.nan}, "spatial_period_mm is nan"),
-        ({"mean_level": -1.0}, "mean_um_pp is -1.0"),
-        ({"depth_level": 1.5}, "depth_um_pp is 1.5, expected from 0 to the mean"),
-        ({"depth_level": math.nan}, "depth_um_pp is nan"),
+        ({"mean_level": -1.0}, "mean is -1.0"),
+        ({"depth_level": 1.5}, "depth is 1.5, expected from 0 to the mean"),
+        ({"depth_level": math.nan}, "depth is nan"),
         ({"waveform": "noise"}, "waveform is 'noise', expected one of: sine"),
     ],
 )

@@ -33,7 +33,7 @@ from slipscale.experiments.protocols.steps import (
     Voided,
 )
 from slipscale.hardware.clock import VirtualClock
-from slipscale.stimuli.texture import Grating
+from slipscale.stimuli.varied import Varied
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.protocols.steps import Answer, Step
     from slipscale.experiments.study.run_plan import RunPlan
-    from slipscale.stimuli.surface import Surface
+    from slipscale.stimuli.surface import Stimulus
 
 # Steps at which a person can give up.
 PERFORMED = (Instruct, Rest, Feedback, Explore, Ask, Adjust, EndBlock)
@@ -105,7 +105,7 @@ class _Bare:
 
     def __init__(self, person: Respondent) -> None:
         self.person = person
-        self.on_plate: Surface | None = None
+        self.on_plate: Stimulus | None = None
         self.answers: Mapping[type, Callable[[Any], Answer]] = {
             Instruct: person.read,
             Rest: person.read,
@@ -125,10 +125,10 @@ class _Bare:
             self.person.begin(explore)
             self.person.feels(explore, _felt_level(before.surface))
         self.on_plate = step.surface
-        mean_level = _mean_level(step.surface)
+        settled_level = step.surface.settled_level
         return Presented(
-            commanded_level=mean_level,
-            readback_level=mean_level,
+            commanded_level=settled_level,
+            readback_level=settled_level,
             readback_kind="simulated",
             settled_by="simulated",
             onset_s=0.0,
@@ -141,7 +141,8 @@ class _Bare:
 
     def adjust(self, step: Adjust) -> Adjusted:
         clock = VirtualClock()
-        trace = [(0.0, _mean_level(self.on_plate))]
+        start = self.on_plate
+        trace = [(0.0, start.level if start else 0.0)]
 
         def turn(notches: int) -> None:
             aim_level = step.turned_level(trace[-1][1], notches)
@@ -150,7 +151,12 @@ class _Bare:
 
         def turned(left: Adjust) -> Reply:
             return turned_until_content(
-                self.person, left, lambda: trace[-1][1], turn, clock, again=len(again_s)
+                self.person,
+                left,
+                lambda: _felt(trace[-1][1], start),
+                turn,
+                clock,
+                again=len(again_s),
             )
 
         again_s: list[float] = []
@@ -176,11 +182,13 @@ class _Bare:
         self.on_plate = None
 
 
-def _felt_level(surface: Surface | None) -> float:
-    return round(_mean_level(surface), FELT_DIGITS)
-
-
-def _mean_level(surface: Surface | None) -> float:
+def _felt_level(surface: Stimulus | None) -> float:
     if surface is None:
         return 0.0
-    return surface.mean_level if isinstance(surface, Grating) else surface.level
+    varied = isinstance(surface, Varied)
+    return _felt(surface.level if varied else surface.settled_level, surface)
+
+
+def _felt(level: float, surface: Stimulus | None) -> float:
+    """Return a level as it is felt: of an amplitude, no finer than a finger does."""
+    return level if isinstance(surface, Varied) else round(level, FELT_DIGITS)

@@ -10,7 +10,8 @@ from slipscale.experiments.participants.base import StopRequested, Unfinished
 from slipscale.experiments.participants.simulated_people.finger import SimulatedFinger
 from slipscale.experiments.participants.simulated_people.respondent import Respondent
 from slipscale.experiments.protocols.ordering.randomisation import Stream
-from slipscale.experiments.protocols.steps import FEEL_AGAIN, Ask, Explore, Reply
+from slipscale.experiments.protocols.steps import FEEL_AGAIN, Ask, Explore, Present, Reply
+from slipscale.stimuli.varied import Varied
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -19,8 +20,9 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.base import Kind, Turn, Watch
     from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer
-    from slipscale.experiments.protocols.steps import Adjust, ParticipantStep, Steps
+    from slipscale.experiments.protocols.steps import Adjust, ParticipantStep, Step, Steps
     from slipscale.hardware.clock import Clock
+    from slipscale.stimuli.surface import Stimulus
 
 # The plate's reading varies by a fraction of a micrometre; a finger cannot distinguish 2.298 from
 # 2.302 µm, and answers must not depend on the last digit.
@@ -77,6 +79,8 @@ class SimulatedParticipant:
             answers=answers,
         )
         self._feel = feel
+        self._shown: dict[tuple[int | None, int | None], Stimulus] = {}
+        self._turned_level = 0.0
         self._clock = clock
         self._frame_s = frame_s
         self.finger = SimulatedFinger(Stream(seed, participant, "simulated", "finger"))
@@ -90,11 +94,23 @@ class SimulatedParticipant:
             step = next(steps)
             while True:
                 self.respondent.now = step
+                self._see(step)
                 answer = yield step
                 self.respondent.over(step, answer)
                 step = steps.send(answer)
         except StopIteration:
             return
+
+    def _see(self, step: Step) -> None:
+        """Note which varied stimuli a step has felt: the plate's vibration does not tell them."""
+        if isinstance(step, Present):
+            for part in (*(step.lead_in or ())[:1], step):
+                self._shown[_place(part)] = part.surface
+
+    def _felt(self, step: Explore | Adjust) -> float | None:
+        """Return the level of a varied stimulus that a step has felt, None for another one."""
+        shown = self._shown.get(_place(step))
+        return shown.level if isinstance(shown, Varied) else None
 
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
         """Read, explore, answer or rest; see `experiments.participants.base.Participant`."""
@@ -124,13 +140,19 @@ class SimulatedParticipant:
         watch()
         self._stop_if_enough()
 
+        felt_level = self._felt(step)
+        if felt_level is not None and not again:
+            self._turned_level = felt_level
+
         def watched(notches: int) -> None:
             turn(notches)
+            self._turned_level = step.turned_level(self._turned_level, notches)
             watch()
 
-        return turned_until_content(
-            self.respondent, step, self._feel, watched, self._clock, again=again
-        )
+        def feel() -> float:
+            return round(self._feel(), FELT_DIGITS) if felt_level is None else self._turned_level
+
+        return turned_until_content(self.respondent, step, feel, watched, self._clock, again=again)
 
     def hold(self, _text: str, until: Callable[[], bool]) -> None:
         """Wait until ``until()`` is true."""
@@ -157,7 +179,8 @@ class SimulatedParticipant:
         if self._frame_s:
             watch()  # the last samples, before the finger leaves
         self.finger.lifts()
-        person.feels(step, round(fmean(touches), FELT_DIGITS))
+        felt_level = self._felt(step)
+        person.feels(step, round(fmean(touches), FELT_DIGITS) if felt_level is None else felt_level)
         return Reply(response_time_s=duration_s)
 
     def _pass_until(self, time_s: float, watch: Watch) -> None:
@@ -179,6 +202,11 @@ class SimulatedParticipant:
         return None
 
 
+def _place(step: Present | Explore | Adjust) -> tuple[int | None, int | None]:
+    """Return where in a run a stimulus is felt: its trial and interval."""
+    return step.trial.number if step.trial else None, step.interval
+
+
 def turned_until_content(
     person: Respondent,
     step: Adjust,
@@ -193,7 +221,7 @@ def turned_until_content(
     Parameters
     ----------
     feel : callable
-        Returns the plate's current vibration, µm peak to peak.
+        Returns what is felt now, in the study's quantity.
     again : int
         How often the reference was repeated; if above 0, an adjustment continues.
     """
@@ -207,7 +235,7 @@ def turned_until_content(
         if clock.now() - onset_s > limit_s:
             timed_out = True
             break
-        person.feels(step, round(feel(), FELT_DIGITS))
+        person.feels(step, feel())
         told = person.told(step)
         if told == FEEL_AGAIN:
             value = FEEL_AGAIN

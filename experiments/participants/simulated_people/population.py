@@ -47,8 +47,6 @@ from slipscale.faults.validation import in_words
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from slipscale.stimuli.quantity import Quantity
-
 # Biet 2007, Table III (page 2688 of the journal's volume 54).
 AMPLITUDE_UM_PP = (0.0, 0.5, 1.2, 2.3)
 MEAN_SENSATION = (12.75, 19.58, 56.25, 81.33)
@@ -292,58 +290,6 @@ PLACE = NormalDist()
 def curves(population: Population) -> Curves:
     """Return a population's curves, which are cached."""
     return Curves(population)
-
-
-# Exponent of the growth of sensation from level 0 to the largest level, per unit.
-GROWTH = {
-    # Electrovibration: the electrostatic force on the finger, and so friction, grows with the
-    # square of the voltage (Bau and others 2010; Meyer and others 2013).
-    "V": 2.0,
-    # A vibrating contactor: Stevens' exponent for 60 Hz on the finger (Stevens 1975).
-    "m/s²": 0.95,
-}
-# In any other unit, sensation is proportional to the level.
-OTHER_GROWTH = 1.0
-STEPS = 12
-
-
-def people_for(
-    quantity: Quantity, largest_level: float, population: Population | None = None
-) -> Population:
-    """Return a pilot's population in a quantity, with curves for that quantity.
-
-    In quantities other than µm, the largest level feels like the paper's largest amplitude, and 0
-    like its 0. Between them, sensation grows with a power of the level. The exponents have
-    sources. That the ends feel the same is our assumption, as is the variation between people.
-
-    Raises
-    ------
-    UserError
-        If the population defines its own curve in another quantity.
-    """
-    people = population or Population()
-    unit = "" if quantity.of_plate else quantity.unit_in_full
-    if people.unit == unit:
-        return people
-    if people.unit or people.levels != AMPLITUDE_UM_PP:
-        raise UserError(
-            f"population '{people.name}': its levels are in {people.unit or 'µm peak to peak'}, "
-            f"the study's in {quantity.unit_in_full}; expected a population in the study's unit"
-        )
-    import numpy as np  # noqa: PLC0415 - pilots only
-
-    exponent = GROWTH.get(quantity.unit, OTHER_GROWTH)
-    shares = [step / STEPS for step in range(STEPS + 1)]
-    low, high = MEAN_SENSATION[0], MEAN_SENSATION[-1]
-    means = tuple(low + (high - low) * share**exponent for share in shares)
-    return people.model_copy(
-        update={
-            "unit": unit,
-            "levels": tuple(share * largest_level for share in shares),
-            "mean_sensation": means,
-            "sd_sensation": tuple(float(np.interp(m, MEAN_SENSATION, SD_SENSATION)) for m in means),
-        }
-    )
 
 
 POPULATIONS: dict[str, Callable[[], Population]] = {

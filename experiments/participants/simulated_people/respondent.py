@@ -47,6 +47,7 @@ from slipscale.experiments.protocols.steps import (
 )
 from slipscale.faults import UserError
 from slipscale.stimuli.quantity import in_um
+from slipscale.stimuli.varied import Varied
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -180,7 +181,8 @@ class Respondent:
         elif isinstance(step, Instruct | Rest | EndBlock):
             self._contact_s = 0.0
         elif isinstance(step, Present) and isinstance(answer, Presented):
-            level = answer.commanded_level
+            varied = isinstance(step.surface, Varied)
+            level = step.surface.level if varied else answer.commanded_level
             if trial is None:
                 self._standard_level = level
                 return

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Context
     from slipscale.experiments.protocols.ordering.randomisation import Stream
     from slipscale.experiments.protocols.steps import Answer, Explore, Question, Step, Steps
-    from slipscale.stimuli.surface import Surface
+    from slipscale.stimuli.surface import Stimulus
 
 
 class ComparingOptions(RestedOptions):
@@ -63,7 +63,7 @@ class Shown(NamedTuple):
     """The definition of a trial: the surfaces in their order, and the protocol's own columns."""
 
     phase: Phase
-    surfaces: tuple[Surface, ...]
+    surfaces: tuple[Stimulus, ...]
     factors: Mapping[str, Value]
 
 
@@ -98,7 +98,7 @@ class IntervalTask(Repeating[Condition]):
             text = self.context.texts["session.rest"]
             yield self._pace.rest(text, done=self.number, total=self.total)
 
-    def interval(self, surface: Surface, trial: Trial, number: int) -> Steps:
+    def interval(self, surface: Stimulus, trial: Trial, number: int) -> Steps:
         """Yield an interval: a surface, its exploration, silence."""
         yield Present(surface=surface, trial=trial, interval=number)
         yield self.exploration(trial, number)

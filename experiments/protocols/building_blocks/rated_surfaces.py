@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.base import Context
     from slipscale.experiments.protocols.steps import Answer, Question, Step, Steps, Value
-    from slipscale.stimuli.surface import Surface
+    from slipscale.stimuli.surface import Stimulus
 
 
 class RatedOptions(PacedOptions):
@@ -76,7 +76,7 @@ class Presentation(NamedTuple):
 
     block: int
     phase: Phase
-    surface: Surface
+    surface: Stimulus
     factors: Mapping[str, Value] = MappingProxyType({})
 
 
@@ -107,7 +107,7 @@ def order_blocks(conditions: int, options: RatedOptions, context: Context) -> Bl
 
 
 def surface_blocks(
-    surfaces: Sequence[Surface], options: RatedOptions, context: Context
+    surfaces: Sequence[Stimulus], options: RatedOptions, context: Context
 ) -> list[list[Presentation]]:
     """Return the order of surfaces, block by block, practice first."""
     order = order_blocks(len(surfaces), options, context)

@@ -165,7 +165,7 @@ def test_a_task_without_trials_is_refused():
 @pytest.mark.parametrize(
     "change, complaint",
     [
-        (("[0, 1]", "[]"), "at least 1 of them"),
+        (("[0, 1]", "[]"), "amplitudes_um_pp: is missing"),
         (("[0, 1]", "[1, 1]"), "all different"),
         (("[0, 1]", "[0, nan]"), "finite number"),
         (("[0, 1]", "1.0"), r"amplitudes_um_pp: expected a list in \[brackets\], got 1.0"),

@@ -1,0 +1,118 @@
+"""How sensation grows with the levels of a study: one stated assumption for each quantity.
+
+The paper's people are known at four amplitudes of one plate (`population`). In another quantity the
+ends of a study's range feel as the paper's ends do, and sensation between them follows this table.
+That the ends feel alike, and the spread between people, are our assumptions.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.participants.simulated_people.population import (
+    AMPLITUDE_UM_PP,
+    MEAN_SENSATION,
+    SD_SENSATION,
+    Population,
+)
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from slipscale.experiments.study.model import Study
+    from slipscale.stimuli.quantity import Quantity
+
+STEPS = 12
+# Of two impressions with equal noise, 75 % of forced choices are right at this many noises.
+D_AT_75_PERCENT = 0.6745
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Growth:
+    """How sensation grows with a level.
+
+    Parameters
+    ----------
+    exponent : float
+        Of the power of a level's share of the largest; unused where ``weber`` is given.
+    weber : float or None
+        Smallest change, as a share of the level, that 75 % of forced choices find: sensation then
+        grows with the logarithm of the level.
+    falls : bool
+        Whether it falls instead.
+    """
+
+    exponent: float = 1.0
+    weber: float | None = None
+    falls: bool = False
+
+
+#: By what is judged and the level's name or unit; the first that fits counts, "" fits any.
+GROWTH = {
+    # Roughness of square gratings falls with the period in the range studied, 14 % of which is
+    # discriminated: Saleem, Yilmaz and Basdogan 2020 (abstract).
+    ("roughness", "spatial period"): Growth(weber=0.14, falls=True),
+    ("", "spatial period"): Growth(weber=0.14),
+    # Electrovibration: the electrostatic force on the finger, and so friction, grows with the
+    # square of the voltage (Bau and others 2010; Meyer and others 2013).
+    ("", "V"): Growth(exponent=2.0),
+    # A vibrating contactor: Stevens' exponent for 60 Hz on the finger (Stevens 1975).
+    ("", "m/s²"): Growth(exponent=0.95),
+}
+#: Of any other: proportional, our assumption.
+OTHER = Growth()
+
+
+def growth_of(quantity: Quantity) -> Growth:
+    """Return how sensation grows with the levels of a quantity."""
+    keys = [
+        (judged, of) for judged in (quantity.judged, "") for of in (quantity.name, quantity.unit)
+    ]
+    return next((GROWTH[key] for key in keys if key in GROWTH), OTHER)
+
+
+def people_for(study: Study, population: Population | None = None) -> Population:
+    """Return the people of a pilot: a population, with curves for the study's quantity.
+
+    Raises
+    ------
+    UserError
+        The population's own curve is in another quantity.
+    """
+    people, quantity = population or Population(), study.quantity
+    unit = "" if quantity.in_um_pp and not study.vary else quantity.unit_in_full
+    if people.unit == unit:
+        return people
+    if people.unit or people.levels != AMPLITUDE_UM_PP:
+        raise UserError(
+            f"population '{people.name}': its levels are in {people.unit or 'µm peak to peak'}, "
+            f"the study's in {quantity.unit_in_full}; expected a population in the study's unit"
+        )
+    import numpy as np  # noqa: PLC0415 - pilots only
+
+    growth = growth_of(quantity)
+    low, high = study.range_level
+    shares = [step / STEPS for step in range(STEPS + 1)]
+    levels = [low + share * (high - low) for share in shares]
+    grown = [share**growth.exponent for share in shares]
+    noise = people.noise
+    if growth.weber is not None:
+        span = math.log(high / low)
+        levels = [low * math.exp(share * span) for share in shares]
+        noise = math.log1p(growth.weber) / span * (MEAN_SENSATION[-1] - MEAN_SENSATION[0])
+        noise /= D_AT_75_PERCENT
+        grown = shares
+    if growth.falls:
+        grown = [1 - share for share in grown]
+    first, last = MEAN_SENSATION[0], MEAN_SENSATION[-1]
+    means = tuple(first + (last - first) * share for share in grown)
+    return people.model_copy(
+        update={
+            "unit": unit,
+            "levels": tuple(levels),
+            "mean_sensation": means,
+            "sd_sensation": tuple(float(np.interp(m, MEAN_SENSATION, SD_SENSATION)) for m in means),
+            "noise": noise,
+        }
+    )

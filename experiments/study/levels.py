@@ -1,0 +1,147 @@
+"""What a study's levels are, and which of them can be presented.
+
+A level is what the plate makes, or a value of the one parameter of ``[stimulus]`` that is varied.
+It can be presented if the parameter is in range, the plate's limit is kept, and plate, line and
+film follow in time: friction must keep at least `LEAST_FOLLOWED` of a sinusoidal depth.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from slipscale.experiments.protocols.base import Context
+from slipscale.faults import UserError
+from slipscale.stimuli.modulation import DEFAULT_MODULATOR
+from slipscale.stimuli.parameters import field_of
+from slipscale.stimuli.quantity import in_um
+from slipscale.stimuli.quantity_table import QuantityTable
+from slipscale.stimuli.surface import VirtualSurface
+from slipscale.stimuli.texture import PARAMETERS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from pydantic import BaseModel
+
+    from slipscale.experiments.study.tables import PlateSettings, StimulusTable
+    from slipscale.faults.toml_lines import Place
+    from slipscale.faults.validation import Fault
+    from slipscale.stimuli.quantity import Quantity
+    from slipscale.stimuli.surface import Stimulus
+    from slipscale.stimuli.texture import Grating
+    from slipscale.stimuli.varied import Varied
+
+# Our assumption: with less, a finger would feel the mean and hardly a wave.
+LEAST_FOLLOWED = 0.2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Levels:
+    """What the levels of a study are.
+
+    Parameters
+    ----------
+    made : Quantity
+        What the plate makes.
+    limit_level : float
+        The most of it that may be made.
+    vary : str
+        The field of the parameter that is varied; empty: none.
+    stimulus : StimulusTable or None
+        What is held fixed.
+    """
+
+    made: Quantity
+    limit_level: float
+    vary: str = ""
+    stimulus: StimulusTable | None = None
+
+    @classmethod
+    def of(cls, fields: Mapping[str, Any]) -> Levels:
+        """Return the levels of a study from its fields, as far as these are valid."""
+        table: QuantityTable = fields.get("made", QuantityTable())
+        plate: PlateSettings | None = fields.get("plate")
+        return cls(
+            made=table.quantity,
+            limit_level=plate.level if plate else math.inf,
+            vary=field_of(fields.get("vary", ""), table.quantity, PARAMETERS) or "",
+            stimulus=fields.get("stimulus"),
+        )
+
+    @property
+    def quantity(self) -> Quantity:
+        """What the levels are in."""
+        return PARAMETERS[self.vary].parameter.quantity(self.made) if self.vary else self.made
+
+    def varied(self, levels: tuple[float, ...]) -> Varied | None:
+        """Return the stimulus that is varied, at the first level; None where none is."""
+        if not (self.vary and self.stimulus and levels):
+            return None
+        return self.stimulus.varied(self.vary, levels[0])
+
+    def context(
+        self, levels: tuple[float, ...], textures: tuple[Grating, ...] = (), task: str = ""
+    ) -> Context:
+        """Return what a protocol knows of nobody's run, to ask what it would present."""
+        return Context(
+            seed=0,
+            participant="",
+            row=0,
+            levels=levels,
+            quantity=self.quantity,
+            texts={},
+            task=task,
+            textures=textures,
+            varied=self.varied(levels),
+        )
+
+    def surface(self, level: float) -> Stimulus:
+        """Return the surface of a level. Raises `UserError` if there is none."""
+        return self.varied((level,)) or VirtualSurface(level=level)
+
+    def beyond(self, place: Place, *surfaces: Stimulus) -> Iterator[Fault]:
+        """Yield what of some surfaces is more than the plate may make."""
+        levels = dict.fromkeys(each.made.level for each in surfaces)
+        if beyond := ", ".join(str(each) for each in levels if each > self.limit_level):
+            limit = f"{self.limit_level} {self.made.unit_in_short}"
+            yield place, {"msg": f"{beyond} is beyond the plate's {limit}"}
+
+    def unpresentable(self, place: Place, *levels: float) -> Iterator[Fault]:
+        """Yield which of some levels cannot be presented, and why."""
+        possible = []
+        for level in levels:
+            try:
+                surface = self.surface(level)
+                self._follow(surface)
+            except UserError as error:
+                yield place, {"msg": str(error)}
+            else:
+                possible.append(surface)
+        yield from self.beyond(place, *possible)
+
+    def _follow(self, surface: Stimulus) -> None:
+        """Raise `UserError` unless plate, line and, on an ultrasonic plate, film can follow."""
+        loop = surface.made.loop()
+        if loop is None or not self.made.in_um_pp:
+            return
+        rate_hz = 1 / loop.period_s
+        if (followed := DEFAULT_MODULATOR.friction_passed(rate_hz)) < LEAST_FOLLOWED:
+            film_ms = 1000 * DEFAULT_MODULATOR.film_time_constant_s
+            raise UserError(
+                f"{self.quantity.short(surface.level)} makes {rate_hz:.3g} Hz, at which friction "
+                f"keeps {followed:.0%} of a sinusoidal depth (film {film_ms:g} ms); expected "
+                f"{LEAST_FOLLOWED:.0%} or more: a longer period, or a slower finger"
+            )
+
+    def unstated(self, place: Place, table: BaseModel) -> Iterator[Fault]:
+        """Yield the levels that a table in another quantity leaves out: defaults are in µm."""
+        quantity = self.made if place[0] == "plate" else self.quantity
+        if quantity.in_um_pp:
+            return
+        for key, field in type(table).model_fields.items():
+            left_out = in_um(key) != key and key not in table.model_fields_set
+            if left_out and field.default is not None:
+                said = f"is missing; its default is in µm, expected {quantity.unit_in_full}"
+                yield (*place, key), {"msg": said}

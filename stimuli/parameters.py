@@ -1,0 +1,99 @@
+"""The parameters that a study may vary: each is declared where its stimulus has it, and only there.
+
+A field of `slipscale.stimuli.texture.Grating` whose annotation holds a `Parameter` can be the level
+of every protocol (``vary`` in a study file). The declaration gives the study file its key and range
+and the data their column and unit.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import MISSING, dataclass, fields
+from typing import TYPE_CHECKING, Any, get_type_hints
+
+from slipscale.faults import UserError
+from slipscale.stimuli.quantity import Quantity, made_by_plate
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter:
+    """A number that describes a stimulus.
+
+    Parameters
+    ----------
+    name : str
+        A noun; ``{q.name}`` in it is the plate's quantity.
+    description : str
+        For the study file's reference.
+    unit : str or None
+        As it is written; None: the plate's.
+    above, least, most : float
+        Its range: greater than ``above``, not less than ``least``, not more than ``most``.
+    stated : bool
+        Whether a study must state it although the stimulus has a default.
+    """
+
+    name: str
+    description: str
+    unit: str | None
+    above: float = -math.inf
+    least: float = -math.inf
+    most: float = math.inf
+    stated: bool = False
+
+    @property
+    def range(self) -> str:
+        """The range in words."""
+        said = [f"above {self.above:g}"] if self.above > -math.inf else []
+        said += [f"{self.least:g} or more"] if self.least > -math.inf else []
+        said += [f"at most {self.most:g}"] if self.most < math.inf else []
+        return ", ".join(said)
+
+    def refuse(self, where: str, field: str, value: float) -> None:
+        """Raise `UserError` if a value is out of range; ``where`` names the stimulus."""
+        within = self.above < value <= self.most and value >= self.least
+        if not (math.isfinite(value) and within):
+            key = (
+                self.name.removesuffix(" {q.name}").replace(" ", "_")
+                if self.unit is None
+                else field
+            )
+            unit = f" {self.unit}" if self.unit else ""
+            raise UserError(f"{where}: {key} is {value}, expected {self.range}{unit}")
+
+    def quantity(self, plate: Quantity) -> Quantity:
+        """Return the quantity of levels that are values of this parameter, on such a plate."""
+        unit, convention = plate.unit, plate.convention
+        if self.unit is not None:
+            unit, convention = self.unit, ""
+        return made_by_plate(self.name.format(q=plate), unit, convention, plate.judged)
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """A parameter of a stimulus, its field's type and default, and whether a study states it."""
+
+    parameter: Parameter
+    kind: Any
+    default: Any
+    stated: bool
+
+
+def declared(stimulus: type) -> Mapping[str, Declared]:
+    """Return the parameters that a stimulus's dataclass declares, by field."""
+    hints, found = get_type_hints(stimulus, include_extras=True), {}
+    for each in fields(stimulus):
+        for parameter in getattr(hints[each.name], "__metadata__", ()):
+            if isinstance(parameter, Parameter):
+                stated = parameter.stated or each.default is MISSING
+                default = None if stated else each.default
+                found[each.name] = Declared(parameter, hints[each.name].__origin__, default, stated)
+    return found
+
+
+def field_of(key: str, plate: Quantity, known: Mapping[str, Declared]) -> str | None:
+    """Return the field of the parameter that a file in the plate's quantity calls ``key``."""
+    return next((field for field in known if plate.named(field) == key), None)

@@ -1,0 +1,55 @@
+"""A stimulus of which one parameter is the level: what ``vary`` in a study file makes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from slipscale.stimuli.surface import UNLISTED
+from slipscale.stimuli.texture import Grating  # noqa: TC001 - a journal's records are checked by this type
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Varied:
+    """A stimulus at one value of the parameter that a study varies.
+
+    Parameters
+    ----------
+    vary : str
+        The field of the parameter.
+    grating : Grating
+        The stimulus; the field is the level.
+    """
+
+    vary: str
+    grating: Grating
+
+    @property
+    def level(self) -> float:
+        """The parameter's value, in its own unit."""
+        value: float = getattr(self.grating, self.vary)
+        return value
+
+    @property
+    def label(self) -> str:
+        """A code that does not tell the level."""
+        return self.grating.label
+
+    @property
+    def settled_level(self) -> float:
+        """Where the plate settles before it plays, in the plate's quantity."""
+        return self.grating.settled_level
+
+    @property
+    def made(self) -> Grating:
+        """What a plate is commanded."""
+        return self.grating
+
+    def at(self, level: float, label: str) -> Varied:
+        """Return the stimulus at another value of the parameter, which is checked."""
+        fields: dict[str, Any] = {self.vary: level, "label": label}
+        return replace(self, grating=replace(self.grating, **fields))
+
+    def turned(self, level: float) -> Varied:
+        """Return the stimulus at another value of the parameter; its label does not tell it."""
+        return self.at(level, UNLISTED)
