@@ -201,9 +201,9 @@ class Grating:
         """Return the amplitude at a place of the stroke, µm peak to peak."""
         if self.spatial_period_mm is None:
             raise ValueError(f"{self._where} is a wave in time: it has no place")
-        return self._level_in(position_mm / self.spatial_period_mm)
+        return self.level_in(position_mm / self.spatial_period_mm)
 
-    def _level_in(self, periods: float) -> float:
+    def level_in(self, periods: float) -> float:
         """Return the amplitude so many periods after the beginning."""
         phase = (periods + self.phase_deg / 360) % 1.0
         if self.duty_share != _HALF:
@@ -266,7 +266,7 @@ class Grating:
             raise UserError(f"{self._where}: duration_s is {duration_s}, expected above 0 s")
         rate = self.rate_hz(finger_speed_mm_s)
         if rate == 0 or self.depth_level == 0:
-            return (AmplitudeStep(0.0, self._level_in(0.0)),)
+            return (AmplitudeStep(0.0, self.level_in(0.0)),)
         fewest = self._fewest_steps
         fastest = modulator.fastest_hz(fewest)
         if rate > fastest:
@@ -276,7 +276,7 @@ class Grating:
         step_s = 1 / (rate * steps)
         count = math.ceil(duration_s / step_s - 1e-9)
         pace = finger_speed_mm_s
-        place = self._level_in if self.spatial_period_mm is None else self.level_at
+        place = self.level_in if self.spatial_period_mm is None else self.level_at
         if self.spatial_period_mm is None:
             pace = rate
         return tuple(

@@ -73,7 +73,7 @@ def level_drawing(level: float, largest: float, label: str) -> Drawing:
 
 def grating_drawing(grating: Grating, largest: float, label: str) -> Drawing:
     """Return the level under a finger over three periods of a grating."""
-    return _drawing(lambda x: grating.level_at(x / 40 * grating.spatial_period_mm) / largest, label)
+    return _drawing(lambda x: grating.level_in(x / 40) / largest, label)
 
 
 def _drawing(height: Callable[[float], float], label: str) -> Drawing:
