@@ -1,1 +1,1 @@
-"""Data sets to numbers, figures and a report."""
+"""Analyse data sets: numbers, figures and a report."""

@@ -1,4 +1,4 @@
-"""The functions of ``import slipscale`` that combine several packages.
+"""Define the functions of ``import slipscale`` that combine several packages.
 
 `slipscale.load` and `slipscale.analyse` are `slipscale.analysis.load.load` and
 `slipscale.analysis.pipeline.analyse`.
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def read_study(study: str | Path) -> Study:
-    """Return a study: its tasks, amplitudes, plate and choices, all checked.
+    """Return a validated study: its tasks, amplitudes, plate and choices.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def read_study(study: str | Path) -> Study:
     Raises
     ------
     UserError
-        There is no such study, or the file has faults; the message lists all of them.
+        The study does not exist, or the file has errors; the message lists all of them.
 
     Examples
     --------
@@ -67,8 +67,8 @@ def pilot(
     participants, seed : int, optional
         Default: the study's.
     folder : str or Path, optional
-        Where the data set is written: a new folder, or an interrupted pilot of the same study and
-        seed. Default: a temporary folder, which is deleted when Python exits.
+        Folder for the data set: a new folder, or an interrupted pilot of the same study and seed.
+        Default: a temporary folder, which is deleted when Python exits.
 
     Raises
     ------
@@ -100,11 +100,11 @@ class Power:
     Parameters
     ----------
     design : Design
-        What was simulated.
+        The simulated design.
     rows : tuple of Row
         One per number of participants.
     target : float
-        The power that is asked for.
+        The required power.
     """
 
     design: Design
@@ -113,13 +113,16 @@ class Power:
 
     @property
     def enough(self) -> int | None:
-        """Participants from which on every comparison reaches the target; None if none do."""
+        """Smallest number of participants from which every comparison reaches the target.
+
+        None if no size does.
+        """
         from slipscale.analysis.planning.power.answers import fewest  # noqa: PLC0415
 
         return next(iter(fewest(self.rows, self.target).values()))
 
     def __repr__(self) -> str:
-        """Return power per number of participants, and what follows from it."""
+        """Return the power per number of participants, and the conclusions."""
         from slipscale.analysis.planning.power.terminal import summary  # noqa: PLC0415
 
         lines = [
@@ -159,7 +162,7 @@ def power(
     alpha : float
         Level of the tests.
     target : float
-        The power that is asked for.
+        The required power.
     jobs : int
         Processes; -1 for all processors.
 
@@ -221,10 +224,9 @@ class Reconstruction:
     Parameters
     ----------
     title : str
-        The table's.
+        Title of the table.
     columns : tuple of ColumnAnswer
-        What is known of each column: whether its numbers are consistent, and how many data sets
-        there are.
+        Results for each column: whether its numbers are consistent, and the number of data sets.
     """
 
     title: str
@@ -244,8 +246,8 @@ class Reconstruction:
         Returns
         -------
         dict
-            Column's label -> ratings, shape (number, participants), sorted in each row. Columns
-            that no data set fits are left out.
+            Column label -> ratings, shape (number, participants), sorted in each row. Columns
+            without a consistent data set are omitted.
 
         Raises
         ------
@@ -264,7 +266,7 @@ class Reconstruction:
                 continue
             scale = solutions.column.scale
             values = np.array([float(scale.value(step)) for step in range(scale.steps + 1)])
-            # As `slipscale reconstruct --sample` draws them.
+            # Same samples as `slipscale reconstruct --sample`.
             drawn = Sampler(solutions).draw(number, np.random.default_rng([seed, place]))
             found[solutions.column.label] = values[drawn]
         return found
@@ -315,12 +317,12 @@ def reconstruct(table: str | Path) -> Reconstruction:
 
 
 def open_plate(spec: str = "mock", *, clock: Clock | None = None, seed: int = 0) -> PlateDriver:
-    """Return a plate as a context manager, which connects it and always switches it off.
+    """Return a plate as a context manager that connects it and always switches it off at the end.
 
     Parameters
     ----------
     spec : str
-        ``mock``, ``serial:PORT``, ``scpi:RESOURCE``, or an installed backend of another name.
+        ``mock``, ``serial:PORT``, ``scpi:RESOURCE``, or the name of another installed backend.
     clock : Clock, optional
         Default: the computer's clock.
     seed : int
@@ -329,7 +331,7 @@ def open_plate(spec: str = "mock", *, clock: Clock | None = None, seed: int = 0)
     Raises
     ------
     UserError
-        No such backend is installed.
+        The backend is not installed.
 
     Examples
     --------

@@ -1,10 +1,11 @@
-"""Results as JSON: a class is written as its fields, under their names.
+"""Convert results to JSON: a class is written as its fields, under their names.
 
-A class whose keys differ has a method ``json_form`` that returns them in order. The rules for all:
+A class with different keys has a method ``json_form`` that returns them in order. The rules for
+all:
 
 - an amplitude as a key is written ``0.5``, NaN is null, and an array's scalar is a number;
 - only names of our classes' fields, and an `OurName`, follow the quantity of the data. Keys of a
-  plain mapping are the user's: participants, files, groups, numbers of an outside analysis.
+  plain mapping belong to the user: participants, files, groups, numbers of an outside analysis.
 """
 
 from __future__ import annotations
@@ -26,15 +27,15 @@ JsonObject: TypeAlias = dict[str, Json]
 
 @runtime_checkable
 class HasJsonForm(Protocol):
-    """A result whose keys are not its fields' names."""
+    """A result whose keys differ from its field names."""
 
     def json_form(self) -> object:
-        """Return what stands for the result; its parts may be results."""
+        """Return the JSON representation; its parts may be results."""
         ...
 
 
 class OurName(str):
-    """A text that names a field or unit of ours."""
+    """A text that is one of our names of a field or unit."""
 
     __slots__ = ()
 
@@ -45,17 +46,17 @@ def text(value: object, named: Callable[[str], str] = str) -> str:
 
 
 def form(value: object, named: Callable[[str], str] = str) -> Json:
-    """Return a value as JSON can hold it.
+    """Convert a value to a JSON-compatible one.
 
     Parameters
     ----------
     named : callable
-        Returns how a name of ours is written: a quantity's ``key``.
+        Converts one of our names: a quantity's ``key``.
 
     Raises
     ------
     TypeError
-        It is neither a result, a mapping, a sequence, a text, a number nor None.
+        The value is not a result, a mapping, a sequence, a text, a number or None.
 
     Examples
     --------
@@ -66,7 +67,7 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
         return form(value.item())
     if isinstance(value, OurName):
         return named(value)
-    # Before the check for a method, which is slow, and not for a million numbers.
+    # Before the check for a method, which is too slow for a million numbers.
     if value is None or isinstance(value, str | int | float):
         return None if isinstance(value, float) and not math.isfinite(value) else value
     if isinstance(value, HasJsonForm):
@@ -87,7 +88,7 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
 
 
 def record(value: object) -> JsonObject:
-    """Return a result that has keys, with its keys."""
+    """Return the mapping of a result that has keys."""
     found = form(value)
     if not isinstance(found, dict):
         raise TypeError(f"{type(value).__name__}: has no keys")
@@ -95,12 +96,12 @@ def record(value: object) -> JsonObject:
 
 
 def renamed(value: DataclassInstance, **names: str) -> dict[str, object]:
-    """Return a class's fields, some under another key; an empty key leaves the field out."""
+    """Return a class's fields, some under another key; a field with an empty key is omitted."""
     found = {names.get(each.name, each.name): getattr(value, each.name) for each in fields(value)}
     found.pop("", None)
     return found
 
 
 def bounds(interval: object | None) -> object:
-    """Return an interval, or two nulls for one that is not defined."""
+    """Return an interval, or two nulls if it is not defined."""
     return (None, None) if interval is None else interval

@@ -1,8 +1,9 @@
-"""A data set, read: which trials will be analysed, and what was left out and why.
+"""Read a data set: which trials are analysed, and which are excluded and why.
 
-Two shapes come in: a BIDS data set as `slipscale.experiments.dataset.bids` writes it, or one tidy
-table with ``participant_id``, ``amplitude_um_pp`` and ``estimate``. Rows are never dropped in
-silence: practice, voided and unanswered trials are counted, wrong cells are named by file and line.
+Two formats are supported: a BIDS data set as written by `slipscale.experiments.dataset.bids`, or
+one tidy table with ``participant_id``, ``amplitude_um_pp`` and ``estimate``. Rows are never
+dropped silently: practice, voided and unanswered trials are counted, and invalid cells are
+reported by file and line.
 """
 
 from __future__ import annotations
@@ -63,17 +64,17 @@ def load(
     path : str or Path
         A data set's folder, or a table: text, Excel or SPSS.
     mapping : TableMapping, optional
-        What the columns mean; default: what ``analysis.toml`` in the folder, or beside the table,
-        says, else the names of our own tables.
+        Meaning of the columns; default: from ``analysis.toml`` in the folder or next to the table,
+        or else the names of our own tables.
     task : str, optional
-        The label of a task, where a data set holds magnitude estimation or descending difference
-        under several; default: the one without a label of its own, else the first by name.
+        The label of a task, if a data set contains magnitude estimation or descending difference
+        under several labels; default: the protocol's own label, or else the first by name.
 
     Raises
     ------
     UserError
-        There is nothing to analyse there, a file cannot be read, a column is missing, or pilot
-        and participant records are mixed.
+        There is nothing to analyse, a file cannot be read, a column is missing, or pilot and
+        participant records are mixed.
     """
     try:
         where = Path(path)
@@ -96,7 +97,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
     problems = Problems()
     faults: list[str] = []
     outside = [kind.trials for kind in installed_kinds(faults) if kind.trials is not None]
-    faults.clear()  # a package that cannot be loaded is reported when its results would be
+    faults.clear()  # a package that cannot be loaded is reported when its results are due
     paths = sorted(folder.glob("sub-*/**/beh/*_beh.tsv"))
     quantity = metadata.one_quantity(paths, folder)
     kinds = tuple(
@@ -140,7 +141,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
         )
     other_tasks, read_sources = read_others(others, folder, problems, counts)
     sources += read_sources
-    # What the journals say and the tables do not: rows edited by hand, runs without tables.
+    # Differences between journals and tables: rows edited by hand, runs without tables.
     differences = tuple(map(str, verify(folder))) if journals(folder) else None
     problems.add_many(differences or (), "slipscale data verify lists all")
     problems.add_many(faults, "analyses of other packages")
@@ -161,7 +162,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
         details=details,
         choices=choices,
         frozen=frozen,
-        # Another study file may state another rule than the one that ran.
+        # A different study file may state a different rule from the one used in the sessions.
         study_text="" if unchanged is False else text,
         unchanged=unchanged,
         journal_differences=differences,
@@ -185,7 +186,7 @@ def _files(
     Raises
     ------
     UserError
-        No kind of which one label is analysed has the wanted one.
+        No kind limited to one label has the requested label.
     """
     labels = sorted(label for kind in kinds if kind.label for label in found[kind.name])
     if wanted is not None and wanted not in labels:
@@ -272,7 +273,7 @@ def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quan
 
 
 def _refuse_another_unit(frame: pd.DataFrame, path: Path) -> None:
-    """Raise a `UserError` where an amplitude above 0 would count as none: metres, not µm."""
+    """Raise a `UserError` if an amplitude above 0 would count as 0: metres instead of µm."""
     _, given = as_numbers(frame["amplitude_um_pp"])
     vanishing = given[(given > 0) & (given.round(AMPLITUDE_DECIMALS) == 0)]
     if len(vanishing):

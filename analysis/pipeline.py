@@ -1,7 +1,7 @@
-"""From a data set to everything that `slipscale analyse` computes; nothing is written here.
+"""Compute everything in `slipscale analyse` from a data set, without writing anything.
 
-Each stage is a function of data, usable by itself in a notebook; this module calls them in
-order, under the study's frozen choices. Exclusion comes first, by the study's rule, before
+Each stage is a function of data that can be used separately in a notebook. This module calls them
+in order, with the study's frozen choices. Exclusion by the study's rule comes first, before
 anything is described or tested.
 """
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 class OutsideTasks(UserError):
-    """A data set holds only tasks of other packages, which bring no analysis."""
+    """The data set contains only tasks of other packages that provide no analysis."""
 
 
 def analyse(
@@ -50,26 +50,27 @@ def analyse(
     bayesian: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> Analysis:
-    """Analyse a data set; `analysis.reporting.files.write_analysis` writes what was found.
+    """Analyse a data set; `analysis.reporting.files.write_analysis` writes the results.
 
     Parameters
     ----------
     dataset : str, Path or Dataset
-        A data set's folder, a tidy table, or what `slipscale.analysis.load.load` returned.
+        A data set's folder, a tidy table, or the result of `slipscale.analysis.load.load`.
     normalise : str, optional
-        A rule of `slipscale.analysis.preprocessing.normalisation.RULES`, in place of the study's
+        A rule of `slipscale.analysis.preprocessing.normalisation.RULES`, replacing the study's
         frozen one.
     equivalence_ratio : float, optional
-        In place of the study's: within which ratio two amplitudes count as equal.
+        Replaces the study's: ratio within which two amplitudes count as equal.
     bayesian : bool
-        Whether to sample the hierarchical Bayesian power function too; needs the extra ``bayes``.
+        Whether to sample the hierarchical Bayesian power function too; requires the extra
+        ``bayes``.
     progress : callable, optional
-        Called with a few words on what comes next.
+        Called with a few words on the next step.
 
     Raises
     ------
     UserError
-        The data cannot be read, holds nothing to analyse, or does not allow the rule.
+        The data cannot be read, contain nothing to analyse, or do not allow the rule.
     """
     tell = progress or (lambda _: None)
     if isinstance(dataset, Dataset):
@@ -141,7 +142,7 @@ def analyse(
 
 
 def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]:
-    """Return the data with the bound asked for, and what to say where it was frozen otherwise."""
+    """Return the data with the requested bound, and a note if the frozen one differs."""
     frozen = data.choices.equivalence_ratio
     if asked is None or asked == frozen:
         return data, []
@@ -155,7 +156,7 @@ def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]
 def normalised(
     data: Dataset, asked: str | None
 ) -> tuple[pd.DataFrame, Prepared | None, str, list[str]]:
-    """Return estimates on one scale, ready for inference, the rule, and what to say about it."""
+    """Return normalised estimates ready for inference, the rule, and notes about it."""
     rule, notes = _choose_rule(data, asked)
     estimates = data.estimates.assign(normalised=normalisation.normalise(data.estimates, rule))
     prepared = prepare(estimates, data.choices, data.quantity) if len(estimates) else None
@@ -163,7 +164,7 @@ def normalised(
 
 
 def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tuple[str, ...]]]:
-    """Return the data without those whom the study's rule or somebody excludes, and why."""
+    """Return the data without participants excluded by the rule or by hand, and the reasons."""
     rules: list[str] = list(data.choices.exclusions)
     by_hand = excluded_by_hand(data.folder) if data.folder else {}
     why: dict[str, tuple[str, ...]] = {}
@@ -193,7 +194,7 @@ def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tupl
 
 
 def _choose_rule(data: Dataset, asked: str | None) -> tuple[str, list[str]]:
-    """Return the user's rule, else the study's, else the default; and what to say about it."""
+    """Return the user's rule, else the study's, else the default; and notes about it."""
     frozen = data.choices.normalisation
     if asked and frozen and asked != frozen:
         return asked, [f"The study froze the normalisation '{frozen}'; '{asked}' was asked for."]

@@ -1,13 +1,14 @@
-"""A million rows through `analyse`, beside what reading the same files with pandas costs.
+"""Compare `analyse` on a million rows with the cost of reading the same files in pandas.
 
-    .venv/bin/python -m benchmarks.analyse_scale [--participants 4000] [--rows 1000000] [--rounds 3]
+    .venv/bin/python -m benchmarks.analyse_scale [--participants 4000] [--rows 1000000] [--rounds
+    3]
 
-One data set of thousands of participants, each way in a fresh process: pandas reading every file
-(`pandas.read_csv`, the plain loop a user would write), and `slipscale analyse` whole: reading with
-every check, all tests, figures, report. Both take turns, after a reading that fills the file
-system's cache, so that other work on the machine slows both. The number to watch is the median
-over rounds of the ratio of processor times, `analyse` less its figures to the plain reading: at
-most 1.2.
+The data set has thousands of participants. Each method runs in a fresh process: pandas reading
+every file (`pandas.read_csv`, the plain loop that a user would write), and the whole of `slipscale
+analyse`: reading with every check, all tests, figures, report. The two alternate, after a first
+reading that fills the file system's cache, so that other load on the machine affects both. The
+decisive number is the median over rounds of the ratio of processor times, `analyse` without its
+figures to plain reading: at most 1.2.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ print(json.dumps({{"wall_s": wall, "cpu_s": spent, "figures_s": apart, "peak_mb"
 
 
 def write_dataset(folder: Path, participants: int, rows: int) -> None:
-    """Write a data set of simulated estimates: a power function, own scales, some noise."""
+    """Write a data set of simulated estimates: a power function, individual scales, some noise."""
     rng = np.random.default_rng(2007)
     amplitudes = np.array([0.0, 0.5, 1.2, 2.3])
     each = rows // participants
@@ -94,7 +95,7 @@ def write_dataset(folder: Path, participants: int, rows: int) -> None:
 
 
 def measure(body: str, folder: Path, rows: int) -> dict[str, float]:
-    """Run a piece in a fresh process; return its wall time and peak memory."""
+    """Run code in a fresh process; return its wall time and peak memory."""
     done = subprocess.run(
         [sys.executable, "-c", WRAP.format(body=body), str(folder), str(rows)],
         check=True,

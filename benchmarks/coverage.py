@@ -1,7 +1,7 @@
 """Measure coverage of intervals and error rates of tests for docs/validation/measured/coverage.md.
 
-Simulated studies of n = 3, 6, 12 and 30 participants, with a known truth, go through the analysis's
-own functions. Run: .venv/bin/python benchmarks/coverage.py [--studies 200] [--write]
+Simulated studies of n = 3, 6, 12 and 30 participants, with known true values, are analysed by the
+functions of the analysis. Run: .venv/bin/python benchmarks/coverage.py [--studies 200] [--write]
 """
 
 from __future__ import annotations
@@ -51,11 +51,11 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.groups.statistics import GroupComparison
 
     Array = NDArray[np.float64]
-    #: One simulated study -> whether each covers or errs, or None where it is not computed.
+    #: One simulated study -> whether each result covers or errs, or None if it is not computed.
     Trial = Callable[[np.random.Generator, int], bool | None]
 
 SIZES = (3, 6, 12, 30)
-#: Rows that take long are measured on a share of the studies; the row says on how many.
+#: Slow rows are measured on a fraction of the studies, and the row reports their number.
 SLOW = {
     "exponent, mixed model": 5,
     "exponents of two groups of n, difference, Welch's": 4,
@@ -78,9 +78,9 @@ def study(
     drift: float = 0.0,
     carry: float = 0.0,
 ) -> Prepared:
-    """Return a study of power functions; ``zeros`` is the share of zeros at the least amplitude."""
+    """Return a study of power functions; ``zeros`` is the share of zeros at the smallest level."""
     rows = []
-    # Shrinks with the exponent: without an effect nobody has one.
+    # Decreases with the exponent, so that nobody has an effect if there is none.
     spread = SD_EXPONENT if exponent else 0.0
     for who in range(n):
         own, slope, before = rng.normal(3, SD_PERSON), rng.normal(exponent, spread), 0.0
@@ -95,7 +95,7 @@ def study(
 
 
 def holds(interval: Iterable[float] | None, truth: float) -> bool | None:
-    """Return whether an interval holds the truth."""
+    """Return whether an interval contains the true value."""
     if interval is None:
         return None
     low, high = interval
@@ -103,7 +103,7 @@ def holds(interval: Iterable[float] | None, truth: float) -> bool | None:
 
 
 def mean_interval(rng: np.random.Generator, n: int, *, log: bool) -> bool | None:
-    """Student's interval of the mean, or of the geometric mean, of skewed estimates."""
+    """Return the coverage of Student's interval of the (geometric) mean of skewed estimates."""
     values = rng.normal(3, 0.6, (n, 1))
     low, high = student_intervals(pd.DataFrame(values if log else np.exp(values)), 0.95)
     truth = 3.0 if log else float(np.exp(3 + 0.6**2 / 2))
@@ -111,7 +111,7 @@ def mean_interval(rng: np.random.Generator, n: int, *, log: bool) -> bool | None
 
 
 def within(rng: np.random.Generator, n: int) -> bool | None:
-    """Within-participant bars: the difference of two, √2 bars long, against the true ratio."""
+    """Return whether within-participant bars of length √2 cover the true ratio of two means."""
     logs = study(rng, n).logs
     low, high = within_intervals(logs, 0.95)
     half = float(np.log(high[3] / low[3])) / 2 * 2**0.5
@@ -121,7 +121,7 @@ def within(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def exponent(rng: np.random.Generator, n: int, zeros: float = 0.0) -> bool | None:
-    """Student's interval of the mean exponent."""
+    """Return whether Student's interval of the mean exponent covers."""
     found = power_law(study(rng, n, zeros=zeros))
     return holds(found.interval, EXPONENT) if isinstance(found, PowerLaw) else None
 
@@ -143,7 +143,7 @@ def ratio(rng: np.random.Generator, n: int, zeros: float = 0.0) -> bool | None:
 
 
 def errs(test: str) -> Trial:
-    """Return the error of a test where no amplitude differs from any other."""
+    """Return the error of a test if no amplitude differs from any other."""
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         data = study(rng, n, exponent=0.0, zeros=0.0)
@@ -166,7 +166,7 @@ def errs(test: str) -> Trial:
 
 
 def order_errs(which: str, **effects: float) -> Trial:
-    """Return the error of an order effect that is not there, the other one being there."""
+    """Return the error of an absent order effect while the other one is present."""
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         found = order_effects(study(rng, n, **effects))  # type: ignore[arg-type]
@@ -179,7 +179,7 @@ def order_errs(which: str, **effects: float) -> Trial:
 
 
 def icc(rng: np.random.Generator, n: int) -> bool | None:
-    """Reliability of a single estimate."""
+    """Return whether the interval of a single estimate's reliability covers."""
     own = rng.normal(0, 0.5, (n, 1, 1)) + rng.normal(0, 0.3, (n, 4, 1))
     logs = own + rng.normal(0, 0.4, (n, 4, 3))
     who, what, _ = np.indices(logs.shape)
@@ -195,7 +195,7 @@ def icc(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def d_prime(truth: float, steps: int, catches: int, spread: float = 0.0) -> Trial:
-    """Return the coverage of d' of observers with criteria (and sensitivities) of their own."""
+    """Return the coverage of d' for observers with their own criteria (and sensitivities)."""
     from scipy.stats import norm  # noqa: PLC0415
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
@@ -210,7 +210,7 @@ def d_prime(truth: float, steps: int, catches: int, spread: float = 0.0) -> Tria
 
 
 def groups(rng: np.random.Generator, n: int, gap: float = 0.0) -> GroupComparison | NotComputed:
-    """Compare two groups of n, whose exponents differ by a gap."""
+    """Compare two groups of n whose exponents differ by a gap."""
     first, second = study(rng, n), study(rng, n, exponent=EXPONENT + gap)
     trials = pd.concat(
         [
@@ -226,7 +226,7 @@ def groups(rng: np.random.Generator, n: int, gap: float = 0.0) -> GroupCompariso
 
 
 def group_gap(rng: np.random.Generator, n: int) -> bool | None:
-    """Welch's interval of a difference of exponents."""
+    """Return whether Welch's interval of a difference of exponents covers."""
     found = groups(rng, n, 0.2)
     if not found or not found.exponents:
         return None
@@ -234,13 +234,13 @@ def group_gap(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def group_effect_size(rng: np.random.Generator, n: int) -> bool | None:
-    """Hedges' g of two groups whose spreads differ by half."""
+    """Return whether the interval of Hedges' g covers for groups whose spreads differ by half."""
     g = hedges_g(rng.normal(0.8, 1.2, n), rng.normal(0, 0.8, n), 0.95)[1]
     return holds(g, 0.8 / ((1.2**2 + 0.8**2) / 2) ** 0.5)
 
 
 def group_errs(rng: np.random.Generator, n: int) -> bool | None:
-    """Tell whether groups without a difference seem to grow differently."""
+    """Return whether growth differs significantly between groups without a difference."""
     found = groups(rng, n)
     if not found or not found.anova:
         return None
@@ -248,7 +248,7 @@ def group_errs(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def equal_errs(rng: np.random.Generator, n: int) -> bool | None:
-    """Tell whether a ratio that lies on the bound is called equal."""
+    """Return whether a ratio exactly on the bound is called equivalent."""
     bound = float((2.3 / 1.2) ** EXPONENT)
     logs = study(rng, n).logs
     mean = mean_over_participants((logs[2.3] - logs[1.2]).to_numpy(float), 0.95)
@@ -256,12 +256,12 @@ def equal_errs(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def half_yes(measure: Measure) -> Trial:
-    """Return the coverage of the size of step on which half say yes: 0.5 µm from 2 µm."""
+    """Return the coverage of the step size with 50 % yes: 0.5 µm from 2 µm."""
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         removed = np.tile([0.0, 0.3, 0.6, 0.9] * 3, n)
         who = np.repeat(np.arange(n), 12)
-        # People differ in their readiness; of the population half say yes at 0.5 µm.
+        # People differ in their criterion; half of the population answers yes at 0.5 µm.
         felt = rng.random(len(who)) < 1 / (1 + np.exp(3 - 6 * removed - rng.normal(0, 0.5, n)[who]))
         steps = pd.DataFrame(
             {
@@ -280,7 +280,7 @@ def half_yes(measure: Measure) -> Trial:
 
 
 def own_threshold(rng: np.random.Generator, n: int) -> bool | None:
-    """One participant's own threshold, of n answers on each of four sizes of step."""
+    """Return whether one participant's threshold covers; n answers on each of four step sizes."""
     sizes = np.repeat([0.0, 0.3, 0.6, 0.9], n)
     felt = 0.05 + 0.93 / (1 + np.exp(-12 * (sizes - 0.5)))
     answers = Answers.of_trials(sizes.tolist(), (rng.random(len(sizes)) < felt).tolist())
@@ -291,7 +291,7 @@ def own_threshold(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def share(p: float, answers: int, alike: float) -> Trial:
-    """Return the coverage of a share of "yes", a participant's answers being alike."""
+    """Return the coverage of a proportion of "yes" with correlated answers per participant."""
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         weight = (1 - alike) / alike if alike else 1e9
@@ -337,7 +337,7 @@ ERRORS: dict[str, Trial] = {
 
 
 def measure(trial: Trial, n: int, studies: int, seed: int) -> str:
-    """Return the share of simulated studies, ".95", and of how many where some had no result."""
+    """Return the proportion of studies, ".95", and their number if some had no result."""
     found = [trial(np.random.default_rng([seed, n, number]), n) for number in range(studies)]
     usable = [one for one in found if one is not None]
     if not usable:
@@ -347,7 +347,7 @@ def measure(trial: Trial, n: int, studies: int, seed: int) -> str:
 
 
 def table(title: str, trials: dict[str, Trial], studies: int, seed: int) -> list[str]:
-    """Return a table's lines; each row is printed when it is there."""
+    """Return a table's lines, printing each row when it is finished."""
     lines = [f"| {title} | " + " | ".join(f"n = {n}" for n in SIZES) + " |"]
     lines.append("| --- |" + " --- |" * len(SIZES))
     for name, trial in trials.items():
@@ -361,14 +361,15 @@ def table(title: str, trials: dict[str, Trial], studies: int, seed: int) -> list
 
 
 def main() -> None:
-    """Measure, print, and with --write put the tables into the page."""
+    """Measure, print, and with --write insert the tables into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--studies", type=int, default=200, help="simulated a cell (default: 200)")
     parser.add_argument("--seed", type=int, default=13, help="of the simulations (default: 13)")
     parser.add_argument("--write", action="store_true", help="put the tables into the page")
     args = parser.parse_args()
-    warnings.filterwarnings("ignore")  # statsmodels' on fits that are judged anyway
-    # statsmodels' Holm correction collects garbage at each call, which takes longer than the study.
+    warnings.filterwarnings("ignore")  # from statsmodels, for fits that are checked anyway
+    # statsmodels' Holm correction runs the garbage collector at each call, which takes longer
+    # than the study.
     gc.freeze()
     size = f"{args.studies} simulated studies a cell, but where a row says; seed {args.seed}."
     lines = [size, ""]

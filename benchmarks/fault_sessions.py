@@ -1,20 +1,20 @@
-"""Whole sessions on a board that fails at random: what hangs, what is attributed wrongly.
+"""Run whole sessions on a board that fails at random: which hang, which attribute wrongly.
 
     python benchmarks/fault_sessions.py [--sessions 1000] [--first 0] [--firmware-share 0.5]
 
 Each session presents three amplitudes and two textures over a pseudo-terminal while one to three
-faults come up, drawn from the session's number: which fault, at which command of which phase. The
-participant answers what the simulated plate truly does at that moment, so that an estimate that
-does not fit its row was given to another surface. A session counts as
+faults occur. The session's number determines the faults, and the command and phase at which each
+occurs. The participant answers what the simulated plate actually does at that moment, so an
+estimate that does not match its row was given to another surface. A session counts as
 
-- **hanging** when it has not ended after `HANGS_S`;
-- **not begun** when the plate could not be connected (no fault is on order by then);
-- **given up** when the operator's retries did not suffice: it ends with a fault, resumable;
-- with **wrong attributions** when a row's estimate or readback is not that of its surface;
-- with a **plate left vibrating** when the output is on after the session has ended.
+- **hanging** if it has not ended after `HANGS_S`;
+- **not begun** if the plate could not be connected (no fault is scheduled by then);
+- **given up** if the operator's retries were not enough: it ends with a fault, resumable;
+- with **wrong attributions** if a row's estimate or readback does not match its surface;
+- with a **plate left vibrating** if the output is on after the session has ended.
 
-The exit status is 1 if anything hung, was attributed wrongly or was left vibrating. The sessions
-alternate between the emulated board and the compiled firmware, by the share wanted.
+The exit status is 1 if any session hung, attributed wrongly or left the plate vibrating. Sessions
+alternate between the emulated board and the compiled firmware, in the requested proportion.
 """
 
 from __future__ import annotations
@@ -53,11 +53,11 @@ if TYPE_CHECKING:
 
 SURFACES = 5
 
-BACK_S = 0.1  # a board that went away comes back
-DWELL_S = 0.15  # at each step of the participant: some heartbeats
+BACK_S = 0.1  # a disconnected board returns
+DWELL_S = 0.15  # for each step of the participant: a few heartbeats
 HANGS_S = 120.0
 ESTIMATE_OFF, READBACK_OFF_UM = 0.1, 0.05
-# How many commands of each phase a session without faults gives, about.
+# Approximate number of commands per phase in a session without faults.
 COMMANDS = {"present": 5, "play": 4, "read": 25, "silence": 6, "connect": 4}
 FAULTS = sorted({*ANSWER_FAULTS, *COMMAND_FAULTS})
 
@@ -67,13 +67,13 @@ class HangsError(Exception):
 
 
 class Participant(ScriptedParticipant):
-    """Answers ten times what the plate truly does, and takes some time for every step."""
+    """Participant who answers ten times the plate's actual output and takes time for each step."""
 
     def __init__(self, board: EmulatorProcess, clock: VirtualClock) -> None:
         super().__init__(lambda _: felt(board), clock, step_s=0.01)
 
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
-        """Dwell, watching the plate, then do the step."""
+        """Wait while watching the plate, then perform the step."""
         end_s = time.monotonic() + DWELL_S
         while time.monotonic() < end_s:
             watch()
@@ -129,7 +129,7 @@ def session(board: EmulatorProcess, number: int, faults: list[str], folder: Path
 
 
 def is_wrong(row: dict[str, str]) -> bool:
-    """Return whether a row tells of another surface than its own; unanswered ones tell nothing."""
+    """Return whether a row describes another surface than its own; unanswered rows never do."""
     if "n/a" in (row["estimate"], row["amplitude_readback_um_pp"]):
         return False
     estimate, mean_um_pp = due(row["texture"], float(row["amplitude_um_pp"]))
@@ -140,7 +140,7 @@ def is_wrong(row: dict[str, str]) -> bool:
 
 
 def one(board: EmulatorProcess, number: int, *, firmware: bool) -> Counter[str]:
-    """Return the counts of one session; print what is not as it should be."""
+    """Return the counts of one session; print everything that is wrong."""
     counts: Counter[str] = Counter(sessions=1)
     faults = orders(number, firmware=firmware)
     with tempfile.TemporaryDirectory(prefix="slipscale-campaign-") as name:
@@ -156,7 +156,7 @@ def one(board: EmulatorProcess, number: int, *, firmware: bool) -> Counter[str]:
     counts["rows missing"] += outcome == "complete" and SURFACES - len(rows)
     counts["plates left vibrating"] += board.state()["vibrates"]
     board.no_faults()
-    board.back()  # whatever is away, for the next session
+    board.back()  # everything that is away, for the next session
     if wrong or outcome != "complete" or counts["plates left vibrating"]:
         print(f"session {number}, {'firmware' if firmware else 'emulated'}: {outcome}, {faults}")
         for row in wrong:

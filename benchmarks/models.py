@@ -1,4 +1,4 @@
-"""Film and plate, side by side with what a user would otherwise take; ratios from one run.
+"""Compare film and plate models with the usual alternatives, as ratios from a single run.
 
 Repeat with ``.venv/bin/python benchmarks/models.py``. One core: set OMP_NUM_THREADS=1.
 """
@@ -29,7 +29,7 @@ PLATE, MESH = Layout.prototype(), Density(along_ceramic=4, across_ceramic=3)
 
 
 def timed(work: Callable[[], T], repeat: int = 3) -> tuple[float, T]:
-    """Return the shortest time of some runs in s, and what the work returned."""
+    """Return the shortest time of several runs in s, and the result of the work."""
     times = []
     for _ in range(repeat):
         start = time.perf_counter()
@@ -39,7 +39,7 @@ def timed(work: Callable[[], T], repeat: int = 3) -> tuple[float, T]:
 
 
 def marched() -> float:
-    """Return the film's mean overpressure after marching many periods by SciPy's BDF."""
+    """Return the film's mean overpressure after integrating many periods by SciPy's BDF."""
     sigma, eps, delta, k = FILM.values()
     dx = 0.5 / CELLS
     middle, face = (np.arange(CELLS) + 0.5) * dx, np.arange(1, CELLS + 1) * dx
@@ -69,7 +69,7 @@ def marched() -> float:
 
 
 def stock_assembly() -> object:
-    """Assemble stiffness by scikit-fem's vector element, one layer's material for all."""
+    """Assemble stiffness by scikit-fem's vector element, with one layer's material throughout."""
     mesh, _ = _mesh(PLATE, MESH, quarter=True)
     basis = Basis(mesh, ElementVector(ElementHexS2()), intorder=5)
     lame = PLATE.resonator.stiffness_pa
@@ -89,7 +89,7 @@ def own_assembly() -> object:
 
 
 def stock_modes() -> object:
-    """Find eight modes with SciPy's own shift and invert (default ordering), without coupling."""
+    """Find eight modes by SciPy's shift and invert (default ordering), without coupling."""
     system = support(assemble(PLATE, MESH))
     return eigsh(system.stiffness, k=8, M=system.mass, sigma=(2 * np.pi * 34_500.0) ** 2)
 

@@ -1,7 +1,7 @@
-"""Measure how often a population's threshold interval holds the truth.
+"""Measure how often a population's threshold interval contains the true value.
 
-Simulated people with thresholds of their own answer at constant levels, two intervals; everything
-goes through the analysis's own function. Cells that are measured are kept in
+Simulated people with individual thresholds answer at constant levels, two intervals. Their answers
+are analysed by the function of the analysis. Measured cells are stored in
 build/population_thresholds and not measured again.
 
     .venv/bin/python -m benchmarks.population_thresholds [--studies 1000] [--write]
@@ -34,12 +34,12 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "validation" / "measured" 
 KEPT = Path(__file__).resolve().parents[1] / "build" / "population_thresholds"
 START, END = "<!-- populations: begin -->", "<!-- populations: end -->"
 SIZES, LAPSES = (6, 12, 24), (0.0, 0.02, 0.05, 0.1)
-#: Levels, of which the typical threshold is 1; answers per level; SD of log thresholds.
+#: Levels, relative to a typical threshold of 1; answers per level; SD of log thresholds.
 LEVELS, EACH, SPREAD = np.geomspace(0.4, 3.0, 6), 10, 0.35
 
 
 class Observer(NamedTuple):
-    """How the typical person's curve rises, 0 to 1, half-way at level 1; and the fitted curve."""
+    """Rise of the typical person's curve, 0 to 1, half-way at level 1; and the fitted curve."""
 
     rises: Callable[[Array], Array]
     fitted: str
@@ -50,7 +50,7 @@ def _weibull(level: Array) -> Array:
 
 
 def _linear_d_prime(level: Array) -> Array:
-    # Proportion correct of two intervals with d' in proportion to the level, without chance.
+    # Proportion correct of two intervals with d' proportional to the level, corrected for chance.
     normal = CURVES["normal"].distribution
     return np.asarray(2 * normal(0.6744897501960817 * level) - 1)
 
@@ -59,7 +59,7 @@ def _on_log_axis(curve: str, steepness: float) -> Callable[[Array], Array]:
     return lambda level: np.asarray(CURVES[curve].distribution(steepness * np.log(level)))
 
 
-#: A family is fitted with its own curve; d' in proportion to the level with the default.
+#: A family is fitted with its own curve; d' proportional to the level with the default one.
 OBSERVERS = {
     "Weibull": Observer(_weibull, "weibull"),
     "normal on a log axis": Observer(_on_log_axis("normal", 1.7), "log_normal"),
@@ -93,7 +93,7 @@ def study(rng: np.random.Generator, people: int, lapse: float, observer: Observe
 
 
 def measure(name: str, people: int, lapse: float, studies: int) -> Cell:
-    """Simulate a cell: the interval holds the truth where the profile there has not fallen far."""
+    """Simulate a cell: the interval covers if the profile falls little at the true value."""
     observer = OBSERVERS[name]
     choices = AnalysisChoices()
     model = model_of("two_interval", observer.fitted, 0.5, choices.largest_lapse)
@@ -102,7 +102,7 @@ def measure(name: str, people: int, lapse: float, studies: int) -> Cell:
     for number in range(studies):
         rng = np.random.default_rng([people, round(1000 * lapse), number])
         fit = HierarchicalFit(model, study(rng, people, lapse, observer))
-        # The truth is 0, a threshold of 1.
+        # The true value is 0, a threshold of 1.
         held += fit.fallen({0: float(-fit.coordinates(np.array(0.0)) / fit.scale)}) <= fall
         errors.append(float(fit.coordinates(fit.best.theta[0])) / np.log(10))
     spread = float(np.std(errors, ddof=1)) / studies**0.5
@@ -110,7 +110,7 @@ def measure(name: str, people: int, lapse: float, studies: int) -> Cell:
 
 
 def kept(name: str, people: int, lapse: float, studies: int) -> Cell:
-    """Return a cell, measured once."""
+    """Return a cell, measured only once."""
     path = KEPT / f"{name.replace(' ', '-')}_{people}_{lapse:g}_{studies}.json"
     if not path.exists():
         cell = measure(name, people, lapse, studies)
@@ -120,7 +120,7 @@ def kept(name: str, people: int, lapse: float, studies: int) -> Cell:
 
 
 def main() -> None:
-    """Measure, print, and with --write put the table into the page."""
+    """Measure, print, and with --write insert the table into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--studies", type=int, default=1000, help="per cell (default: 1000)")
     parser.add_argument("--observer", choices=OBSERVERS, help="default: all")

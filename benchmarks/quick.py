@@ -1,11 +1,11 @@
-"""The quick benchmarks, each beside what a user would take instead: make benchmarks.
+"""Run the quick benchmarks, each next to the usual alternative: make benchmarks.
 
     .venv/bin/python -m benchmarks.quick [--rounds 5] [--write]
 
-Both ways take turns in one run, in processor time of this process and those it waits for. The
-ratio of their medians is ours over the other: smaller is better. It is compared with the ratio
-recorded in ``figures.json``; the exit status is 1 if one is more than 30 % larger. ``--write``
-records the ratios found here.
+Both methods alternate in one run, in processor time of this process and those that it waits for.
+The ratio of their medians is ours divided by the other: smaller is better. It is compared with the
+ratio recorded in ``figures.json``; the exit status is 1 if any ratio is more than 30 % larger.
+``--write`` records the new ratios.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
 FIGURES = Path(__file__).with_name("figures.json")
-WORSE = 1.3  # a larger growth of a ratio is a regression
+WORSE = 1.3  # a larger increase of a ratio is a regression
 PARTICIPANTS, ROWS = 400, 100_000
 #: The main tests of a study and its figure, as a user would write them with pandas and pingouin.
 BY_HAND = """
@@ -66,7 +66,7 @@ plt.savefig(folder / "figure.svg")
 
 
 def ways(folder: Path) -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
-    """Return our way and the other way of each benchmark; their data are written into a folder."""
+    """Return our method and the other one for each benchmark; both use data in a folder."""
     data, table = folder / "data", folder / "table.csv"
     write_dataset(data, PARTICIPANTS, ROWS)
     rows = load(data).estimates
@@ -130,7 +130,7 @@ def spent_s(work: Callable[[], object]) -> float:
 
 
 def ratio(ours: Callable[[], object], other: Callable[[], object], rounds: int) -> float:
-    """Return the ratio of the medians; a first round, for imports and caches, does not count."""
+    """Return the ratio of the medians; a first round, for imports and caches, is ignored."""
     pairs = [(spent_s(ours), spent_s(other)) for _ in range(rounds + 1)][1:]
     return median(pair[0] for pair in pairs) / median(pair[1] for pair in pairs)
 
@@ -141,7 +141,7 @@ def worse(found: Mapping[str, float], recorded: Mapping[str, float]) -> list[str
 
 
 def main() -> int:
-    """Print each ratio beside the recorded one."""
+    """Print each ratio next to the recorded one."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--write", action="store_true", help="record the ratios found here")

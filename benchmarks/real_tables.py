@@ -1,11 +1,11 @@
-"""Answers true tables of classical data sets, each by the command a user types.
+"""Check the answers to real tables of classical data sets, with the commands that users type.
 
     .venv/bin/python -m benchmarks.real_tables [WORD ...] [--seconds 10]
 
 Prints processor and elapsed time, how many columns are counted, and the verdict on each test. A
-column that is not counted is refused with an estimate of the time. The exit status is 1 if a
+column that is not counted is rejected with an estimate of the time. The exit status is 1 if a
 true number is called impossible, or if an answer takes more than ``--seconds`` of processor time.
-WORDs choose tables by their titles. The tables are in ``real_tables.toml``.
+WORDs select tables by their titles. The tables are in ``real_tables.toml``.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from tempfile import TemporaryDirectory
 
 TABLES = Path(__file__).with_suffix(".toml")
 HEAD = "[[table]]\n"
-STUCK = 20  # times --seconds of elapsed time: a loaded machine is no fault
+STUCK = 20  # times --seconds of elapsed time: load on the machine is not an error
 
 
 def processor_s() -> float:
@@ -32,7 +32,7 @@ def processor_s() -> float:
 
 
 def judge(path: Path, seconds: float) -> tuple[bool, str]:
-    """Return whether one table is answered rightly and in time, and a line about it."""
+    """Return whether one table is answered correctly and in time, and a line about it."""
     words = [sys.executable, "-m", "slipscale", "reconstruct", str(path), "--json"]
     before_s, begun_s = processor_s(), time.monotonic()
     try:

@@ -1,8 +1,8 @@
 """Measure how well the analysis recovers known values (docs/validation/measured/recovery.md).
 
-Every protocol and rule: real generators, simulated people by the bare path, the data set's tables,
-the analysis's own reading and functions. A case that is measured is kept in build/recovery and not
-measured again.
+Covers every protocol and rule: real generators, simulated people without plate and session, the
+data set's tables, the analysis's own reading and functions. A measured case is stored in
+build/recovery and not measured again.
 
     OMP_NUM_THREADS=1 nice -n 19 .venv/bin/python -m benchmarks.recovery [--runs 400] [--write]
 """
@@ -37,10 +37,10 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "validation" / "measured" / "recovery.md"
 KEPT = ROOT / "build" / "recovery"
 START, END = "<!-- measured: begin -->", "<!-- measured: end -->"
-#: 2 % lapses, as in the shipped realistic people; noise so that thresholds are well above the
-#: 0.01 µm to which simulated fingers feel.
+#: 2 % lapses, as in the shipped realistic people; noise that puts thresholds well above the 0.01
+#: µm resolution of simulated fingers.
 OBSERVERS = Population(name="recovery", noise=5.0, habits=Habits(lapses=0.02))
-#: As shipped: its paired comparison and matching are made for these.
+#: As shipped; its paired comparison and matching are designed for these.
 SHARPER = OBSERVERS.model_copy(update={"noise": 2.2})
 
 STUDY = """
@@ -68,7 +68,7 @@ lowest_um_pp = 0.02
 highest_um_pp = 1.2
 practice = 0
 """
-#: 60 trials each, as the shipped studies have.
+#: 60 trials each, as in the shipped studies.
 TWO_TRACKS = "steps_up = [0.2, 0.1]\ntracks = 2\nmost_trials = 30\n"
 RULES = {
     **{
@@ -157,7 +157,7 @@ def _path(case: Case, runs: int) -> Path:
 
 
 def _kept(case: Case, runs: int) -> list[Row]:
-    """Return a case's rows, measured once."""
+    """Return a case's rows, measured only once."""
     path = _path(case, runs)
     if not path.exists():
         rows = measured(case, runs)
@@ -178,7 +178,7 @@ def lines_of(title: str, rows: list[Row]) -> list[str]:
 
 
 def main() -> None:
-    """Measure, print, and with --write put the table into the page."""
+    """Measure, print, and with --write insert the table into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=400)
     parser.add_argument("--only", default="", help="cases whose title begins so")
@@ -197,7 +197,7 @@ def main() -> None:
 
 
 def _table(runs: int) -> list[str]:
-    """Return the lines of the page: what is measured, and what is not yet."""
+    """Return the lines of the page: results, and cases not yet measured."""
     there = [case for case in cases() if _path(case, runs).exists()]
     lines = [
         f"{runs} runs a case, seed {SEED}, {dt.datetime.now(dt.UTC):%Y-%m-%d}.",

@@ -1,4 +1,4 @@
-"""What is measured of a simulated study: errors and coverage of each quantity."""
+"""Measure errors and coverage of each quantity in a simulated study."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.simulated_people.population import Population
 
 SEED = 15
-#: Participants of a study of which a population's interval is asked.
+#: Participants per study for a population's interval.
 PEOPLE = 8
 STANDARD_UM_PP = 1.2
 
@@ -57,13 +57,13 @@ class Row:
     what, unit : str
         What is estimated, and the unit of its bias.
     runs : int
-        Estimates there are; of a scale, those of all its surfaces.
+        Number of estimates; for a scale, of all its surfaces.
     without : int
-        Runs without one.
+        Runs without an estimate.
     bias, error : float
-        Mean of estimate less truth, and its standard error.
+        Mean of estimate minus true value, and its standard error.
     coverage : float or None
-        Share of 95 % intervals that hold the truth.
+        Proportion of 95 % intervals that contain the true value.
     """
 
     what: str
@@ -77,7 +77,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Case:
-    """A study to be simulated, and what is measured of it."""
+    """A study to simulate, and what is measured."""
 
     title: str
     study: str
@@ -89,7 +89,7 @@ class Case:
 
 
 def row(what: str, unit: str, found: Iterable[tuple[float, bool | None] | None]) -> Row:
-    """Return a row of errors, each with whether its interval holds the truth."""
+    """Return a row from errors, each with whether its interval contains the true value."""
     everything = list(found)
     there = [one for one in everything if one is not None]
     errors = np.array([error for error, _ in there if np.isfinite(error)])
@@ -108,13 +108,13 @@ def row(what: str, unit: str, found: Iterable[tuple[float, bool | None] | None])
 def compared(
     value: float, interval: ConfidenceInterval, truth: float, *, log: bool
 ) -> tuple[float, bool]:
-    """Return an error, in decades where ``log``, and whether the interval holds the truth."""
+    """Return an error, in decades if ``log``, and whether the interval contains the true value."""
     error = float(np.log10(value / truth)) if log else value - truth
     return error, bool(interval.low <= truth <= interval.high)
 
 
 def measure_thresholds(data: Dataset, case: Case, runs: int) -> list[Row]:
-    """Each participant is a run; the population's are of studies of `PEOPLE`."""
+    """Measure thresholds: one run per participant; the population's from studies of `PEOPLE`."""
     method = str(data.trials["forced_choices"]["method"].iloc[0])
     two_sided = method == COMPARED
     ours: list[PsychometricFunction | NotComputed] = []
@@ -190,7 +190,7 @@ def _weber(
 
 
 def _typical(case: Case, *, two_sided: bool) -> float:
-    """Return the population's threshold: the geometric mean over many people's noise."""
+    """Return the population's threshold: the geometric mean over the noise of many people."""
     if two_sided:
         return case.standard_um_pp
     sigma = case.people.threshold_sigma
@@ -219,7 +219,7 @@ def _population(rows: pd.DataFrame, truth: float, method: str) -> tuple[float, b
 
 
 def _catches(catches: pd.DataFrame, case: Case, *, two_sided: bool) -> Row:
-    """Return the share of right answers, against what lapses leave, or of false alarms."""
+    """Return the proportion of correct answers, relative to lapses, or of false alarms."""
     yes_no = two_sided and bool((catches["level_um_pp"] == catches["standard_um_pp"]).all())
     lapses = case.people.habits.lapses
     right = catches["correct"].to_numpy(bool)
@@ -233,7 +233,7 @@ def _catches(catches: pd.DataFrame, case: Case, *, two_sided: bool) -> Row:
 
 
 def measure_scales(data: Dataset, case: Case, runs: int) -> list[Row]:
-    """Scales of studies of `case.each` people; true is that of the population's proportions."""
+    """Measure scales from studies of `case.each` people, relative to population proportions."""
     surfaces = [float(each) for each in _amplitudes(case.study)]
     triads = bool((data.trials["comparisons"]["stimulus3"] != "").any())
     if triads:
@@ -269,7 +269,8 @@ def measure_scales(data: Dataset, case: Case, runs: int) -> list[Row]:
                     strict=True,
                 )
             ]
-            # Values of a scale sum to 0: the bias is that of the last, the coverage all's.
+            # Values of a scale sum to 0: the bias is that of the last value, the coverage that of
+            # all.
             found[name] += [(np.nan, holds) for _, holds in every[:-1]]
             found[name].append(every[-1])
             if triads:
@@ -286,7 +287,7 @@ def measure_scales(data: Dataset, case: Case, runs: int) -> list[Row]:
 
 
 def _expected_differences(people: Population, surfaces: list[float]) -> np.ndarray:
-    """Return the scale values, and after them the noise, that the expected proportions give."""
+    """Return the scale values, followed by the noise, from the expected proportions."""
     share = truths.second_step_larger(people, surfaces)
     each = 20_000
     ranks = np.repeat(np.array(list(share)), each, axis=0)
@@ -298,7 +299,7 @@ def _expected_differences(people: Population, surfaces: list[float]) -> np.ndarr
 
 
 def measure_matching(data: Dataset, case: Case, runs: int) -> list[Row]:
-    """Constant errors and the difference of directions, of studies of `case.each` people."""
+    """Measure constant errors and the effect of direction, in studies of `case.each` people."""
     (reference,) = _amplitudes(case.study)
     ends = {
         sign: truths.matched(case.people, float(reference), sign=sign, nearest=0.3, furthest=0.6)
@@ -325,7 +326,7 @@ def measure_matching(data: Dataset, case: Case, runs: int) -> list[Row]:
 
 
 def _studies(rows: pd.DataFrame, each: int, runs: int) -> Iterator[pd.DataFrame]:
-    """Yield the rows of each study: so many participants in a row."""
+    """Yield the rows of each study: `each` consecutive participants."""
     number = rows["participant_id"].astype(str).str.removeprefix("sub-").astype(int)
     for study in range(runs):
         own = rows[(number - 1) // each == study]

@@ -1,9 +1,9 @@
-"""How far a recorded key press lies from the true one, with the device's stamps and without.
+"""Measure the error of recorded key presses, with and without the device's time stamps.
 
-Usage: xvfb-run -s "-screen 0 1280x800x24" .venv/bin/python benchmarks/response_times.py
-A thread presses keys at random times through the X test extension and notes when; the window
-records them as it does in a session. What is missing is the keyboard's own delay (scanning and
-USB, some 5 to 30 ms by the model), which no software sees.
+Usage: xvfb-run -s "-screen 0 1280x800x24" .venv/bin/python benchmarks/response_times.py A thread
+presses keys at random times through the X test extension and records the times; the window records
+them as in a session. The keyboard's own delay (scanning and USB, about 5 to 30 ms depending on the
+model) is not included, because software cannot observe it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ KEYCODE_Y = 29  # a PC keyboard's, under X11
 
 
 class Finger:
-    """Presses one key at a random moment after it is told to."""
+    """Presses one key at a random moment after a request."""
 
     def __init__(self, clock: SystemClock) -> None:
         self._clock = clock
@@ -38,7 +38,7 @@ class Finger:
         self.pressed_s = float("nan")
 
     def press(self) -> None:
-        """Press after 50 to 90 ms, so that every phase of a frame is met; note when."""
+        """Press after 50 to 90 ms, so that every phase of a frame occurs; record the time."""
         time.sleep(0.05 + 0.04 * self._random.random())
         self.pressed_s = self._clock.now()
         self._send(down=True)
@@ -51,7 +51,7 @@ class Finger:
 
 
 def lags_ms(*, precise_times: bool) -> tuple[np.ndarray, set[str]]:
-    """Return recorded minus true press times in ms, and where the times came from."""
+    """Return recorded minus true press times in ms, and the source of the times."""
     clock = SystemClock()
     finger = Finger(clock)
     step = Ask(name="x", question=YesNoQuestion(prompt="?"))

@@ -1,8 +1,8 @@
-"""What is true of the simulated people, worked out without a protocol or an analysis.
+"""Compute the true values of simulated people without a protocol or an analysis.
 
-From the rule by which they answer, see
+They follow from the rule by which simulated people answer, see
 `slipscale.experiments.participants.simulated_people.respondent`: an impression is the population's
-mean sensation, with normal noise of the person's own; the largest is picked.
+mean sensation plus the person's own normal noise, and the largest one is chosen.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: People and answers that pseudo-true proportions are the mean of.
+#: Numbers of people and answers over which pseudo-true proportions are averaged.
 MANY = 200_000
-#: Weibull function: density where it is one half.
+#: Weibull function: density at one half.
 WEIBULL_DENSITY = math.log(2) / 2
 
 
 class Threshold(NamedTuple):
-    """A person's level half-way between guessing and the best, and the slope there."""
+    """A person's level half-way between guessing and the best performance, and the slope there."""
 
     level_um_pp: float
     slope: float
 
 
 def own_noise(people: Population, seed: int, label: str) -> float:
-    """Return the change of sensation that is d' = 1 for a person of a data set."""
+    """Return the change of sensation that gives d' = 1 for a person of a data set."""
     deviate = Stream(seed, label, "simulated", "threshold").normal()
     return people.noise * math.exp(people.threshold_sigma * deviate)
 
@@ -49,7 +49,7 @@ def own_noise(people: Population, seed: int, label: str) -> float:
 def share_found(change: float, intervals: int) -> float:
     """Return how often a change of sensation, in units of a difference's noise, is found.
 
-    Rescaled from guessing to the best: 0 without a change, 1 with a large one.
+    Rescaled from guessing to the best performance: 0 without a change, 1 with a large one.
     """
     if intervals == 2:
         right = float(stats.norm.cdf(change))
@@ -63,7 +63,7 @@ def share_found(change: float, intervals: int) -> float:
 
 @lru_cache
 def _half_way(intervals: int) -> tuple[float, float]:
-    """Return the change, in units of its noise, that is found half-way, and how steeply then."""
+    """Return the change, in units of its noise, that is found half-way, and the slope there."""
     half = optimize.brentq(lambda change: share_found(change, intervals) - 0.5, 0, 5)
     rise = (share_found(half + 0.01, intervals) - share_found(half - 0.01, intervals)) / 0.02
     return half, rise
@@ -72,7 +72,7 @@ def _half_way(intervals: int) -> tuple[float, float]:
 def forced_choice(
     people: Population, noise: float, standard_um_pp: float, intervals: int
 ) -> Threshold:
-    """Return where a change is found half-way, and the slope of the Weibull function like it."""
+    """Return where a change is found half-way, and the corresponding Weibull function's slope."""
     mean = curves(people).mean
     half, rise = _half_way(intervals)
     start = mean(standard_um_pp)
@@ -111,7 +111,7 @@ def chosen_over(people: Population, surfaces_um_pp: Sequence[float]) -> Array:
 def second_step_larger(
     people: Population, surfaces_um_pp: Sequence[float]
 ) -> dict[tuple[int, int, int], float]:
-    """Return how often the second of two steps seems the larger, by the triad's ranks."""
+    """Return how often the second of two steps is judged larger, by the triad's ranks."""
     rng = np.random.default_rng(1)
     each = _noises(people) / math.sqrt(2)
     mean = [curves(people).mean(surface) for surface in surfaces_um_pp]
@@ -127,7 +127,7 @@ def second_step_larger(
 def matched(
     people: Population, reference_um_pp: float, *, sign: int, nearest: float, furthest: float
 ) -> float:
-    """Return the mean amplitude at which turning from below (1) or above (-1) stops."""
+    """Return the mean amplitude at which adjustment from below (1) or above (-1) stops."""
     rng = np.random.default_rng(2)
     noise = _noises(people)
     table = np.arange(0, 2.31, 0.01)
@@ -153,6 +153,6 @@ def _seeming(mean: Array, noise: Array, rng: np.random.Generator) -> Callable[[A
 
 
 def _noises(people: Population) -> Array:
-    """Return the noise of a difference of many people."""
+    """Return the noise of a difference, for many people."""
     deviates = np.random.default_rng(3).standard_normal(MANY)
     return np.asarray(people.noise * np.exp(people.threshold_sigma * deviates))

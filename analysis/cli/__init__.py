@@ -1,1 +1,1 @@
-"""The commands of the analysis, one module each, loaded when called."""
+"""Commands of the analysis, one module each, imported when called."""

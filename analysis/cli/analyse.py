@@ -1,4 +1,4 @@
-"""The command ``slipscale analyse``; pandas, SciPy and matplotlib load when it runs."""
+"""Implement ``slipscale analyse``; pandas, SciPy and matplotlib are imported when it runs."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 LOG = logging.getLogger(__name__)
-#: What the columns of a foreign table mean: option -> its value's name, its help.
+#: Options for the columns of a foreign table: option -> name of its value, help text.
 COLUMN_OPTIONS = {
     "participant": ("COLUMN", "the column that tells who it is"),
     "stimulus": ("COLUMN:UNIT", "the column of the stimulus and its unit"),
@@ -41,7 +41,7 @@ COLUMN_OPTIONS = {
 
 
 class _Once(Action):
-    """An option that names one column; argparse itself would take the last of several."""
+    """Option that names one column and may be given only once; argparse would use the last one."""
 
     def __call__(
         self,
@@ -56,7 +56,7 @@ class _Once(Action):
 
 
 def add_analyse(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale analyse``."""
+    """Add the arguments of ``slipscale analyse``."""
     add_data(parser)
     parser.add_argument(
         "--out", metavar="DIR", help="for the results (default: DATASET/derivatives/slipscale)"
@@ -87,7 +87,7 @@ def add_analyse(parser: ArgumentParser) -> None:
 
 
 def add_data(parser: ArgumentParser) -> None:
-    """Add what is analysed, and how."""
+    """Add the arguments for the data and the method of analysis."""
     from typing import get_args  # noqa: PLC0415
 
     from slipscale.experiments.study.analysis_choices import Normalisation  # noqa: PLC0415
@@ -132,7 +132,7 @@ def add_data(parser: ArgumentParser) -> None:
 
 
 def add_mapping(parser: ArgumentParser) -> None:
-    """Add the options that say what the columns of a foreign table mean."""
+    """Add the options that define the columns of a foreign table."""
     group = parser.add_argument_group(
         "data of your own", "what the columns of a table mean; see docs/how-to/your-data.md"
     )
@@ -178,8 +178,9 @@ def add_mapping(parser: ArgumentParser) -> None:
 
 
 def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
-    """Read what the options name, under their mapping, and analyse it as they say."""
-    # Before NumPy loads: the matrices are small, and threads of linear algebra only wait, busily.
+    """Read and analyse the data as specified by the options."""
+    # Before NumPy is imported: the matrices are small, and threads of linear algebra would only
+    # busy-wait.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from slipscale.analysis.cli.mapping_options import mapping_from  # noqa: PLC0415
     from slipscale.analysis.load import load  # noqa: PLC0415
@@ -205,7 +206,7 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
 
 
 def run_analyse(args: Namespace) -> int:
-    """Analyse a data set; print Table III and where everything lies."""
+    """Analyse a data set; print Table III and the output paths."""
     from slipscale.analysis.preregistration.bundle import read_bundle  # noqa: PLC0415
     from slipscale.analysis.reporting.terminal import (  # noqa: PLC0415
         print_answers,
@@ -222,10 +223,10 @@ def run_analyse(args: Namespace) -> int:
         data = analysis.dataset
         out = Path(args.out) if args.out else default_folder(data, args.dataset)
         if args.in_session and not args.out:
-            out /= f"ses-{args.in_session}"  # beside the results of all together
+            out /= f"ses-{args.in_session}"  # next to the results of all sessions together
         if args.task and not args.out:
             out /= f"task-{args.task}"
-        # Matplotlib takes a second to load: not before something is to be drawn.
+        # Matplotlib takes a second to import, so this is delayed until a figure is drawn.
         from slipscale.analysis.reporting.files import write_analysis  # noqa: PLC0415
 
         report = write_analysis(analysis, out, progress, formats=args.figures)
@@ -239,14 +240,14 @@ def run_analyse(args: Namespace) -> int:
         )
     else:
         print_table3(analysis)
-        # Table III answers for the estimates.
+        # Table III is the answer for estimates.
         print_answers(analysis, outside_only=analysis.prepared is not None)
         print(f"report: {report}")
     return tell_plan(analysis)
 
 
 def held_against(bundle: Bundle, analysis: Analysis, args: Namespace) -> Analysis:
-    """Return an analysis with what it does otherwise than a frozen plan."""
+    """Return an analysis with its deviations from a frozen plan."""
     from slipscale.analysis.cli.mapping_options import OTHERS  # noqa: PLC0415
     from slipscale.analysis.preregistration.check import check_plan  # noqa: PLC0415
 
@@ -256,12 +257,12 @@ def held_against(bundle: Bundle, analysis: Analysis, args: Namespace) -> Analysi
 
 
 def tell_plan(analysis: Analysis) -> int:
-    """Print every deviation from a plan; return the exit status: 1 where there is one."""
+    """Print every deviation from a plan; return exit status 1 if there is one, else 0."""
     from slipscale.analysis.reporting.sections.plan import summary  # noqa: PLC0415
 
     if analysis.plan is None:
         return DONE
-    # Beside the table, which may be JSON for a machine.
+    # On stderr, because the table may be JSON.
     print(harmless(f"plan: {summary(analysis)}"), file=sys.stderr)
     for each in analysis.plan.deviations:
         print(harmless(f"deviation ({each.kind}): {each.what}"), file=sys.stderr)

@@ -1,4 +1,4 @@
-"""``slipscale power --protocols``: which protocol, for the same people and minutes."""
+"""Implement ``slipscale power --protocols``: compare protocols for equal people and minutes."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from slipscale.faults import DONE, UserError
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-#: Simulated studies of each: they are answered step by step.
+#: Number of simulated studies per protocol; these are answered step by step.
 STUDIES = 50
 WIDTH = 170
-#: Participants that are compared where no number is given.
+#: Default numbers of participants to compare.
 SIZES = ("12",)
-#: Options of ``power`` that say nothing to a comparison, and their defaults.
+#: Options of ``power`` that cannot be combined with a comparison, and their defaults.
 OTHERS = {
     **dict.fromkeys(("repetitions", "effect", "lapses", "dropout", "exponent")),
     **dict.fromkeys(("catch_steps", "order", "assurance", "cache", "shard", "scheduler")),
@@ -87,7 +87,7 @@ def compare_protocols(args: Namespace) -> int:
         for row in rows:
             shown.add_row(*row)
         console = Console()
-        # Cut off, numbers would mislead: a narrower terminal breaks the lines.
+        # Truncated numbers would mislead, so a narrow terminal wraps the lines.
         console.width = max(console.width, WIDTH)
         console.print(shown)
         for line in sentences(found, minutes, population.name):
@@ -100,7 +100,7 @@ def compare_protocols(args: Namespace) -> int:
 
 
 def _refuse_others(args: Namespace) -> None:
-    """Refuse options that would change nothing."""
+    """Reject options that would have no effect."""
     given = [name for name, default in OTHERS.items() if getattr(args, name) != default]
     if given:
         raise UserError(

@@ -1,4 +1,4 @@
-"""The command ``slipscale export``; pandas, SciPy and matplotlib load when it runs."""
+"""Implement ``slipscale export``; pandas, SciPy and matplotlib are imported when it runs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from slipscale.faults import DONE, harmless
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-#: Form -> what it is, in the order in which they are written.
+#: Format -> description, in the order of writing.
 FORMS = {
     "word": "the report for a word processor (report.docx)",
     "pdf": "the report on A4 (report.pdf)",
@@ -22,12 +22,12 @@ FORMS = {
     "methods": "a methods section with its references (methods.md, references.bib)",
     "french-excel": "tables with semicolons and decimal commas (excel-fr/)",
 }
-#: Without --forms; tables for French Excel are for those who ask.
+#: Default of --forms; tables for French Excel are written only on request.
 DEFAULT = ("word", "pdf", "scripts", "methods")
 
 
 def add_export(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale export``."""
+    """Add the arguments of ``slipscale export``."""
     add_data(parser)
     parser.add_argument("--out", metavar="DIR", required=True, help="the folder for all files")
     parser.add_argument(
@@ -43,7 +43,7 @@ def add_export(parser: ArgumentParser) -> None:
 
 
 def run_export(args: Namespace) -> int:
-    """Analyse a data set and write every form asked for; print what was written."""
+    """Analyse a data set, write every requested format, and print what was written."""
     from slipscale.analysis.export.files import check_installed, write_export  # noqa: PLC0415
 
     say(here())

@@ -1,4 +1,4 @@
-"""The options of ``slipscale analyse`` that say what a table's columns mean, as a mapping."""
+"""Convert the options of ``slipscale analyse`` for a table's columns to a mapping."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ NUMBER_AT_END = re.compile(r"\d+(?:\.\d+)?$")
 
 
 def mapping_from(args: Namespace) -> TableMapping | None:
-    """Return the mapping that the options tell; None where no option is given.
+    """Return the mapping defined by the options; None if there are none.
 
     Raises
     ------
     UserError
-        The options do not fit each other.
+        The options contradict each other.
     """
     if not any(getattr(args, name) for name in (*COLUMNS, *OTHERS)):
         if args.map:
@@ -40,7 +40,7 @@ def mapping_from(args: Namespace) -> TableMapping | None:
         name, unit = unit, ""
     stimulus = {"unit": unit} | ({"in_unit": args.in_unit} if args.in_unit else {})
     if args.levels:
-        # A wide table has no column for the stimulus: what is given is its name.
+        # A wide table has no stimulus column; the option gives the stimulus' name instead.
         columns.pop("stimulus", None)
         stimulus |= {"name": name} if name else {}
     elif name:

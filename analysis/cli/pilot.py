@@ -1,4 +1,4 @@
-"""The command ``slipscale pilot``: run the study simulated, then analyse it."""
+"""Implement ``slipscale pilot``: simulate the study, then analyse it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PLATE = "mock"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale pilot``."""
+    """Add the arguments of ``slipscale pilot``."""
     add_study(parser)
     parser.add_argument(
         "--participants", type=int, metavar="N", help="how many (default: the study's)"
@@ -49,7 +49,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    """Run a pilot and print its Table III beside the paper's."""
+    """Run a pilot and print its Table III next to the paper's."""
     if args.times is not None:
         return run_times(args)
     refuse_without_times(args)
@@ -82,7 +82,8 @@ def run(args: Namespace) -> int:
                 tell=lambda _: progress.advance(bar),
             )
             work = progress.add_task("analysis", total=None)
-            # Loaded while the bar is on the screen: pandas, SciPy and matplotlib take a moment.
+            # Imported while the progress bar is shown: pandas, SciPy and matplotlib take a
+            # moment.
             from slipscale.analysis.pipeline import OutsideTasks, analyse  # noqa: PLC0415
             from slipscale.analysis.reporting.files import write_analysis  # noqa: PLC0415
             from slipscale.analysis.reporting.terminal import (  # noqa: PLC0415
@@ -102,7 +103,8 @@ def run(args: Namespace) -> int:
             report = write_analysis(analysis, default_folder(analysis.dataset, folder))
             progress.update(work, total=1, completed=1)
     except KeyboardInterrupt:
-        # As it is, in one line: it is to be copied, and a path may hold what markup means.
+        # Unformatted and on one line, so that it can be copied; a path may contain markup
+        # characters.
         command = repeated(args, folder)
         console.print(f"Nothing is lost. To go on: {command}", markup=False, soft_wrap=True)
         raise
@@ -120,7 +122,7 @@ def run(args: Namespace) -> int:
 
 
 def repeated(args: Namespace, folder: Path) -> str:
-    """Return the command that completes this pilot, every option repeated."""
+    """Return the command that completes this pilot, with every option repeated."""
     given = {
         "--participants": args.participants,
         "--seed": args.seed,

@@ -1,4 +1,4 @@
-"""``slipscale pilot --times N``: the study simulated N times, and how far its results vary."""
+"""Implement ``slipscale pilot --times N``: simulate a study N times to show how results vary."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.planning.distribution.distribution import Distribution
 
-#: Options that concern one pilot's plate: a study that is simulated many times has none.
+#: Options for the plate of a single pilot, which do not apply to repeated simulations.
 OF_ONE = ("position", "force")
 MOST = 1_000_000
-#: Of the folder of pilots: beside the pilots, which are data sets.
+#: Subfolder of the pilots' folder, separate from the pilots, which are data sets.
 FOLDER = "distributions"
 
 
 def add_times(parser: ArgumentParser) -> None:
-    """Add the options of many studies to those of one pilot."""
+    """Add the options for repeated simulations."""
     group = parser.add_argument_group(
         "many studies", "how far the results may vary; see docs/how-to/planning.md"
     )
@@ -46,14 +46,14 @@ def add_times(parser: ArgumentParser) -> None:
 
 
 def refuse_without_times(args: Namespace) -> None:
-    """Refuse the options of many studies where one is asked for."""
+    """Reject the options for repeated simulations if only one study is simulated."""
     for name in ("jobs", "yes"):
         if getattr(args, name):
             raise UserError(f"--{name} is for many studies; expected --times N beside it")
 
 
 def run_times(args: Namespace) -> int:
-    """Simulate a study many times; print and write how its results spread."""
+    """Simulate a study many times; print and write the spread of its results."""
     jobs = 1 if args.jobs is None else args.jobs
     _refuse(args, jobs)
     from slipscale.analysis.cli.power import showing  # noqa: PLC0415
@@ -83,7 +83,7 @@ def run_times(args: Namespace) -> int:
 
 
 def _tell(found: Distribution, folder: Path) -> int:
-    # Matplotlib takes a second to load: not before something is to be drawn.
+    # Matplotlib takes a second to import, so this is delayed until a figure is drawn.
     from slipscale.analysis.planning.distribution.files import write_distribution  # noqa: PLC0415
     from slipscale.analysis.planning.distribution.terminal import print_distribution  # noqa: PLC0415
 
@@ -94,7 +94,7 @@ def _tell(found: Distribution, folder: Path) -> int:
 
 
 def _folder(out: Path | None, pilots: Path) -> Path:
-    """Return where the results go; a folder that holds anything else is refused beforehand."""
+    """Return the output folder, after checking that it contains nothing else."""
     from slipscale.analysis.planning.distribution.files import claim  # noqa: PLC0415
     from slipscale.experiments.running.pilot import next_folder  # noqa: PLC0415
 
@@ -104,7 +104,7 @@ def _folder(out: Path | None, pilots: Path) -> Path:
 
 
 def _refuse(args: Namespace, jobs: int) -> None:
-    """Refuse what cannot be meant, before anything is loaded."""
+    """Reject invalid options before anything is imported."""
     if not 1 <= args.times <= MOST:
         raise UserError(f"--times {args.times}: expected 1 to {MOST}")
     if jobs != -1 and jobs < 1:

@@ -1,4 +1,4 @@
-"""Who is simulated: the options that `pilot` and `power` share."""
+"""Define the options for the simulated population, shared by `pilot` and `power`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def add_population(parser: ArgumentParser) -> None:
 
 
 def chosen_population(args: Namespace) -> tuple[Population, FittedPopulation | None]:
-    """Return who is simulated and, if fitted, what to say of it."""
+    """Return the simulated population and, if it was fitted, the message about it."""
     from slipscale.experiments.participants.simulated_people.population import (  # noqa: PLC0415
         Population,
         read_population,

@@ -1,4 +1,4 @@
-"""The command ``slipscale power``."""
+"""Implement ``slipscale power``."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.planning.power.design import Design
     from slipscale.analysis.planning.power.run_grid import Part
 
-#: Axis -> what it is, and its default where it is not the study's or the population's.
+#: Axis -> description, and its default if it is not the study's or the population's.
 AXES = {
     "participants": "numbers of participants to try (default: 6,8,10,12,16,20,24,32)",
     "repetitions": "ratings of each surface (default: the study's)",
@@ -38,7 +38,7 @@ SIZES = ("6,8,10,12,16,20,24,32",)
 
 
 def add_power(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale power``."""
+    """Add the arguments of ``slipscale power``."""
     parser.add_argument(
         "study",
         metavar="STUDY",
@@ -111,7 +111,7 @@ def add_power(parser: ArgumentParser) -> None:
     )
 
 
-#: Option of ``power``: whether its values can be meant, and what was expected.
+#: Option of ``power``: check of its values, and what was expected.
 EXPECTED: dict[str, tuple[Callable[[Any], bool], str]] = {
     "studies": (lambda n: n is None or n >= 1, "1 or more"),
     "minutes": (lambda each: each is None or 0 < each < math.inf, "a number above 0"),
@@ -124,7 +124,7 @@ EXPECTED: dict[str, tuple[Callable[[Any], bool], str]] = {
 
 
 def refuse_nonsense(args: Namespace) -> None:
-    """Refuse every value of ``power`` that cannot be meant, all in one sentence."""
+    """Reject every invalid value of ``power`` in one message."""
     wrong = []
     for name, (meant, expected) in EXPECTED.items():
         value = getattr(args, name)
@@ -163,7 +163,7 @@ def axes_of(args: Namespace, design: Design) -> dict[str, tuple[Any, ...]]:
 
 
 def part_of(text: str | None, cache: Path | None) -> Part:
-    """Return which part of the grid is computed here."""
+    """Return which part of the grid to compute in this run."""
     from slipscale.analysis.planning.power.run_grid import Part  # noqa: PLC0415
 
     if text is None:
@@ -177,7 +177,7 @@ def part_of(text: str | None, cache: Path | None) -> Part:
 
 
 def assurance_of(text: str | None) -> Assurance | None:
-    """Return the effect's distribution, if one was given."""
+    """Return the effect's distribution, if given."""
     from slipscale.analysis.planning.power.answers import Assurance  # noqa: PLC0415
 
     if text is None:
@@ -192,7 +192,7 @@ def assurance_of(text: str | None) -> Assurance | None:
 
 
 def run_power(args: Namespace) -> int:
-    """Simulate a grid of studies; 1 where no size reaches the power asked for."""
+    """Simulate a grid of studies; return 1 if no size reaches the required power."""
     from slipscale.analysis.planning.power.answers import as_json, fewest, largest_effect, rows  # noqa: PLC0415
     from slipscale.analysis.planning.power.design import design_of  # noqa: PLC0415
     from slipscale.analysis.planning.power.grid import conditions, without_effect  # noqa: PLC0415
@@ -226,7 +226,7 @@ def run_power(args: Namespace) -> int:
         effects = [effect for effect, _ in assurance.effects(largest_effect(design))]
         beside += [replace(each, effect=effect) for each in wanted for effect in effects]
     for each in wanted:
-        each.people(population)  # refuses an effect that no scale holds, before anything is done
+        each.people(population)  # rejects an effect beyond the scale before anything is computed
     looks = Looks(number=args.looks, spending=args.spending)
     every = shards(
         design,
@@ -268,7 +268,7 @@ def run_power(args: Namespace) -> int:
 
 
 def ask_for_long(args: Namespace, left: list[Any], part: Part) -> None:
-    """Refuse a grid of more than an hour unless ``--yes`` was given."""
+    """Reject a grid of more than an hour unless ``--yes`` was given."""
     from slipscale.analysis.planning.power.run_grid import HOUR_S, estimated_s  # noqa: PLC0415
 
     if args.yes or args.scheduler:
@@ -289,7 +289,7 @@ def ask_for_long(args: Namespace, left: list[Any], part: Part) -> None:
 
 @contextmanager
 def showing(*, enabled: bool) -> Iterator[Callable[[int, int], None]]:
-    """Show a bar with the time left on stderr, where that is a terminal."""
+    """Show a progress bar with the remaining time on stderr if it is a terminal."""
     from rich.console import Console  # noqa: PLC0415
     from rich.progress import (  # noqa: PLC0415
         BarColumn,

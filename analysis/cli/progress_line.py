@@ -1,4 +1,4 @@
-"""What a command is doing, as one line on the terminal, or as lines for a program."""
+"""Show the progress of a command: one line on a terminal, or separate lines for a program."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ LOG = logging.getLogger(__name__)
 
 @contextmanager
 def telling(*, lines: bool = False) -> Iterator[Callable[[str], None]]:
-    """Show what goes on: one line on stderr where that is a terminal; with --verbose, log it.
+    """Show progress in one line on stderr if it is a terminal; log it with --verbose.
 
     Parameters
     ----------
     lines : bool
-        Instead, a line for each step, for a program that shows them: ``step: testing``.
+        Print one line per step instead, for a program that displays them: ``step: testing``.
     """
     if lines:
         yield _print_step

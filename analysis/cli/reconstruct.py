@@ -1,4 +1,4 @@
-"""The command `slipscale reconstruct`."""
+"""Implement `slipscale reconstruct`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Fill the parser of `reconstruct`."""
+    """Add the arguments of `reconstruct`."""
     parser.add_argument(
         "table", type=Path, help="TOML or CSV file, or the name of a shipped one: biet2007_table3"
     )
@@ -95,8 +95,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Answer for every column; 1 if one of them is inconsistent, or a printed test impossible."""
-    # Imported here so that --help needs no NumPy.
+    """Answer for every column; return 1 if one is inconsistent or a printed test is impossible."""
+    # Imported here so that --help does not import NumPy.
     if arguments.batch:
         from slipscale.analysis.cli.reconstruct_batch import run_batch  # noqa: PLC0415
 
@@ -126,7 +126,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _answer_intervals(table: PublishedTable, arguments: argparse.Namespace) -> int:
-    """Answer for columns of continuous values: nothing to count, list or draw."""
+    """Answer for columns of continuous values, which cannot be counted, listed or drawn."""
     import json  # noqa: PLC0415
 
     from slipscale.analysis.reconstruction import report  # noqa: PLC0415
@@ -161,7 +161,7 @@ WORTH_SAYING_S = 5.0
 
 
 def _announce(columns: list[Solutions]) -> None:
-    """Say on stderr what takes long, before it starts."""
+    """Announce long computations on stderr before they start."""
     from slipscale.analysis.reconstruction.counts.problem import duration, seconds_to_count  # noqa: PLC0415
 
     for solutions in columns:
@@ -178,7 +178,7 @@ def _announce(columns: list[Solutions]) -> None:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    """Refuse arguments that contradict each other or are out of range."""
+    """Reject arguments that contradict each other or are out of range."""
     if arguments.seed < 0:
         raise UserError(f"--seed is {arguments.seed}, expected 0 or more")
     if arguments.sample is None:
@@ -201,7 +201,7 @@ def _answer(
     design: Design | None,
     arguments: argparse.Namespace,
 ) -> bool:
-    """Write each answer as soon as it is known; tests first, because they wait for no long count.
+    """Write each answer as soon as it is available; tests first, because they need no long count.
 
     Returns whether a printed test is impossible.
     """
@@ -270,7 +270,7 @@ def _tests(table: PublishedTable, columns: list[Solutions]) -> list[PrintedTestA
 def _known_across(
     columns: list[Solutions], design: Design | None, arguments: argparse.Namespace
 ) -> Across | None:
-    """Return what is known across columns: sums and sums of squares suffice for most of it."""
+    """Return the answers across columns; sums and sums of squares determine most of them."""
     usable = [
         s for s in columns if (s.targets.wanted and s.witness) or (not s.refused and s.consistent)
     ]
@@ -278,7 +278,7 @@ def _known_across(
 
 
 def _across(columns: list[Solutions], design: Design, arguments: argparse.Namespace) -> Across:
-    """Return what is known across columns, and show what goes on: it may take long."""
+    """Return the answers across columns, with a progress display because it may take long."""
     from slipscale.analysis.reconstruction.answers import across, seconds_across  # noqa: PLC0415
     from slipscale.analysis.reconstruction.counts.problem import duration  # noqa: PLC0415
 
@@ -290,7 +290,7 @@ def _across(columns: list[Solutions], design: Design, arguments: argparse.Namesp
 
 
 def _sample(columns: list[Solutions], arguments: argparse.Namespace) -> None:
-    """Write samples of every column that has some, and say why the others have none."""
+    """Write samples of every column that has some, and report why the others have none."""
     usable = _usable(columns)
     for solutions in columns:
         if solutions not in usable:
@@ -302,17 +302,17 @@ def _sample(columns: list[Solutions], arguments: argparse.Namespace) -> None:
 
 
 def _usable(columns: list[Solutions]) -> list[Solutions]:
-    """Return the columns with data sets that can be drawn: no other column silences them."""
+    """Return the columns with drawable data sets; other columns do not prevent this."""
     return [solutions for solutions in columns if not solutions.not_drawn and solutions.consistent]
 
 
 def _status(columns: list[Solutions]) -> int:
-    """Return the exit status: whether all columns could be counted, and whether all have some.
+    """Return the exit status: whether all columns were counted, and all are consistent.
 
     Raises
     ------
     UserError
-        A column could not be counted; the answers are written.
+        A column could not be counted; the answers have been written.
     """
     if refused := [solutions for solutions in columns if solutions.refused]:
         labels = ", ".join(f"'{solutions.column.label}'" for solutions in refused)
@@ -326,7 +326,7 @@ def _write_samples(
     arguments: argparse.Namespace,
     file: TextIO,
 ) -> None:
-    """Write samples as CSV: a data set a row or, with --long, a rating a row."""
+    """Write samples as CSV: one data set per row or, with --long, one rating per row."""
     import csv  # noqa: PLC0415
 
     import numpy as np  # noqa: PLC0415
@@ -348,7 +348,7 @@ def _write_samples(
         column = sampler.solutions.column
         label = harmless_cell(column.label)
         names = [f"{float(column.scale.value(v)):.10g}" for v in range(column.scale.steps + 1)]
-        # A column's samples do not depend on the columns beside it.
+        # A column's samples do not depend on the other columns.
         generator = np.random.default_rng([arguments.seed, place])
         number = 0
         for block in sampler.stream(arguments.sample, generator):

@@ -1,4 +1,4 @@
-"""`slipscale reconstruct --batch`: a verdict for every row of a CSV, resumable."""
+"""Implement `slipscale reconstruct --batch`: a verdict for every row of a CSV, resumable."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def run_batch(arguments: Namespace) -> int:
-    """Write a verdict a row, going on where an earlier run stopped; 1 if a row is inconsistent."""
+    """Write one verdict per row, resuming an earlier run; return 1 if a row is inconsistent."""
     from slipscale.analysis.reconstruction.data_sets.batch import Verdict, summary, verdicts  # noqa: PLC0415
     from slipscale.analysis.reconstruction.table.table_files import read_rows  # noqa: PLC0415
 
@@ -44,7 +44,7 @@ def run_batch(arguments: Namespace) -> int:
             ):
                 told = asdict(verdict)
                 writer.writerow(told | {"label": harmless_cell(verdict.label)})
-                # What was answered is kept, whatever comes.
+                # Finished answers are kept in any case.
                 file.flush()
                 found.append((verdict.verdict, verdict.failed))
     except OSError as error:
@@ -54,12 +54,12 @@ def run_batch(arguments: Namespace) -> int:
 
 
 def _earlier(path: Path, names: list[str], rows: Sequence[Row]) -> list[tuple[str, str]]:
-    """Return the verdicts that are there, and cut off a line that was not finished.
+    """Return the existing verdicts, and remove an unfinished last line.
 
     Raises
     ------
     UserError
-        The file holds something else, or verdicts on other rows.
+        The file contains something else, or verdicts on other rows.
     """
     from slipscale.analysis.reconstruction.data_sets.batch import digest  # noqa: PLC0415
 

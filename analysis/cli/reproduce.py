@@ -1,4 +1,4 @@
-"""The command ``slipscale reproduce``."""
+"""Implement ``slipscale reproduce``."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def add_reproduce(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale reproduce``."""
+    """Add the arguments of ``slipscale reproduce``."""
     parser.add_argument(
         "items",
         metavar="ITEM",
@@ -28,7 +28,7 @@ def add_reproduce(parser: ArgumentParser) -> None:
 
 
 def run_reproduce(args: Namespace) -> int:
-    """Compare ours with the paper; 1 on drift, or where a cell of Table III disagrees."""
+    """Compare ours with the paper; return 1 on drift or if a cell of Table III disagrees."""
     from slipscale.analysis.reproduction.comparison import choose, compare, write_figures  # noqa: PLC0415
     from slipscale.analysis.reproduction.terminal import print_comparisons  # noqa: PLC0415
     from slipscale.analysis.writing.output_folder import make_folder  # noqa: PLC0415

@@ -1,4 +1,4 @@
-"""The command ``slipscale study``: what `slipscale.experiments.cli.study` does, and freeze."""
+"""Implement ``slipscale study``: the actions of `slipscale.experiments.cli.study`, and freeze."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from slipscale.faults import DONE, UserError, harmless
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-#: The planned number of participants times these: where the power is computed.
+#: Multiples of the planned number of participants for which power is computed.
 AROUND = (0.5, 0.75, 1.0, 1.25)
 
 
 def add_study(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale study``."""
+    """Add the arguments of ``slipscale study``."""
     commands = study.add_study(parser)
     freeze = commands.add_parser(
         "freeze",
@@ -74,12 +74,12 @@ def add_study(parser: ArgumentParser) -> None:
 
 
 def run_study(args: Namespace) -> int:
-    """Freeze a study, or do what needs no analysis."""
+    """Freeze a study, or perform an action that needs no analysis."""
     return _freeze(args) if args.what == "freeze" else study.run_study(args)
 
 
 def _freeze(args: Namespace) -> int:
-    """Write a bundle; print where it is, and the SHA-256 that stands for all of it."""
+    """Write a bundle; print its path and the SHA-256 that represents all of it."""
     import tempfile  # noqa: PLC0415
 
     from slipscale.analysis.preregistration.bundle import refuse_taken  # noqa: PLC0415
@@ -97,7 +97,7 @@ def _freeze(args: Namespace) -> int:
 
 
 def _compute_power(args: Namespace, folder: Path) -> None:
-    """Compute power around the planned number of participants, as slipscale power does."""
+    """Compute power around the planned number of participants, as `slipscale power` does."""
     from slipscale.analysis.cli.power import add_power, run_power  # noqa: PLC0415
     from slipscale.analysis.planning.power.grid import FEWEST_PARTICIPANTS  # noqa: PLC0415
     from slipscale.experiments.study.file import read_study  # noqa: PLC0415

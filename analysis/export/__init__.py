@@ -1,1 +1,1 @@
-"""An analysis for a manuscript and for whoever checks it: Word, PDF, scripts that recompute it."""
+"""Export an analysis for a manuscript and its reviewers: Word, PDF, scripts that recompute it."""

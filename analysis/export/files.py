@@ -1,4 +1,4 @@
-"""Everything that `slipscale export` writes, into one folder."""
+"""Write all files of `slipscale export` into one folder."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-#: The script, and what it reads where there are other tasks than estimates and differences.
+#: The script, and its input if there are tasks other than estimates and differences.
 SCRIPT, TASK_SCRIPT = "recompute.R", "recompute_tasks.R"
 
 
 def write_export(analysis: Analysis, out: Path, forms: Sequence[str]) -> list[str]:
-    """Write what `analyse` writes, and the forms asked for; return the names of the added files.
+    """Write the output of `analyse` and the requested formats; return the names of added files.
 
     Parameters
     ----------
     out : Path
-        A folder, made if need be.
+        A folder, created if necessary.
     forms : sequence of str
         Keys of `FORMS`.
 
@@ -52,14 +52,14 @@ def write_export(analysis: Analysis, out: Path, forms: Sequence[str]) -> list[st
 
 
 def check_installed(forms: Sequence[str]) -> None:
-    """Import what the forms need, before anything is written.
+    """Import the packages that the formats need, before anything is written.
 
     Raises
     ------
     ModuleNotFoundError
         The extra ``export`` is not installed.
     UserError
-        WeasyPrint does not find Pango, which lays out its text.
+        WeasyPrint does not find Pango, which it needs for text layout.
     """
     if "word" in forms:
         import docx  # noqa: F401, PLC0415
@@ -122,7 +122,7 @@ def _french(analysis: Analysis, report: Path) -> list[str]:
     return [f"{folder.name}/"]
 
 
-#: Form -> what writes it beside the report.
+#: Format -> function that writes it next to the report.
 FORMS: dict[str, Callable[[Analysis, Path], list[str]]] = {
     "word": _word,
     "pdf": _pdf,

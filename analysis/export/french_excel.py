@@ -1,4 +1,4 @@
-"""Tables as a French Excel opens them: semicolons, decimal commas, UTF-8 with a byte-order mark."""
+"""Write tables for French Excel: semicolons, decimal commas, UTF-8 with a byte-order mark."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def write_french(table: pd.DataFrame, path: Path) -> None:
-    """Write a table; text that Excel would calculate gets an apostrophe before it."""
+    """Write a table; text that Excel would evaluate gets an apostrophe prefix."""
     with path.open("w", encoding="utf-8-sig", newline="") as file:
         writer = csv.writer(file, delimiter=";")
         writer.writerow([harmless_cell(str(name)) for name in table.columns])
@@ -23,7 +23,7 @@ def write_french(table: pd.DataFrame, path: Path) -> None:
 
 
 def _french(value: object) -> str:
-    """Return a cell as French Excel reads it.
+    """Format a cell for French Excel.
 
     >>> _french(0.5), _french(True), _french("-oui"), _french(None)
     ('0,5', 'VRAI', "'-oui", '')

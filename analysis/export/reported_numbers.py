@@ -1,4 +1,4 @@
-"""Every number of a report as a list, for the scripts that recompute them."""
+"""List every number of a report, for the scripts that recompute them."""
 
 from __future__ import annotations
 
@@ -19,20 +19,21 @@ if TYPE_CHECKING:
     from slipscale.analysis.json_form import Json
     from slipscale.analysis.tasks.kind import Analysis
 
-#: What a name of inference.json says of the unit, which a script need not know.
+#: Unit suffixes in names of inference.json, which a script does not need.
 PER_UNIT, UNIT = re.compile(r"per_um(_pp)?\b"), re.compile(r"_um(_pp)?\b")
-#: Parts that are no arithmetic on the files: words counted by a code book, what the film predicts.
+#: Results that cannot be recomputed from the files: coded words, and the film's predictions.
 LEFT_OUT = re.compile(
     r"\.verbal_reports\.|\.finding\.|^growth\.(friction|individual)\.|covariance|^normalisation\."
 )
-#: Names of an interval that say its level.
+#: Names of an interval that state its level.
 LEVEL = re.compile(r"\bci95\b")
 
 
 def reported_numbers(analysis: Analysis) -> pd.DataFrame:
-    """Return ``name value``: each number of the report, under its place in the results.
+    """Return ``name value``: each number of the report, named by its position in the results.
 
-    ``rm_anova.F``, ``pairwise.0.ratio_ci.0``, ``table3.2.mean``: places count from 0.
+    For example ``rm_anova.F``, ``pairwise.0.ratio_ci.0``, ``table3.2.mean``; positions count from
+    0.
     """
     parts = {
         "table3": analysis.table3.to_dict(orient="records"),
@@ -50,7 +51,7 @@ def reported_numbers(analysis: Analysis) -> pd.DataFrame:
 
 
 def _means_in_order(row: dict[str, Json]) -> dict[str, Json]:
-    """Return a summary whose means are counted, whatever the levels are."""
+    """Return a summary with numbered means, independent of the levels."""
     means = row["means"]
     return row | {"means": list(means.values()) if isinstance(means, dict) else means}
 
@@ -65,7 +66,7 @@ def _exponents(analysis: Analysis) -> dict[str, dict[str, float]]:
     }
 
 
-#: Levels stand in the files; a number there is where it is, not what was found.
+#: Levels are in the files; such a number is a position, not a result.
 GIVEN = re.compile(r"(^|\.)(amplitude|from|to|removed|amplitudes|reduction)(_um_pp)?(\.[\d.]+)?$")
 
 
@@ -81,7 +82,7 @@ def _numbers(value: Json, name: str = "") -> Iterator[tuple[str, float]]:
 
 
 def settings(analysis: Analysis) -> pd.DataFrame:
-    """Return ``name value``: the choices, and what the columns of levels are called."""
+    """Return ``name value``: the choices, and the names of the level columns."""
     data, choices = analysis.dataset, analysis.dataset.choices
     plate = data.quantity.of_plate
     found = {
@@ -102,9 +103,9 @@ def settings(analysis: Analysis) -> pd.DataFrame:
 
 
 def task_trials(analysis: Analysis) -> dict[str, pd.DataFrame]:
-    """Return what `recompute_tasks.R` reads, by the file's name: only tables with rows.
+    """Return the input of `recompute_tasks.R`, by file name: only tables with rows.
 
-    The trials of every kind as they were analysed, except those that a table of the report holds,
+    Contains the trials of every kind as analysed (except those in a table of the report),
     participants' groups, and the measures of participants' sessions.
     """
     data = analysis.dataset

@@ -1,4 +1,4 @@
-"""The report as a Word document: its own headings, sentences, tables and figures, in its order."""
+"""Write the report as a Word document, with the same headings, text, tables, figures and order."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 
 #: Width of a figure, cm; an A4 page with Word's margins has 16.
 FIGURE_CM = 13.0
-#: A table of more columns is written smaller.
+#: Tables with more columns use a smaller font.
 WIDE = 7
-#: So that the same report gives the same bytes.
+#: Fixed, so that the same report gives the same bytes.
 DATE = (1980, 1, 1, 0, 0, 0)
 
 
@@ -24,7 +24,7 @@ def write_word(report: Path, out: Path) -> None:
     Parameters
     ----------
     report : Path
-        ``report.html``; the figures' ``.png`` lie beside it.
+        ``report.html``; the figures' ``.png`` are next to it.
     out : Path
         The file to write.
     """
@@ -66,7 +66,7 @@ def _paragraph(document: Any, element: Any, _folder: Path) -> None:
 
 
 def _item(document: Any, element: Any, _folder: Path) -> None:
-    # The contents follow from the headings: Word makes them itself.
+    # Word generates the table of contents from the headings.
     if not any(parent.tag == "nav" for parent in element.iterancestors()):
         document.add_paragraph(_text(element), style="List Bullet")
 
@@ -82,7 +82,7 @@ def _figure(document: Any, element: Any, folder: Path) -> None:
     (picture,) = element.xpath("./*[local-name()='svg']")
     (caption,) = element.findall("figcaption")
     document.add_picture(str(folder / f"{picture.get('id')}.png"), width=Cm(FIGURE_CM))
-    # What a screen reader says.
+    # Text for screen readers.
     document.inline_shapes[-1]._inline.docPr.set("descr", picture.get("aria-label"))  # noqa: SLF001 - python-docx has no call for it
     document.add_paragraph(_text(caption), style="Caption")
 
@@ -99,14 +99,14 @@ def _table(document: Any, element: Any, _folder: Path) -> None:
             span = int(cell.get("colspan", 1))
             first, last = table.cell(place, column), table.cell(place, column + span - 1)
             written = (first.merge(last) if span > 1 else first).paragraphs[0]
-            # A line break in a heading stands before the unit.
+            # A line break in a heading precedes the unit.
             run = written.add_run(" ".join(" ".join(cell.itertext()).split()))
             run.font.size = _points(7 if width > WIDE else 9)
             column += span
     document.add_paragraph()
 
 
-#: Element of the page -> what writes it; the others hold these.
+#: Element of the page -> function that writes it; the others contain these.
 WRITERS: dict[str, Callable[[Any, Any, Path], None]] = {
     "h1": _heading(0),
     "h2": _heading(1),
@@ -122,7 +122,7 @@ WRITERS: dict[str, Callable[[Any, Any, Path], None]] = {
 
 
 def _dated(stream: io.BytesIO) -> bytes:
-    """Return an archive whose parts all have the same date."""
+    """Return an archive in which all parts have the same date."""
     out = io.BytesIO()
     with zipfile.ZipFile(stream) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
         for name in old.namelist():

@@ -1,1 +1,1 @@
-"""Figures, drawn from results; nothing is computed here."""
+"""Draw figures from results, without computing anything."""

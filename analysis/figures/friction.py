@@ -1,4 +1,4 @@
-"""Perception against physics: magnitude estimates over the friction that the film predicts."""
+"""Plot perception against physics: magnitude estimates against the film's predicted friction."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ def perception_figure(
 ) -> Figure:
     """Return estimates of slipperiness against predicted relative friction.
 
-    By both film models, and as a band by the shared load of asperities and film.
+    Uses both film models, and a band from the load shared by asperities and film.
 
     Parameters
     ----------
     amplitudes_um_pp : sequence of float
         Amplitudes of the surfaces, µm peak to peak.
     means : sequence of float
-        Mean magnitude estimates, one a surface.
+        Mean magnitude estimates, one per surface.
     standard_deviations : sequence of float, optional
         Their standard deviations between participants.
     roughness_um, frequency_hz, normal_force_n : float

@@ -1,4 +1,4 @@
-"""Figures of the squeeze film: the paper's 3, 4 and 5, and what the closed form hides."""
+"""Plot the squeeze film: the paper's Figs. 3, 4 and 5, and errors of the closed form."""
 
 from __future__ import annotations
 
@@ -132,9 +132,10 @@ def friction_figure() -> Figure:
 
 
 def convergence_data(factors: Array, finger: Finger = FINGER) -> tuple[Array, Array]:
-    """Return squeeze numbers and numerical over closed-form overpressure, frequency times factor.
+    """Return squeeze numbers, and numerical divided by closed-form overpressure, per factor.
 
-    At the paper's working point: h_r = 0.6 µm, 2.3 µm peak to peak, 30.5 kHz.
+    The frequency is multiplied by each factor, at the paper's working point: h_r = 0.6 µm, 2.3 µm
+    peak to peak, 30.5 kHz.
     """
     points = [
         WorkingPoint(
@@ -155,7 +156,7 @@ def convergence_data(factors: Array, finger: Finger = FINGER) -> tuple[Array, Ar
 
 @styled
 def closed_form_figure() -> Figure:
-    """Return what the closed form hides: friction, and when the two forms meet."""
+    """Return a figure of the closed form's errors: friction, and convergence of the two forms."""
     figure, (left, right) = canvas(1, 2, (9.6, 4.2))
     peak = np.linspace(0, 1.15, 24)
     amplitude = pp_from_peak(peak)

@@ -1,1 +1,1 @@
-"""A study and its analysis, frozen before there is data, and an analysis held against that."""
+"""Freeze a study and its analysis before data collection, and compare analyses with the plan."""

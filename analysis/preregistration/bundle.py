@@ -1,4 +1,4 @@
-"""A bundle: a frozen plan as a folder or a zip file, written once, and read with every doubt."""
+"""Write and read a bundle: a frozen plan as a folder or a zip file, written once."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 ZIP = ".zip"
-#: A zip's entries have a date; the earliest that the format knows is nobody's.
+#: Fixed date of a zip's entries: the earliest that the format supports.
 NO_DATE = (1980, 1, 1, 0, 0, 0)
 LARGEST_BYTES = 200_000_000
-#: What file managers leave in a folder that somebody looked at.
+#: Files that file managers create in a folder.
 OF_THE_SYSTEM = (".DS_Store", "Thumbs.db", "desktop.ini")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bundle:
-    """A bundle, read.
+    """A bundle, as read.
 
     Parameters
     ----------
     name : str
-        Its file's or folder's.
+        Name of its file or folder.
     manifest : Manifest
-        Whole: its digest is the one it states.
+        Intact: its digest matches the stated one.
     study_text : str
-        Whole, too.
+        Also intact.
     damaged : tuple of str
-        A sentence for each other file that is not as it was frozen.
+        One sentence for each other file that differs from the frozen one.
     """
 
     name: str
@@ -57,15 +57,15 @@ def sha256(content: bytes) -> str:
 
 
 def write_bundle(out: Path, files: Mapping[str, bytes]) -> None:
-    """Write a bundle: a zip file where the name ends in ``.zip``, else a folder.
+    """Write a bundle: a zip file if the name ends in ``.zip``, else a folder.
 
     Raises
     ------
     UserError
-        It is there already, or cannot be written.
+        It already exists, or cannot be written.
     """
     refuse_taken(out)
-    # Whole or not at all: it gets its name last.
+    # Written atomically: it is renamed at the end.
     with tempfile.TemporaryDirectory(prefix="slipscale-") as there:
         being = Path(there) / out.name
         _write(being, files)
@@ -89,7 +89,7 @@ def _write(path: Path, files: Mapping[str, bytes]) -> None:
 
 
 def refuse_taken(out: Path) -> None:
-    """Raise `UserError` where there is something already: a plan is frozen once."""
+    """Raise `UserError` if the path already exists: a plan is frozen only once."""
     if out.exists():
         raise UserError(f"--out {out}: exists already; a plan is frozen once: name a new one")
 
@@ -100,7 +100,7 @@ def read_bundle(path: Path) -> Bundle:
     Raises
     ------
     UserError
-        It is no bundle, is cut short, or what is checked by it (manifest, study) was changed.
+        It is not a bundle, is truncated, or its manifest or study was changed.
     """
     if not path.exists():
         raise UserError(f"--plan {path}: no such file or folder")

@@ -1,4 +1,4 @@
-"""Data and analysis held against a frozen plan: every deviation, one sentence each."""
+"""Compare data and analysis with a frozen plan: every deviation in one sentence each."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.kind import Analysis
     from slipscale.analysis.tasks.plan_check import Kind
 
-#: A choice of the [analysis] table -> which kind of deviation it is; others are options.
+#: Choice of the [analysis] table -> kind of deviation; others are options.
 KIND_OF_CHOICE: Mapping[str, Kind] = {
     "exclusions": "exclusions",
     "thresholds": "exclusions",
@@ -32,26 +32,26 @@ KIND_OF_CHOICE: Mapping[str, Kind] = {
     "primary": "tests",
 }
 MISSING = "n/a"
-#: Differences between tables and journals that are listed one by one.
+#: Maximum number of differences between tables and journals that are listed individually.
 MOST_DIFFERENCES = 20
 
 
 def check_plan(bundle: Bundle, analysis: Analysis, options: Sequence[str] = ()) -> PlanCheck:
-    """Return what an analysis does otherwise than its plan.
+    """Return the deviations of an analysis from its plan.
 
     Parameters
     ----------
     bundle : Bundle
         The frozen plan.
     analysis : Analysis
-        Of the data.
+        Analysis of the data.
     options : sequence of str
-        Options of the command that no plan names, as they were given.
+        Options of the command that no plan names, as given.
 
     Raises
     ------
     UserError
-        The data are of another study.
+        The data belong to another study.
     """
     _same_study(bundle, analysis)
     found = [
@@ -85,7 +85,7 @@ def _of_bundle(bundle: Bundle, _: Analysis) -> Iterator[str]:
 
 
 def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
-    """Yield which keys of the study differ, and where runs had another seed or language."""
+    """Yield which keys of the study differ, and which runs had another seed or language."""
     data, plan = analysis.dataset, bundle.manifest
     studies = sorted((data.folder / "code").glob("study*.toml")) if data.folder else []
     if not studies:
@@ -104,7 +104,7 @@ def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
             continue
         known.add(study_hash(text))
         for key in sorted(planned.keys() | own.keys()):
-            # What belongs to the analysis is compared as it was used, below.
+            # Keys of the analysis are compared below, as they were used.
             if planned.get(key) != own.get(key) and not key.startswith("analysis."):
                 yield f"{path.name}: {key} is {_said(own, key)}; planned: {_said(planned, key)}."
     for digest in data.details.get("study_hash", ()):
@@ -117,7 +117,7 @@ def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
 
 
 def _of_data(_: Bundle, analysis: Analysis) -> Iterator[str]:
-    """Yield where the tables differ from the journals, or that there are no journals."""
+    """Yield differences between tables and journals, or a note that there are no journals."""
     differences = analysis.dataset.journal_differences
     if differences is None:
         yield (
@@ -182,7 +182,7 @@ def _of_dates(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
 
 
 def _started(analysis: Analysis) -> list[str]:
-    """Return when each run began, as its sidecars say; empty where they do not."""
+    """Return when each run began, from its sidecars; empty if they do not state it."""
     folder = analysis.dataset.folder
     runs: dict[str, str] = {}
     for path in sorted(folder.glob("sub-*/**/beh/*_beh.json")) if folder else ():
@@ -191,7 +191,7 @@ def _started(analysis: Analysis) -> list[str]:
             told = str(own.get("started_utc", MISSING))
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             told = MISSING
-        # One run has a table for each of its tasks.
+        # One run has one table per task.
         parts = [part for part in path.stem.split("_") if not part.startswith("task-")]
         runs["_".join(parts)] = "" if told == MISSING else told.replace("Z", "+00:00")
     return list(runs.values())
@@ -222,7 +222,7 @@ def _of_versions(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
 
 
 def _choices(bundle: Bundle, analysis: Analysis) -> Iterator[Deviation]:
-    """Yield each choice of the [analysis] table that was not the planned one."""
+    """Yield each choice of the [analysis] table that differs from the plan."""
     planned = _flat(bundle.manifest.choices.model_dump(mode="json"))
     used = _flat(analysis.dataset.choices.model_dump(mode="json"))
     for key in sorted(planned.keys() | used.keys()):
@@ -245,7 +245,7 @@ def _codebook(planned: str, analysis: Analysis) -> Iterator[Deviation]:
         )
 
 
-#: What is looked at, in the order of the report.
+#: The checks, in the order of the report.
 LOOKS: Sequence[tuple[Kind, Callable[[Bundle, Analysis], Iterator[str]]]] = (
     ("bundle", _of_bundle),
     ("study", _of_study),

@@ -1,4 +1,4 @@
-"""A study frozen before there is data: everything that a plan holds, gathered and hashed."""
+"""Freeze a study before data collection: gather and hash everything that a plan contains."""
 
 from __future__ import annotations
 
@@ -30,29 +30,29 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.simulated_people.population import Population
 
 POWER = "power"
-#: What a folder of `slipscale power --out` is known by.
+#: File that identifies an output folder of `slipscale power --out`.
 POWER_RESULT = "power.json"
 NOTES = "notes"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wanted:
-    """What is to be frozen.
+    """What to freeze.
 
     Parameters
     ----------
     study_name : str
         A study file, or a shipped study's name.
     population : Population
-        Whom the plan was made with.
+        The simulated population for the plan.
     stopping_rule : str
-        When the collection of data ends; empty for the planned number.
+        When data collection ends; empty for the planned number.
     existing_data, sample_size : str
-        Which data exist already, and why the planned number suffices; empty if not stated.
+        Which data already exist, and why the planned number is sufficient; empty if not stated.
     power : Path or None
         The folder of a finished `slipscale power --out`.
     notes : Path or None
-        A text with hypotheses and what else no file says.
+        A text with hypotheses and anything else that is in no other file.
     """
 
     study_name: str
@@ -67,22 +67,22 @@ class Wanted:
 def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
     """Return a plan's manifest, and all files of its bundle by their names.
 
-    The same plan and software give the same bytes, but for the date.
+    The same plan and software give the same bytes, except for the date.
 
     Parameters
     ----------
     wanted : Wanted
     when : datetime
-        Now, with its time zone.
+        Current time, with time zone.
 
     Raises
     ------
     UserError
-        The study has a fault, a file cannot be read, the power result is of another study, or
-        nobody can answer the study in a simulation.
+        The study has an error, a file cannot be read, the power result is of another study, or the
+        study cannot be simulated.
     """
     study, text = read_study(wanted.study_name)
-    # As the file has it: in the whole text the words of texts files stand in place of their names.
+    # As in the file: in the complete text, the content of texts files replaces their names.
     named = named_files(study_text(wanted.study_name), _folder_of(wanted.study_name))
     analysis = simulated(wanted.study_name, wanted.population)
     files: dict[str, tuple[bytes, Role, str]] = {STUDY: (text.encode(), "study", "")}
@@ -132,7 +132,7 @@ def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
 
 
 def simulated(study_name: str, population: Population) -> Analysis:
-    """Return the analysis of one simulated study: what will be done with the real one."""
+    """Return the analysis of one simulated study, which shows how real data will be analysed."""
     plans = pilot_plans(
         study_name, participants=None, seed=None, language=None, population=population
     )
@@ -158,7 +158,7 @@ def _folder_of(study_name: str) -> Path | None:
 
 
 def _placed(named: list[NamedFile]) -> list[tuple[str, NamedFile]]:
-    """Return each named file with its place in the bundle; two of one name are told apart."""
+    """Return each named file with its position in the bundle, without duplicate names."""
     taken: dict[str, int] = {}
     found = []
     for file in named:
@@ -169,7 +169,7 @@ def _placed(named: list[NamedFile]) -> list[tuple[str, NamedFile]]:
 
 
 def _packages() -> str:
-    """Return every installed package with its version, a line each."""
+    """Return every installed package with its version, one per line."""
     found = {each.name.lower(): each.version for each in distributions() if each.name}
     return "".join(f"{name}=={version}\n" for name, version in sorted(found.items()))
 
@@ -180,7 +180,7 @@ def _power(folder: Path, study: str) -> dict[str, bytes]:
     Raises
     ------
     UserError
-        It is none, or of another study.
+        The folder is not a power result, or is of another study.
     """
     try:
         told = json.loads((folder / POWER_RESULT).read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""What a frozen plan says, for machines: ``manifest.json`` of a bundle."""
+"""Define ``manifest.json`` of a bundle: the content of a frozen plan for machines."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class Manifest(_Frozen):
     """A frozen plan.
 
     ``normalisation`` and ``tests`` are what `analyse` does with simulated data of the study: the
-    rule it takes, and the fields of `slipscale.analysis.statistics.statistic.Inference` that have a
-    result. ``digest`` is the SHA-256 of all else here, and so of every file.
+    rule that it uses, and the fields of `slipscale.analysis.statistics.statistic.Inference` that
+    have a result. ``digest`` is the SHA-256 of everything else here, and therefore of every file.
     """
 
     format: Literal[1] = FORMAT
@@ -59,7 +59,7 @@ class Manifest(_Frozen):
     digest: str = ""
 
     def computed_digest(self) -> str:
-        """Return the SHA-256 of everything but ``digest``, in hexadecimal."""
+        """Return the SHA-256 of everything except ``digest``, in hexadecimal."""
         told = self.model_dump(mode="json", exclude={"digest"})
         return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
 

@@ -1,7 +1,8 @@
-"""The files that a study names: found by what its keys say, not by which keys there are.
+"""Find the files that a study names, from the values of its keys.
 
-Every text in the study file that is the name of a file there is one, as a key of tomorrow will be;
-a TOML file that is found is looked through in its turn (a plate's names its calibration).
+Every text in the study file that is the name of an existing file counts, so future keys are
+covered too. Each TOML file found is searched in the same way (a plate's file names its
+calibration).
 """
 
 from __future__ import annotations
@@ -17,14 +18,14 @@ from slipscale.hardware.plate_file import path_of
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-#: A key whose file may be named without its folder and ending.
+#: A key whose file may be named without its folder and extension.
 PLATE = "plate.file"
 LONGEST = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NamedFile:
-    """A file, and the key that names it (of a file that was found: both keys, with ``>``)."""
+    """A file, and the key that names it (for a file named by another: both keys, with ``>``)."""
 
     key: str
     path: Path
@@ -39,7 +40,7 @@ def named_files(text: str, beside: Path | None) -> list[NamedFile]:
     text : str
         The study file's text, valid.
     beside : Path or None
-        The folder that the study file is in; None for a shipped study.
+        The folder that contains the study file; None for a shipped study.
 
     Raises
     ------
@@ -70,7 +71,7 @@ def _gather(
             try:
                 inner = tomllib.loads(content.decode("utf-8-sig"))
             except (tomllib.TOMLDecodeError, UnicodeDecodeError):
-                continue  # whoever reads it says what is wrong with it
+                continue  # the code that reads it reports its errors
             _gather(inner, [path.parent, *folders], f"{prefix}{key} > ", found)
 
 
@@ -87,10 +88,10 @@ def _texts(value: object, key: str) -> Iterator[tuple[str, str]]:
 
 
 def _file(key: str, text: str, folders: list[Path]) -> Path | None:
-    """Return the file that a text names; None where it names none."""
+    """Return the file that a text names; None if it names none."""
     if key == PLATE and text:
         return path_of(text, Path())
-    # A word without an ending is a word, whatever lies in the folder.
+    # A word without an extension is not a file name, even if such a file exists.
     if not text or len(text) > LONGEST or "\n" in text or not Path(text).suffix:
         return None
     try:

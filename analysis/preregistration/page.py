@@ -1,4 +1,4 @@
-"""A frozen plan as one page for people."""
+"""Render a frozen plan as one page."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ def render(
     Parameters
     ----------
     plan : Manifest
-        With all files but the page.
+        With all files except the page.
     analysis : Analysis
-        Of one simulated study.
+        Analysis of one simulated study.
     contents : Mapping
-        Name -> content of every file but the page.
+        Name -> content of every file except the page.
     study : str
         The study file, or the shipped study's name.
     people : str
@@ -160,7 +160,7 @@ def _power(plan: Manifest, contents: Mapping[str, bytes]) -> list[html.ReportSec
 
 
 def _remarks(power: dict[str, Any], participants: int) -> list[str]:
-    """Return what the power result says against the planned number of participants."""
+    """Return remarks on the power result for the planned number of participants."""
     planned = [
         each for each in power.get("conditions", []) if each.get("participants") == participants
     ]

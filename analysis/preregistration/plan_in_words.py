@@ -1,7 +1,7 @@
-"""The analysis plan in words, from the objects that `analyse` runs.
+"""Describe the analysis plan in words, from the objects that `analyse` runs.
 
-The study is simulated once and analysed: its methods section, its tests and their corrections are
-then those that the real data will get, and words and code cannot part.
+The study is simulated once and analysed. Its methods section, its tests and their corrections are
+those that the real data will get, so words and code cannot diverge.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def results_of(analysis: Analysis) -> dict[str, object]:
-    """Return every test's result or `NotComputed`, in inference.json's order, outside ones last."""
+    """Return every result or `NotComputed`, in inference.json's order, outside ones last."""
     found = analysis.inference
     return {each.key: found.results[each.key] for each in found.declared if each.test}
 
@@ -77,7 +77,7 @@ def _exclusions(choices: AnalysisChoices, quantity: Quantity) -> str:
 
 
 def _limits(flag: QualityFlag, thresholds: Thresholds) -> str:
-    """Return the thresholds whose descriptions say that they are a flag's."""
+    """Return the thresholds whose descriptions refer to a flag."""
     own = [
         f"{name} = {getattr(thresholds, name):g}"
         for name, field in type(thresholds).model_fields.items()

@@ -1,7 +1,7 @@
-"""What registries ask before data are collected, answered from the study and its analysis.
+"""Answer the questions of registries from the study and its analysis.
 
-The questions are those of OSF's and AsPredicted's forms. What only the authors can answer is taken
-from the command's options; without them the page reports that it is not stated.
+The questions are those of OSF's and AsPredicted's forms. Answers that only the authors know are
+taken from the command's options; without them, the page reports that they are not stated.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ def answers(plan: Manifest, analysis: Analysis, study: Study) -> list[tuple[str,
     ----------
     plan : Manifest
     analysis : Analysis
-        Of one simulated study.
+        Analysis of one simulated study.
     study : Study
-        The study that is frozen.
+        The study to freeze.
     """
     confirmatory, exploratory = _families(analysis)
     return [

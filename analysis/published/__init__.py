@@ -1,1 +1,1 @@
-"""What the paper printed, and tables that it allows: the one place of its numbers."""
+"""Numbers printed in the paper, and tables that they allow; all of them are defined here."""

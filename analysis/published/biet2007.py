@@ -1,4 +1,4 @@
-"""The paper's results as data, each number as it is printed.
+"""Define the paper's results as data, each number as printed.
 
 Biet, Giraud, Lemaire-Semail, "Squeeze film effect for the design of an ultrasonic tactile
 plate", IEEE Transactions on Ultrasonics, Ferroelectrics, and Frequency Control 54(12), 2007,
@@ -14,17 +14,17 @@ from pathlib import Path
 
 from slipscale.analysis.reconstruction.table.rounding import Printed
 
-#: The name of the shipped study, which repeats the paper's.
+#: The name of the shipped study that repeats the paper's.
 STUDY = "biet2007"
 
 #: Participants in the paper's Section IV-B: nine men, three women, aged between 18 and 25.
 PARTICIPANTS = 12
 
-#: Table III as it is printed: the one place of its numbers.
+#: Table III as printed; its numbers are defined only here.
 TABLE3_FILE = Path(__file__).with_name("biet2007_table3.toml")
 
-#: A data set that Table III allows: twelve integer ratings a column, found by search. It is not
-#: the authors' raw data, which were never published; other data sets give the same table.
+#: A data set that Table III allows: twelve integer ratings per column, found by a search. It is
+#: not the authors' raw data, which were never published; other data sets give the same table.
 ALLOWED_DATASET = Path(__file__).with_name("biet2007_table3_dataset.csv")
 
 NOT_RAW_DATA = (
@@ -37,7 +37,7 @@ NOT_RAW_DATA = (
 class TableRow:
     """One column of Table III (normalised estimates, 0-100), strings as printed.
 
-    ``amplitude_um_pp`` is peak to peak, as Section IV-B says.
+    ``amplitude_um_pp`` is peak to peak, as stated in Section IV-B.
     """
 
     amplitude_um_pp: str
@@ -47,7 +47,7 @@ class TableRow:
 
 
 def _table3() -> tuple[TableRow, ...]:
-    """Return Table III from the file that `slipscale reconstruct` reads, too."""
+    """Return Table III from the file that `slipscale reconstruct` also reads."""
     columns = tomllib.loads(TABLE3_FILE.read_text(encoding="utf-8"))["column"]
     return tuple(
         TableRow(
@@ -60,7 +60,7 @@ def _table3() -> tuple[TableRow, ...]:
     )
 
 
-#: Table III. Columns as the paper prints them, from the still plate to the largest amplitude.
+#: Table III. Columns as printed, from the still plate to the largest amplitude.
 TABLE3: tuple[TableRow, ...] = _table3()
 
 STATISTICS: tuple[str, ...] = ("mean", "maximum_deviation", "standard_deviation")
@@ -71,20 +71,20 @@ BY_AMPLITUDE: dict[float, TableRow] = {float(row.amplitude_um_pp): row for row i
 
 
 def published_means() -> dict[float, float]:
-    """Return amplitude (µm peak to peak) -> mean estimate of Table III, which Fig. 15 plots."""
+    """Return {amplitude in µm peak to peak: mean estimate} of Table III, as plotted in Fig. 15."""
     return {amplitude: float(row.mean) for amplitude, row in BY_AMPLITUDE.items()}
 
 
 def agrees(published: str, ours: float) -> bool:
-    """Tell whether ``ours`` rounds to the printed number.
+    """Return whether ``ours`` rounds to the printed number.
 
-    The printed number stands for the closed interval of half a unit of its last place on either
+    The printed number represents the closed interval of half a unit of its last place on either
     side, so half-up and half-even rounding both agree.
 
     >>> agrees("19.58", 235 / 12), agrees("19.58", 19.574)
     (True, False)
     """
     allowed = Printed(published).values("nearest")
-    # A mean of twelve floats misses a half of the last place by its rounding error.
+    # A mean of twelve floats misses half a unit of the last place because of rounding errors.
     slack = Fraction(1, 10**12) * max(abs(allowed.high), Fraction(1))
     return allowed.low - slack <= Fraction(ours) <= allowed.high + slack

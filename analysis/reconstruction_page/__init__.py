@@ -1,1 +1,1 @@
-"""One page on all data sets behind a published table."""
+"""Build one page about all data sets behind a published table."""

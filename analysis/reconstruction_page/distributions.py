@@ -1,4 +1,4 @@
-"""How the ratings of all data sets behind a column are distributed: what the page draws."""
+"""Compute the distributions of ratings over all data sets behind a column, for the page."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 
-# Bars of a histogram at most.
+# Maximum number of bars in a histogram.
 BARS = 25
 BAND = (0.025, 0.975)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Bands:
-    """A quantity at places along the scale, over all data sets.
+    """A quantity along the scale, over all data sets.
 
     Parameters
     ----------
     edges : ndarray, shape (places + 1,)
-        Where each place begins and ends, in the scale's own unit.
+        Edges of the bins, in the scale's own unit.
     mean, low, high, least, most : ndarray, shape (places,)
         Mean, 2.5 % and 97.5 % quantile, smallest and largest value.
     exact : bool
-        Over all data sets; else over the samples.
+        Whether over all data sets; otherwise over the samples.
     """
 
     edges: Array
@@ -44,7 +44,7 @@ class Bands:
 
 
 def histogram(solutions: Solutions, samples: Array) -> Bands:
-    """Return how many ratings fall into each bar, over samples (in steps above the minimum)."""
+    """Return the number of ratings in each bar, over samples (in steps above the minimum)."""
     scale = solutions.column.scale
     first, last = int(samples.min()), int(samples.max())
     width = -(-(last - first + 1) // BARS)
@@ -53,7 +53,7 @@ def histogram(solutions: Solutions, samples: Array) -> Bands:
         [((samples >= a) & (samples < b)).sum(axis=1) for a, b in pairwise(starts)], axis=1
     )
     low, high = np.quantile(counts, BAND, axis=0, method="inverted_cdf")
-    # A bar stands around its ratings: from half a step below to half a step above.
+    # A bar is centred on its ratings: from half a step below to half a step above.
     edges = float(scale.minimum) + float(scale.step) * (starts - 0.5)
     return Bands(
         edges=edges,
@@ -67,7 +67,7 @@ def histogram(solutions: Solutions, samples: Array) -> Bands:
 
 
 def cumulative(solutions: Solutions, samples: Array, measure: str) -> Bands:
-    """Return the share of ratings up to each value: exact where that is worth its time."""
+    """Return the cumulative proportion of ratings; exact if that is quick enough."""
     if worth_marginals(solutions):
         return _exact_cumulative(solutions, marginals(solutions, measure))
     values = np.arange(int(samples.min()), int(samples.max()) + 1)
@@ -89,10 +89,10 @@ def _exact_cumulative(solutions: Solutions, found: Marginals) -> Bands:
     first = min(found.order_statistic(1))
     last = max(found.order_statistic(n))
     values = np.arange(first, last + 1)
-    # Shares of data sets with 0 to n ratings of so many steps or fewer.
+    # Proportions of data sets with 0 to n ratings of at most this many steps.
     chances = np.array([[c / found.total for c in found.at_most[v]] for v in values])
     running = np.cumsum(chances, axis=1)
-    # What floating point leaves of a sum of 1 is 1.
+    # A floating-point sum close to 1 counts as 1.
     low, high = ((running >= p - 1e-12).argmax(axis=1) / n for p in BAND)
     possible = chances > 0
     return Bands(

@@ -1,4 +1,4 @@
-"""The page's figures: histogram and cumulative distribution over all data sets."""
+"""Draw the page's figures: histogram and cumulative distribution over all data sets."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction_page.distributions import Bands
 
-# Narrow, so that the words can be read on a telephone.
+# Narrow, so that the text is legible on a phone.
 SIZE = (5.2, 2.5)
 
 
 @styled
 def histogram_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
-    """Return how many ratings fall into each bar: mean, 95 % band, smallest and largest.
+    """Return the number of ratings in each bar: mean, 95 % band, smallest and largest.
 
-    ``ends`` are those of the axis: no rating lies beyond the scale.
+    ``ends`` are the limits of the axis: no rating lies beyond the scale.
     """
     figure, axes = canvas(size=SIZE)
     middle, width = (bands.edges[1:] + bands.edges[:-1]) / 2, np.diff(bands.edges)
@@ -38,7 +38,7 @@ def histogram_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
 
 @styled
 def cumulative_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
-    """Return the share of ratings up to each value: mean, 95 % band, smallest and largest."""
+    """Return the cumulative proportion of ratings: mean, 95 % band, smallest and largest."""
     figure, axes = canvas(size=SIZE)
     at = bands.edges
 

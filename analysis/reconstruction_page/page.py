@@ -1,4 +1,4 @@
-"""All data sets behind a published table as one self-contained page."""
+"""Render all data sets behind a published table as one self-contained page."""
 
 from __future__ import annotations
 
@@ -37,32 +37,32 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.inference.distributions import Distribution
     from slipscale.analysis.reconstruction.inference.printed_test_answer import PrintedTestAnswer
 
-# Data sets a column that the histograms are over, and those that come with the page.
+# Data sets per column for the histograms, and those included in the page.
 DRAWN = 2000
 WITH_THE_PAGE = 100
 
 try:
     VERSION = version("slipscale")
-except PackageNotFoundError:  # a checkout that was never installed
+except PackageNotFoundError:  # a checkout that is not installed
     VERSION = "unknown"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Source:
-    """What the page is made from.
+    """Content of the page.
 
     Parameters
     ----------
     title : str
-        Of the table.
+        Title of the table.
     columns : sequence of (Solutions, ColumnAnswer)
-        Each column and what is known of it.
+        Each column and its answer.
     tests : sequence of PrintedTestAnswer
-        What is known of the tests printed beside it.
+        Answers to the tests printed with the table.
     across : Across or None
-        What is known across columns, if it was asked for.
+        Answers across columns, if requested.
     measure, seed : str, int
-        What the samples repeat with.
+        Settings that reproduce the samples.
     """
 
     title: str
@@ -100,7 +100,7 @@ def render(source: Source) -> str:
 
 
 def _facts(source: Source) -> list[tuple[str, str]]:
-    """Return what stands at the top: name and value."""
+    """Return the facts at the top of the page: name and value."""
     answers = [answer for _, answer in source.columns]
     none = [answer.label for answer in answers if answer.consistent is False]
     impossible = sum(one.verdict == "impossible" for one in source.tests)
@@ -115,11 +115,11 @@ def _facts(source: Source) -> list[tuple[str, str]]:
 
 
 def _drawn(source: Source, place: int, number: int) -> Array | None:
-    """Return samples of a column in steps; None if it has none that can be drawn."""
+    """Return samples of a column in steps; None if none can be drawn."""
     solutions, _ = source.columns[place]
     if solutions.not_drawn or not solutions.consistent:
         return None
-    # As `--sample` draws them: a column's samples do not depend on the columns beside it.
+    # Same samples as `--sample`: a column's samples do not depend on the other columns.
     return Sampler(solutions, source.measure).draw(
         number, np.random.default_rng([source.seed, place])
     )
@@ -187,7 +187,7 @@ def _axis_ends(solutions: Solutions, samples: Array) -> tuple[float, float]:
     return low, high
 
 
-# What an editor can ask if no ratings print a table: the usual causes, the harmless ones first.
+# What an editor can ask if no ratings give a table: the usual causes, the harmless ones first.
 ASK = (
     "Is n the number of ratings behind each printed number, or are some missing?",
     "In which steps could participants answer, and what are the ends of the scale?",
@@ -221,7 +221,7 @@ MEANINGS = (
 
 
 def _verdict(source: Source) -> html.ReportSection:
-    """Return the verdict, what it assumes and, if something is impossible, what to ask."""
+    """Return the verdict, its assumptions and, if something is impossible, questions to ask."""
     answers = [answer for _, answer in source.columns]
     section = html.ReportSection("Verdict", shown="always")
     section.blocks.append(html.paragraph(verdict(answers, source.tests)))
@@ -248,7 +248,7 @@ def _verdict(source: Source) -> html.ReportSection:
 
 
 def _printed_tests(found: Sequence[PrintedTestAnswer]) -> html.ReportSection:
-    """Return whether the printed tests are possible, and what shows it."""
+    """Return whether the printed tests are possible, with the evidence."""
     section = html.ReportSection("Printed tests")
     section.blocks.append(
         html.table(
@@ -271,7 +271,7 @@ def _printed_tests(found: Sequence[PrintedTestAnswer]) -> html.ReportSection:
 
 
 def _across(found: Across) -> html.ReportSection:
-    """Return what holds in every data set and what depends."""
+    """Return what holds in every data set, and what depends on the data set."""
     section = html.ReportSection("Across columns")
     for decided, caption in (
         (True, "The same answer in every data set and pairing."),
@@ -340,7 +340,7 @@ def _attained(bound: Conclusion) -> Iterator[str]:
 
 
 def _samples(text: str) -> html.ReportSection:
-    """Return the section with the samples to take along."""
+    """Return the section with the samples to download."""
     address = "data:text/csv;base64," + b64encode(text.encode()).decode()
     link = Markup('<p><a download="samples.csv" href="{}">samples.csv</a>: {}</p>').format(
         address,
@@ -351,7 +351,7 @@ def _samples(text: str) -> html.ReportSection:
 
 
 def long_samples(source: Source) -> str:
-    """Return samples as CSV, a rating a row; empty if no column has any."""
+    """Return samples as CSV with one rating per row; empty if no column has any."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(["column", "sample", "place", "rating"])

@@ -1,1 +1,1 @@
-"""Results as files, sentences, pages and terminal output."""
+"""Present results as files, sentences, pages and terminal output."""

@@ -1,6 +1,6 @@
-"""Everything that `slipscale analyse` writes: tables, figures, JSON, the report.
+"""Write all files of `slipscale analyse`: tables, figures, JSON, the report.
 
-The same data and versions give the same bytes: no date, no path, no order by chance.
+The same data and versions give the same bytes: no dates, no paths, no random order.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-#: Written at every analysis: the paper's figure, which slides and messages take as a picture.
+#: Written for every analysis: the paper's figure as an image for slides and messages.
 MAIN_PICTURE = "fig15.png"
 XML = '<?xml version="1.0" encoding="utf-8"?>\n'
 SOFTWARE = ("slipscale", "numpy", "scipy", "pandas", "statsmodels", "pingouin", "matplotlib")
@@ -42,12 +42,12 @@ def write_analysis(
     *,
     formats: Collection[str] = (),
 ) -> Path:
-    """Write tables, figures and the report into a folder, made if need be; return the report.
+    """Write tables, figures and the report into a folder, created if necessary; return the report.
 
     Parameters
     ----------
     progress : callable, optional
-        Called with a few words on what comes next.
+        Called with a few words on the next step.
     formats : collection of str
         ``"png"``, ``"pdf"``: formats of the figures in addition to SVG.
 
@@ -84,7 +84,7 @@ def write_analysis(
                 path = out / f"{name}.{each}"
                 if each in formats or path.name == MAIN_PICTURE:
                     figure_style.save(figure, path)
-                else:  # an earlier analysis may have left one, of other data
+                else:  # an earlier analysis of other data may have left one
                     path.unlink(missing_ok=True)
         tell("writing the report")
         report = out / "report.html"
@@ -101,19 +101,19 @@ def _write(path: Path, text: str) -> None:
 
 
 def software(analysis: Analysis) -> dict[str, str]:
-    """Return the versions that took part, packages of outside kinds among them."""
+    """Return the versions of the software used, including packages of outside kinds."""
     outside = {kind.package: kind.version for kind in analysis.kinds if kind.package}
     ours = {name: version(name) for name in SOFTWARE}
     return {"python": platform.python_version()} | ours | outside
 
 
 def results(analysis: Analysis, software: Mapping[str, str]) -> Mapping[str, object]:
-    """Return everything, for machines: what results.json holds.
+    """Return all results for machines: the content of results.json.
 
     Parameters
     ----------
     software : Mapping
-        Name -> version of what took part.
+        Name -> version of the software used.
     """
     data = analysis.dataset
     named = data.quantity.columns
@@ -161,7 +161,7 @@ def derivative_description(analysis: Analysis) -> dict[str, object]:
 
 
 def draw(analysis: Analysis) -> dict[str, Figure]:
-    """Return the figures that the data allows, by file name."""
+    """Return the figures that the data allow, by file name."""
     found: dict[str, Figure] = {}
     for kind in analysis.kinds:
         found |= kind.figures(analysis)

@@ -1,4 +1,4 @@
-"""Tables for a paper, in LaTeX."""
+"""Format tables for a paper in LaTeX."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def latex_tables(analysis: Analysis) -> dict[str, str]:
 
 
 def _p(p: float) -> str | None:
-    """Return a p as it is printed: never as 0.000."""
+    """Format a p-value for print, never as 0.000."""
     if math.isnan(p):
         return None
     text = p_value(p).removeprefix("p ").removeprefix("= ")
@@ -68,7 +68,7 @@ def _p(p: float) -> str | None:
 
 
 def _escaped(text: str) -> str:
-    """Return a name or unit as LaTeX writes it."""
+    """Escape a name or unit for LaTeX."""
     return text.replace("%", r"\%").replace("_", r"\_").replace("µ", MICRO)
 
 

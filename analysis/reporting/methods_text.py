@@ -1,4 +1,4 @@
-"""What was done, in full sentences for a paper's methods section, with its references."""
+"""Describe the methods in full sentences for a paper, with references."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ZEROS: dict[ZeroRule, str] = {
     "normalised estimate.",
     "refuse": "Nothing was to be computed on logarithms if an estimate was zero.",
 }
-#: Primary analysis -> its sentence, of a quantity ``q``.
+#: Primary analysis -> its sentence, for a quantity ``q``.
 PRIMARY: dict[Primary, str] = {
     "ranks": "The primary analysis was Friedman's test of ranks [[friedman1937]], followed by "
     "Wilcoxon's signed-rank test of each pair of {q.levels} [[wilcoxon1945]], with Holm's "
@@ -43,7 +43,7 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
     Parameters
     ----------
     software : Mapping
-        Name -> version of what took part.
+        Name -> version of the software used.
     """
     choices, quantity = analysis.dataset.choices, analysis.dataset.quantity
     texts = []
@@ -83,7 +83,7 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
     return [text for text in texts if text]
 
 
-#: Software that a methods section cites: a name of the versions -> how.
+#: Software cited in a methods section: its name among the versions -> citation.
 CITED = {
     "scipy": "SciPy [[scipy2020]]",
     "pingouin": "pingouin [[pingouin2018]]",
@@ -92,7 +92,7 @@ CITED = {
 
 
 def cited(text: str) -> str:
-    """Return a sentence as it is printed: "(Holm, 1979)"."""
+    """Return a sentence with formatted citations: "(Holm, 1979)"."""
     return CITATION.sub(lambda found: f"({REFERENCES[found[1]].cited})", text)
 
 

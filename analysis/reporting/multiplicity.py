@@ -1,4 +1,4 @@
-"""Every test of the report in one list: families, their correction, what survives them all."""
+"""List every test of the report: families, their correction, and what remains significant."""
 
 from __future__ import annotations
 
@@ -26,13 +26,14 @@ class FamilyOfTests:
     primary : bool
         Whether it belongs to the study's primary analysis.
     corrected : bool
-        Whether Holm's correction is over this family's tests; one test alone needs none.
+        Whether Holm's correction is over this family's tests; a single test needs none.
     tests : int
-        With a result.
+        Number of tests with a result.
     below : int
-        p, corrected within the family, below the study's level.
+        Number of p-values, corrected within the family, below the study's level.
     below_over_all : int
-        p, corrected by Holm over every test of every family, below the study's level.
+        Number of p-values, corrected by Holm over every test of every family, below the study's
+        level.
     """
 
     name: str
@@ -50,9 +51,9 @@ class Multiplicity:
     Parameters
     ----------
     families : tuple of FamilyOfTests
-        Those with a result.
+        Families with a result.
     tests : int
-        In all.
+        Total number.
     level : float
         1 - confidence.
     """
@@ -68,16 +69,16 @@ def multiplicity(
     confidence: float,
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Multiplicity:
-    """List every test that the report judges by a p, and what survives Holm's correction over all.
+    """List every test evaluated by a p-value, and those that survive Holm's correction over all.
 
     Parameters
     ----------
     primary : {"ranks", "logarithms"}
         The study's primary analysis.
     confidence : float
-        The study's; the level of every test is one less it.
+        The study's; the level of every test is 1 - confidence.
     quantity : Quantity
-        For the names.
+        Used in the names.
     """
     level = round(1 - confidence, 12)
     tested = [

@@ -1,4 +1,4 @@
-"""How an analysis is displayed at a prompt and in a notebook: its conclusions, table and figure."""
+"""Display an analysis at a prompt and in a notebook: its conclusions, table and figure."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SENTENCE = Markup('<p style="margin: .4rem 0"><b>{}.</b> {}</p>')
 TABLE = Markup(
     '<table style="border-collapse: collapse; font-size: inherit; margin: .6rem 0">{}{}</table>'
 )
-#: Column of Table III behind the level -> its heading.
+#: Column of Table III after the level -> its heading.
 HEADS = {
     "n": "n",
     "mean": "mean",
@@ -80,7 +80,7 @@ def _row(kind: str, cells: Iterable[str]) -> Markup:
 
 
 def _subject(analysis: Analysis) -> str:
-    """Return how many people and trials were analysed, and how."""
+    """Return the number of people and trials, and the method of analysis."""
     data = analysis.dataset
     trials = sum(len(rows) for name, rows in data.tables.items() if name != "answers")
     parts = [f"{len(data.people)} participants", f"{trials} trials"]

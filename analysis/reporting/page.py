@@ -1,4 +1,4 @@
-"""The report: one self-contained page that a results section is written from."""
+"""Render the report: one self-contained page from which to write a results section."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 try:
     VERSION = version("slipscale")
-except PackageNotFoundError:  # a checkout that was never installed
+except PackageNotFoundError:  # a checkout that is not installed
     VERSION = "unknown"
 
-#: Answers to a question are counted where there are at most this many different ones.
+#: Answers to a question are counted if there are at most this many different ones.
 ANSWERS_LISTED = 8
 MODES = {"pilot": "pilot", "participant": "participants", "unknown": "not recorded"}
 
@@ -41,9 +41,9 @@ def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, s
     Parameters
     ----------
     svgs : Mapping
-        Figure's name -> SVG element, as `figure_style.svg` makes it.
+        Figure's name -> SVG element, as returned by `figure_style.svg`.
     software : Mapping
-        Name -> version of what took part.
+        Name -> version of the software used.
     """
     css = (
         files("slipscale.analysis.reporting")
@@ -66,7 +66,7 @@ def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, s
 
 
 def facts(analysis: Analysis) -> list[tuple[str, str]]:
-    """Return what stands at the top: name and value."""
+    """Return the facts at the top of the page: name and value."""
     data = analysis.dataset
     excluded = f" ({len(analysis.excluded)} excluded)" if analysis.excluded else ""
     people = len(analysis.flags) - len(analysis.excluded)
@@ -78,7 +78,7 @@ def facts(analysis: Analysis) -> list[tuple[str, str]]:
             (capitalised(data.quantity.levels), data.quantity.with_convention(amplitudes)),
             ("Normalisation", analysis.rule),
         ]
-    # Nobody asks whether a table of another laboratory is a pilot's.
+    # A table from another laboratory is never a pilot's.
     if data.quantity.of_plate:
         found.append(("Records of", MODES.get(data.mode, data.mode)))
     found += [
@@ -90,7 +90,7 @@ def facts(analysis: Analysis) -> list[tuple[str, str]]:
 
 
 def about_participants(analysis: Analysis) -> list[tuple[str, str]]:
-    """Return what the analysed participants said of themselves: question, and counts or range."""
+    """Return participants' answers about themselves: question, and counts or range."""
     about = analysis.dataset.participants
     here = analysis.flags.index.difference(list(analysis.excluded))
     about = about[about[PARTICIPANT].astype(str).isin(here)].drop_duplicates(PARTICIPANT)
@@ -112,7 +112,7 @@ def about_participants(analysis: Analysis) -> list[tuple[str, str]]:
 def sections(
     analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, str]
 ) -> list[html.ReportSection]:
-    """Return the page's sections, in reading order; empty ones are left out."""
+    """Return the page's sections in reading order, without empty ones."""
     found = [
         summary(analysis, svgs),
         plan(analysis),
@@ -128,7 +128,7 @@ def sections(
 
 
 def conclusions(analysis: Analysis) -> dict[str, list[str]]:
-    """Return the sentences that a results section is written from, by heading."""
+    """Return the sentences for a results section, by heading."""
     return {
         title: texts
         for kind in analysis.kinds

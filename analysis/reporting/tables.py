@@ -1,4 +1,4 @@
-"""Results as tables: what the CSV files hold."""
+"""Build the tables of results in the CSV files."""
 
 from __future__ import annotations
 

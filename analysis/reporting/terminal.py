@@ -1,4 +1,4 @@
-"""Tables on the terminal."""
+"""Print tables on the terminal."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TITLES = {"mean": "mean", "maximum_deviation": "max. dev.", "standard_deviation"
 
 
 def table3_table(analysis: Analysis) -> Table:
-    """Return Table III of an analysis as a rich table; of the paper's study beside the paper's."""
+    """Return Table III as a rich table; for the paper's study, next to the paper's."""
     quantity = analysis.dataset.quantity
     beside = biet2007.STUDY in analysis.dataset.details.get("study", ())
     paper = biet2007.BY_AMPLITUDE if beside else {}
@@ -53,7 +53,7 @@ def table3_table(analysis: Analysis) -> Table:
 
 
 def print_table3(analysis: Analysis, console: Console | None = None) -> None:
-    """Print Table III of an analysis, see `table3_table`; nothing where nobody estimated."""
+    """Print Table III of an analysis, see `table3_table`; nothing without estimates."""
     if analysis.prepared is None:
         return
     (console or Console()).print(table3_table(analysis))
@@ -62,7 +62,7 @@ def print_table3(analysis: Analysis, console: Console | None = None) -> None:
 def print_answers(
     analysis: Analysis, console: Console | None = None, *, outside_only: bool = False
 ) -> None:
-    """Print the chief result of every task, as in the report's summary.
+    """Print the main result of every task, as in the report's summary.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""The report's sections: each takes the analysis and returns headings, tables, figures."""
+"""Sections of the report: each takes the analysis and returns headings, tables, figures."""

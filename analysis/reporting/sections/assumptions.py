@@ -1,4 +1,4 @@
-"""What the tests assume, and whether the data agree."""
+"""Write the section on the assumptions of the tests, and whether the data agree."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-    """Return what the tests assume and whether the data agree."""
+    """Return the assumptions of the tests, and whether the data agree."""
     section = ReportSection("Assumptions")
     anova, quantity = analysis.inference[RM_ANOVA], analysis.dataset.quantity
     if not anova or "residuals" not in svgs:

@@ -1,4 +1,4 @@
-"""Results under other normalisations; choices, versions, seeds, digests."""
+"""Write the sections on other normalisations, and on choices, versions, seeds and digests."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from slipscale.stimuli.quantity import Quantity
 
 SEEDS_LISTED = 12
-#: `Dataset.unchanged` -> what may be said of the study file's choices.
+#: `Dataset.unchanged` -> statement about the study file's choices.
 FROZEN = {
     True: "Frozen in the study file before there was data (its SHA-256 is that in the sessions' "
     "records)",
@@ -64,7 +64,7 @@ def normalisations(analysis: Analysis) -> ReportSection:
 
 
 def _invariance(analysis: Analysis) -> str:
-    """Say what the rule does not change; only what holds for these data."""
+    """Return what the rule does not change for these data."""
     scales = analysis.dataset.estimates.groupby(PARTICIPANT, observed=True)[
         ["scale_top", "modulus"]
     ]
@@ -89,7 +89,7 @@ def _invariance(analysis: Analysis) -> str:
 
 
 def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
-    """Return what a methods section needs: choices, versions, seeds, digests."""
+    """Return the content for a methods section: choices, versions, seeds, digests."""
     section = ReportSection("Methods and provenance")
     data, choices = analysis.dataset, analysis.dataset.choices
     frozen = ", ".join(data.frozen)

@@ -1,4 +1,4 @@
-"""How many tests the report holds, and how they are corrected."""
+"""Write the section on the number of tests in the report, and their correction."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def tests_made(analysis: Analysis) -> ReportSection:
-    """Return every family of tests in one table; empty where nothing was tested."""
+    """Return every family of tests in one table; empty if nothing was tested."""
     section = ReportSection("All tests, and their correction")
     choices, quantity = analysis.dataset.choices, analysis.dataset.quantity
     found = multiplicity(analysis.inference, choices.primary, choices.confidence, quantity)

@@ -1,4 +1,4 @@
-"""The analysis beside its frozen plan."""
+"""Write the section that compares the analysis with its frozen plan."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def plan(analysis: Analysis) -> html.ReportSection:
-    """Return every deviation from the plan; nothing where there is none to be held against."""
+    """Return every deviation from the plan; nothing without a plan."""
     section = html.ReportSection("Deviations from the plan", shown="always")
     check = analysis.plan
     if check is None:
@@ -28,7 +28,7 @@ def plan(analysis: Analysis) -> html.ReportSection:
 
 
 def summary(analysis: Analysis) -> str:
-    """Return how many deviations there are from which plan, in one sentence."""
+    """Return the number of deviations and the plan, in one sentence."""
     check = analysis.plan
     if check is None:
         return ""

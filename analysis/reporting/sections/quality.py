@@ -1,4 +1,4 @@
-"""Who was flagged, who was excluded, and the results without them."""
+"""Write the section on flagged and excluded participants, and the results without them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.kind import Analysis
     from slipscale.stimuli.quantity import Quantity, YesNoWords
 
-    #: A row of a table of pandas', whose cells have several types.
+    #: A row of a pandas table, with cells of several types.
     Row: TypeAlias = pd.Series[Any]
 
 #: Longer lists of participants are in quality.csv.
@@ -38,7 +38,7 @@ PARTICIPANTS_SHOWN = 60
 
 
 def quality(analysis: Analysis) -> ReportSection:
-    """Return flags, exclusions and the results without the flagged."""
+    """Return flags, exclusions and the results without the flagged participants."""
     section = ReportSection("Participants and data quality")
     data, counts = analysis.dataset, analysis.dataset.counts
     section.blocks += [html.paragraph(text) for text in _counted(counts, data.quantity.yes_no)]
@@ -96,7 +96,7 @@ def quality(analysis: Analysis) -> ReportSection:
 
 
 def _each(analysis: Analysis) -> list[Markup]:
-    """Return the table of participants' own exponents and sensitivities, where there are any."""
+    """Return the table of participants' own exponents and sensitivities, if there are any."""
     own, quantity = analysis.individuals, analysis.dataset.quantity
     if not len(own):
         return []
@@ -142,12 +142,12 @@ def _headed(column: TableColumn, quantity: Quantity) -> TableColumn:
 
 
 def _estimate(value: float) -> str:
-    """Return an estimate at one unit, which may lie far below what was presented."""
+    """Format an estimate at one unit, which may be far below the presented levels."""
     return significant(value) if 0 < value < SMALLEST_OF_TWO_DECIMALS else grouped(value, 1)
 
 
-#: Column of `analysis.tasks.individuals` -> its heading, of a quantity ``q``, and how to write
-#: a row's cell.
+#: Column of `analysis.tasks.individuals` -> its heading, for a quantity ``q``, and the format of a
+#: row's cell.
 OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
     "exponent": (TableColumn(title="Exponent"), lambda row: grouped(row["exponent"])),
     "estimate_at_1_um": (
@@ -172,7 +172,7 @@ OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
 
 
 def _counted(counts: Mapping[str, int], words: YesNoWords) -> list[str]:
-    """Say how many rows were read and left out, task by task."""
+    """Return how many rows were read and excluded, by task."""
     texts = []
     if counts.get("estimation_rows"):
         texts.append(

@@ -1,4 +1,4 @@
-"""What is read in two minutes: question, design, answer, one figure, and what to doubt."""
+"""Write the summary: question, design, answer, one figure, and caveats."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-#: Fewer participants than this make every interval wide and every "not told apart" empty.
+#: With fewer participants, all intervals are wide and non-significant results are uninformative.
 SMALL = 6
-#: What to doubt is shown to this many; the rest is in the sections concerned.
+#: Maximum number of caveats in the summary; the others are in the sections concerned.
 DOUBTS_SHOWN = 8
 
 
@@ -51,7 +51,7 @@ def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
 
 
 def answers(analysis: Analysis) -> list[str]:
-    """Return the chief result of every task, a sentence or two each: what the data answer."""
+    """Return the main result of every task, in one or two sentences each."""
     return [text for kind in analysis.kinds for text in kind.answers(analysis)]
 
 
@@ -67,7 +67,7 @@ def _design(analysis: Analysis) -> str:
 
 
 def _doubts(analysis: Analysis) -> list[str]:
-    """Return what a careful reader would hold against the answer, the gravest first."""
+    """Return the caveats of the answer, the most serious first."""
     found = []
     people = len(analysis.flags) - len(analysis.excluded)
     if 2 < people < SMALL:  # noqa: PLR2004 - of one or two, what is missing is told
@@ -102,7 +102,7 @@ def _figure(analysis: Analysis, svg: str) -> Markup:
 
 
 def _lines(analysis: Analysis) -> str:
-    """Return what Fig. 15 shows of so many participants."""
+    """Return what Fig. 15 shows for this number of participants."""
     people = len(analysis.cells)
     if people == 1:
         return "One participant's geometric means: no spread and no intervals."
