@@ -69,7 +69,7 @@ class Parser(ArgumentParser):
         raise UserError(f"{message.removeprefix('argument ')}; for help: {self.prog} --help")
 
     def _misspelt(self) -> str:
-        """Return an error message for the first unknown option; empty if there is none."""
+        """Return an error message for the first unknown option, or an empty text."""
         known = [*self._option_string_actions]
         for option in (word.partition("=")[0] for word in self._words if word.startswith("--")):
             if option != "--" and not any(each.startswith(option) for each in known):

@@ -100,7 +100,7 @@ def parse_toml(
 def toml_table(
     text: str, source: str, *, parse_float: Callable[[str], object] = float
 ) -> dict[str, object]:
-    """Parse a TOML text for which there is no complete model.
+    """Parse a TOML text without a complete model.
 
     Raises
     ------

@@ -42,7 +42,7 @@ class Lines:
                 self._below.setdefault(place[:length], line)
 
     def of(self, place: Place) -> int:
-        """Return the line of a place, or of the table it belongs in, or of what it holds; or 0."""
+        """Return the line of a place, of the table it would be in, or of its content; or 0."""
         for length in range(len(place), 0, -1):
             if place[:length] in self._exact:
                 return self._exact[place[:length]]

@@ -1,6 +1,7 @@
-"""Faults of a file's content: where each is, and the sentence that says so.
+"""Errors in a file's content: the position of each, and its error message.
 
-Takes what pydantic found, but does not load it: whoever has an error of it has loaded it.
+The module handles pydantic's errors without importing pydantic; a caller that has such an error
+has already imported it.
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ if TYPE_CHECKING:
 
     from pydantic import ValidationError
 
-# A fault's place, and pydantic's record of it or one alike: "msg" and, where known, "input".
+# A fault's place, and pydantic's record of it or a similar one: "msg" and, if known, "input".
 Fault = tuple[Place, dict[str, Any]]
 
-# Pydantic's name of a fault: its sentence for users, with the names of the fault's context.
+# Pydantic's error type -> message for users, with placeholders for the error's context.
 SENTENCES = {
     "extra_forbidden": "there is no such key",
     "missing": "is missing",
@@ -51,26 +52,26 @@ SENTENCES = {
     "literal_error": "expected {expected}",
     "value_error": "{error}",
 }
-# A fault of a kind that is not listed: none is known.
+# Fallback for types that are not listed; none is known.
 OTHER = "expected another value"
 NUMBERS = ("int_type", "float_type")
 NUMBER = re.compile(r"\s*[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?\s*")
-# Characters of a wrong value that a message repeats.
+# Most characters of a wrong value that a message shows.
 LONGEST_VALUE = 200
 
 
 class Names(Protocol):
-    """The keys of a file where they differ from the fields of its model."""
+    """The keys of a file, for models with fields that have other names."""
 
     def in_file(self, place: Place) -> Place:
-        """Return a place in the file, from one in the model."""
+        """Convert a place in the model to a place in the file."""
 
     def to_code(self, table: dict[str, object]) -> dict[str, object]:
-        """Return the content with fields as its keys."""
+        """Return the content with field names as keys."""
 
 
 class Faults(ValueError):
-    """Several faults, each with its place: pydantic would take them for one."""
+    """Several faults with their own places; pydantic would treat them as one."""
 
     def __init__(self, faults: list[Fault]) -> None:
         super().__init__("; ".join(fault["msg"] for _, fault in faults))
@@ -78,30 +79,30 @@ class Faults(ValueError):
 
 
 def in_words(error: ValidationError) -> str:
-    """Return what pydantic found as one line, for what is not a file with lines.
+    """Return pydantic's errors as one line, for input that is not a file with lines.
 
-    Its own words never reach a user.
+    Users never see pydantic's own messages.
     """
     return "; ".join(words for _, words in sentences(faults_in(error), lambda _: 0))
 
 
 def refuse(faults: Iterable[Fault]) -> None:
-    """Raise all faults there are."""
+    """Raise all faults together."""
     if found := list(faults):
         raise Faults(found)
 
 
 def faults_in(error: ValidationError, model: Any = None, names: Names | None = None) -> list[Fault]:
-    """Return the faults that pydantic found, those with places of their own one by one.
+    """Return pydantic's errors as faults; an error with several places becomes several faults.
 
     Parameters
     ----------
     error : ValidationError
     model : type, optional
-        The pydantic model that was not fulfilled; its keys are suggested for misspelt ones. A key
-        that is missing because it was misspelt is not a second fault.
+        The pydantic model that was violated; its keys are suggested for misspelt ones. A key that
+        is missing because it was misspelt does not count as a second fault.
     names : Names, optional
-        The keys of the file where they differ from the model's fields.
+        The file's keys, if they differ from the model's fields.
     """
     in_file: Callable[[Place], Place] = names.in_file if names else tuple
     found: list[Fault] = []
@@ -121,7 +122,7 @@ def faults_in(error: ValidationError, model: Any = None, names: Names | None = N
 
 
 def _follows(fault: Fault, found: list[Fault], meant: set[Place]) -> bool:
-    """Return whether a fault only follows from another: a key that was misspelt, a wrong item."""
+    """Return whether a fault is only a consequence of another: a misspelt key, a wrong item."""
     place, kind = fault[0], fault[1].get("type")
     if kind == "too_short":
         return any(other != place and other[: len(place)] == place for other, _ in found)
@@ -129,7 +130,7 @@ def _follows(fault: Fault, found: list[Fault], meant: set[Place]) -> bool:
 
 
 def _keys(model: Any, place: Place) -> list[str]:
-    """Return the keys of the table at a place of a model; none where the model does not say."""
+    """Return the keys of the table at a place in a model; empty if it does not define them."""
     for key in place:
         if model is not None and isinstance(key, str):
             field = getattr(model, "model_fields", {}).get(key)
@@ -138,14 +139,14 @@ def _keys(model: Any, place: Place) -> list[str]:
 
 
 def _model_in(annotation: Any) -> Any:
-    """Return the model that an annotation such as ``tuple[Model, ...] | None`` holds, or None."""
+    """Return the model contained in an annotation such as ``tuple[Model, ...] | None``, or None."""
     if hasattr(annotation, "model_fields"):
         return annotation
     return next(filter(None, map(_model_in, get_args(annotation))), None)
 
 
 def sentences(faults: Iterable[Fault], line_of: Callable[[Place], int]) -> list[tuple[int, str]]:
-    """Return each fault's line (0: none) and the sentence about it, in the order of the lines."""
+    """Return each fault's line (0: none) and error message, sorted by line."""
     found = []
     for place, fault in faults:
         line = line_of(place)
@@ -154,14 +155,14 @@ def sentences(faults: Iterable[Fault], line_of: Callable[[Place], int]) -> list[
 
 
 def complaint(source: str, told: Iterable[tuple[int, str]]) -> UserError:
-    """Return the error that tells every fault of a file once, in the order of their lines.
+    """Return the error that lists every fault of a file once, sorted by line.
 
     Parameters
     ----------
     source : str
         The file's name.
     told : iterable of (int, str)
-        One or more, as `sentences` gives them.
+        One or more results of `sentences`.
     """
     lines = sorted(set(told))
     if len(lines) == 1:
@@ -172,7 +173,7 @@ def complaint(source: str, told: Iterable[tuple[int, str]]) -> UserError:
 
 
 class Told(NamedTuple):
-    """One fault of a complaint, read back: its line (0: none), its place in words, its sentence."""
+    """A fault read back from a complaint: line (0: none), place in words, sentence, whole text."""
 
     line: int
     place: str
@@ -181,7 +182,7 @@ class Told(NamedTuple):
 
 
 def told_in(said: str, source: str) -> list[Told]:
-    """Return the faults of a message that `complaint` made, each with its place.
+    """Parse the faults in a message made by `complaint`, each with its place.
 
     >>> told_in("s.toml: line 7, seed: expected 0 or more, got -7", "s.toml")[0][:3]
     (7, 'seed', 'expected 0 or more, got -7')
@@ -195,10 +196,10 @@ def told_in(said: str, source: str) -> list[Told]:
 
 
 def _sentence(line: int, place: Place, fault: dict[str, Any]) -> str:
-    """Return the sentence about a fault: line (0: none), key, what was expected and found."""
+    """Return a fault's error message: line (0: none), key, what was expected and found."""
     kind = fault.get("type", "")
     if not kind:
-        message = fault["msg"]  # one of ours
+        message = fault["msg"]  # one of our own
     else:
         known = fault.get("ctx", {}).items()
         bounds = {key: f"{each:g}" if isinstance(each, float) else each for key, each in known}
@@ -235,6 +236,6 @@ def place_in_words(place: Place) -> str:
 
 
 def _shown(value: float | str) -> str:
-    """Return a value as a message shows it: all of it, if it is not too long."""
+    """Return a value as shown in a message, shortened if necessary."""
     whole = repr(value)
     return whole if len(whole) <= LONGEST_VALUE else f"{whole[:LONGEST_VALUE]} ..."

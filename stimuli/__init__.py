@@ -1,1 +1,1 @@
-"""What the finger feels: virtual surfaces, squeeze film, textures, masking noise."""
+"""Stimuli: virtual surfaces, squeeze film, textures, masking noise."""

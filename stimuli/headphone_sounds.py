@@ -1,10 +1,10 @@
-"""Sounds that tell whether headphones are worn and play in both ears.
+"""Sounds that test whether headphones are worn and play in both ears.
 
-Three tones, one of which is quieter; one of the two loud ones has opposite phase in the two ears.
-In headphones that changes little; from loudspeakers the two channels cancel in the air, and the
-tone in antiphase seems the quietest: Woods, Siegel, Traer and McDermott (2017), Headphone screening
-to facilitate web-based auditory experiments, Attention, Perception, & Psychophysics 79, 2064-2072,
-doi:10.3758/s13414-017-1361-2, "Method".
+One of three tones is quieter, and one of the two loud tones has opposite phase in the two ears. In
+headphones the phase makes little difference. From loudspeakers, the two channels cancel in the
+air, so that the tone in antiphase seems the quietest: Woods, Siegel, Traer and McDermott (2017),
+Headphone screening to facilitate web-based auditory experiments, Attention, Perception, &
+Psychophysics 79, 2064-2072, doi:10.3758/s13414-017-1361-2, "Method".
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ NOISE_S = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tones:
-    """Three tones, one after the other.
+    """Three tones in sequence.
 
     Parameters
     ----------
     quiet, antiphase : int
-        Which of them is quieter, and which of the loud ones is in antiphase: 1, 2 or 3.
+        Number (1, 2 or 3) of the quieter tone, and of the loud tone in antiphase.
     level_db : float
-        Of the loud ones, re a full-scale sine.
+        Level of the loud tones, re a full-scale sine.
     """
 
     quiet: int
@@ -56,7 +56,7 @@ class Tones:
 
     @property
     def duration_s(self) -> float:
-        """How long they last together."""
+        """Total duration of the tones."""
         return TONES * TONE_S + (TONES - 1) * GAP_S
 
     def samples(self, sample_rate_hz: float) -> NDArray[np.float32]:
@@ -76,15 +76,15 @@ class Tones:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NoiseInEar:
-    """The masking noise for a while, in one ear or both.
+    """Masking noise of limited duration, in one ear or both.
 
     Parameters
     ----------
     ear : {"left", "right", "both"}
     level_db : float
-        As of the study's masking noise.
+        As in the study's masking noise.
     seed : int
-        As of the study's masking noise.
+        As in the study's masking noise.
     """
 
     ear: Ears
@@ -93,7 +93,7 @@ class NoiseInEar:
 
     @property
     def duration_s(self) -> float:
-        """How long it lasts."""
+        """Duration of the noise."""
         return NOISE_S
 
     def samples(self, sample_rate_hz: float) -> NDArray[np.float32]:

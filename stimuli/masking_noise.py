@@ -1,8 +1,8 @@
-"""Pink noise for the headphones, so that the plate is felt and not heard.
+"""Pink noise for the headphones, so that the plate is felt but not heard.
 
-Pink noise has the same power in every octave: its power spectral density falls as 1/f, which is
-3.01 dB an octave. It is made here in the frequency domain, so that its end meets its beginning and
-it can be repeated for as long as a session lasts without a seam.
+Pink noise has equal power in every octave: its power spectral density falls as 1/f, by 3.01 dB per
+octave. It is generated in the frequency domain, so that its end joins its beginning and it can be
+repeated seamlessly for a whole session.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ def pink_noise(
     Parameters
     ----------
     level_db : float
-        Root mean square in dB re a full-scale sine, as AES17 has it; below 0.
+        Root mean square in dB re a full-scale sine, as in AES17; below 0.
     seed : int
         The same seed gives the same noise.
     duration_s : float
         The period in s.
     sample_rate_hz : float
-        Samples a second.
+        Samples per second.
     low_hz, high_hz : float
-        The band that holds all power; ``high_hz`` is lowered to half the sample rate.
+        The band that contains all power; ``high_hz`` is limited to half the sample rate.
 
     Returns
     -------
@@ -52,15 +52,15 @@ def pink_noise(
     Raises
     ------
     UserError
-        The level is not finite, or so high that a peak would leave full scale: noise is not
-        clipped, since that would change its spectrum.
+        The level is not finite, or so high that a peak would exceed full scale. Noise is never
+        clipped, because clipping would change its spectrum.
     """
     if not math.isfinite(level_db):
         raise UserError(f"masking noise: level_db is {level_db}, expected a finite number of dB")
     samples = round(duration_s * sample_rate_hz)
     frequency_hz = np.fft.rfftfreq(samples, 1 / sample_rate_hz)
     band = (frequency_hz >= low_hz) & (frequency_hz <= high_hz)
-    band[-1] = False  # the bin at half the sample rate has no phase of its own
+    band[-1] = False  # the bin at half the sample rate has no free phase
     if not band.any():
         raise UserError(
             f"masking noise: no frequency between {low_hz} and {high_hz} Hz fits "
@@ -83,21 +83,21 @@ def pink_noise(
 
 
 def ramp(gain: float, target: float, samples: int, fade_samples: int) -> NDArray[np.float64]:
-    """Return gains that run from ``gain`` towards ``target`` at a full fade's slope, then stay.
+    """Return gains from ``gain`` towards ``target`` at the slope of a full fade, then constant.
 
     Parameters
     ----------
     gain, target : float
         From 0 (silent) to 1 (the noise's level).
     samples : int
-        How many gains.
+        Number of gains.
     fade_samples : int
-        How many it takes from 0 to 1; 0 switches at once.
+        Number of samples from 0 to 1; 0 switches at once.
 
     Returns
     -------
     ndarray, shape (samples,)
-        The first is one step on from ``gain``, the last is where the next ramp begins.
+        The first gain is one step after ``gain``; the next ramp starts at the last.
     """
     step = math.copysign(1 / max(fade_samples, 1), target - gain)
     path = gain + step * np.arange(1, samples + 1, dtype=float)

@@ -1,12 +1,13 @@
-"""How fast a plate can follow: amplitude steps, and the bandwidth that resonance allows.
+"""How fast a plate can follow commands: amplitude steps, and the bandwidth that resonance allows.
 
 A plate at resonance rings: its amplitude follows a command as a first-order lag with the time
-constant τ = Q/(π f0), so it passes modulation up to f0/(2Q) (-3 dB). With Q = 60 at 30.5 kHz that
-is 0.63 ms and 254 Hz; the line that carries the commands is usually slower. A step of the drive
-would be a click: from one amplitude to the next it goes along an edge of some time constants.
+constant τ = Q/(π f0), so it passes modulation up to f0/(2Q) (-3 dB). With Q = 60 at 30.5 kHz, that
+is 0.63 ms and 254 Hz; the line that transmits the commands is usually slower. A step of the drive
+would cause a click, so the drive changes from one amplitude to the next along an edge of some time
+constants.
 
-Friction follows more slowly than the amplitude: gas needs milliseconds to enter and leave the film
-(`slipscale.stimuli.reynolds.time_constant_s`). Film and plate are two lags in series.
+Friction follows more slowly than the amplitude, because gas needs milliseconds to enter and leave
+the film (`slipscale.stimuli.reynolds.time_constant_s`). Film and plate are two lags in series.
 """
 
 from __future__ import annotations
@@ -17,21 +18,21 @@ from typing import NamedTuple
 
 from slipscale.faults import UserError
 
-# Of the film under the paper's finger at 2.3 µm peak to peak, 30.5 kHz: `reynolds.time_constant_s`.
+# Film under the paper's finger at 2.3 µm peak to peak, 30.5 kHz: `reynolds.time_constant_s`.
 FILM_TIME_CONSTANT_S = 0.006
-STEPS_MAX = 64  # a period: smoother is not felt, and loads the line
+STEPS_MAX = 64  # per period: more are not felt, and load the line
 EDGE_TIME_CONSTANTS = 3  # of the plate
 ROUNDING = 1e-9
 
 
 def along_edge(start: float, end: float, part: float) -> float:
-    """Return what is due after a part (0 to 1) of an edge: half a period of a cosine, no click."""
+    """Return the value at a fraction (0 to 1) of an edge, a half cosine that avoids a click."""
     share = 0.5 - 0.5 * math.cos(math.pi * part)
     return start + share * (end - start)
 
 
 class AmplitudeStep(NamedTuple):
-    """From ``time_s`` on (0 is the start), hold ``level`` (µm peak to peak)."""
+    """Hold ``level`` (µm peak to peak) from ``time_s`` on (0 is the start)."""
 
     time_s: float
     level: float
@@ -39,19 +40,19 @@ class AmplitudeStep(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loop:
-    """One period of commands, played over and over.
+    """One period of commands, played repeatedly.
 
     Parameters
     ----------
     levels : tuple of float
-        Amplitudes commanded, µm peak to peak, each for the same time; two at least.
+        Commanded amplitudes, µm peak to peak, each held for the same time; at least two.
     step_s : float
-        That time.
+        Duration of each step.
     edge_s : float
-        The part of it, at its beginning, in which the drive goes from the amplitude before along
-        half a period of a cosine.
+        The part of this duration, at its beginning, in which the drive changes from the previous
+        amplitude along a half cosine.
     mean_level : float
-        Where the plate settles before it plays.
+        Amplitude at which the plate settles before the loop is played.
 
     Raises
     ------
@@ -78,7 +79,7 @@ class Loop:
 
     @property
     def period_s(self) -> float:
-        """Time of one period."""
+        """Duration of one period."""
         return len(self.levels) * self.step_s
 
     def step_at(self, time_s: float) -> int:
@@ -86,11 +87,11 @@ class Loop:
         return math.floor(time_s / self.step_s)
 
     def level(self, step: int) -> float:
-        """Return the amplitude commanded in a step."""
+        """Return the commanded amplitude in a step."""
         return self.levels[step % len(self.levels)]
 
     def before_level(self, step: int) -> float:
-        """Return the amplitude from which a step comes: for step 0 the mean, where it settled."""
+        """Return the amplitude before a step; for step 0 the mean, at which the plate settled."""
         return self.level(step - 1) if step else self.mean_level
 
     def at_level(self, time_s: float) -> float:
@@ -103,18 +104,18 @@ class Loop:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Modulator:
-    """A plate and its line, as far as modulation goes.
+    """The modulation limits of a plate and its line.
 
     Parameters
     ----------
     resonance_hz : float
         Resonance f0 of the plate.
     quality_factor : float
-        Q of the plate, better measured with a finger on it; the default is the ceramic's.
+        Q of the plate, preferably measured with a finger on it; the default is the ceramic's.
     command_interval_s : float
         Shortest time between two commands on the line.
     shortest_edge_s : float
-        Shortest time from one amplitude to the next that whatever drives the plate can shape.
+        Shortest edge between two amplitudes that the drive can shape.
     film_time_constant_s : float
         Time in which the film under the finger covers 63 % of a step.
     """
@@ -138,12 +139,12 @@ class Modulator:
 
     @property
     def edge_s(self) -> float:
-        """Time from one amplitude to the next: less would outrun the plate, and click."""
+        """Time from one amplitude to the next; a shorter edge would outrun the plate and click."""
         return max(EDGE_TIME_CONSTANTS * self.time_constant_s, self.shortest_edge_s)
 
     @property
     def shortest_step_s(self) -> float:
-        """Shortest time that one amplitude can take, its edge included."""
+        """Shortest duration of one amplitude, including its edge."""
         return max(self.command_interval_s, self.edge_s)
 
     @property
@@ -152,24 +153,24 @@ class Modulator:
         return self.resonance_hz / (2 * self.quality_factor)
 
     def passed(self, modulation_hz: float) -> float:
-        """Return the share of a sinusoidal modulation's depth that the plate renders."""
+        """Return the fraction of a sinusoidal modulation's depth that the plate renders."""
         return 1 / math.hypot(1, modulation_hz / self.bandwidth_hz)
 
     def friction_passed(self, modulation_hz: float) -> float:
-        """Return the share of a sinusoidal modulation's depth that the friction follows with.
+        """Return the fraction of a sinusoidal modulation's depth that the friction follows.
 
-        By the squeeze-film model of 2007, which has a finger that does not move: see
-        docs/explanation/squeeze-film.md for what was measured since.
+        According to the squeeze-film model of 2007, in which the finger does not move; for later
+        measurements see docs/explanation/squeeze-film.md.
         """
         film_hz = 1 / (2 * math.pi * self.film_time_constant_s)
         return self.passed(modulation_hz) / math.hypot(1, modulation_hz / film_hz)
 
     def fastest_hz(self, steps_per_period: int) -> float:
-        """Return the fastest modulation that plate and line allow with so many steps a period."""
+        """Return the highest modulation frequency for a number of steps per period."""
         return min(self.bandwidth_hz, 1 / (steps_per_period * self.shortest_step_s))
 
     def check(self, loop: Loop) -> None:
-        """Raise `UserError` unless plate and line can follow the loop as it stands."""
+        """Raise `UserError` unless plate and line can follow the loop."""
         for what, value_s, shortest_s in (
             ("step_s", loop.step_s, self.shortest_step_s),
             ("edge_s", loop.edge_s, self.edge_s),

@@ -1,9 +1,9 @@
-"""Reynolds' equation (3), solved for its periodic state, without units.
+"""Dimensionless periodic solution of Reynolds' equation (3).
 
-Finite volumes across the ridges (second order, conservative), a Fourier collocation in time:
-the state at all instants of one period is one unknown, so nothing is marched and no transient is
-waited for. Newton's steps are block-tridiagonal, one dense block of instants a cell. The film is
-symmetric about the middle of the contact, so half of it is solved.
+Finite volumes across the ridges (second order, conservative) and Fourier collocation in time: the
+states at all instants of one period are solved for together, without time stepping or transients.
+Newton's steps are block-tridiagonal, with one dense block of instants per cell. The film is
+symmetric about the middle of the contact, so only half of it is solved.
 """
 
 from __future__ import annotations
@@ -22,26 +22,26 @@ if TYPE_CHECKING:
 _TOLERANCE = 1e-10  # of the largest Newton step in P
 _NEWTON_STEPS = 40
 _ITERATIONS, _RATE_TOLERANCE = 200, 1e-6  # of the decay rate
-_DIRECT_SIGMA = 1e4  # up to here Newton's method converges from the still film
+_DIRECT_SIGMA = 1e4  # up to here, Newton's method converges from the film at rest
 _RIDGE_GRADING, _EDGE_GRADING = 0.85, 0.6  # cells shrink to 15 % at a ridge, 40 % at the edge
 
 
 class ReynoldsDiverged(UserError):
-    """Newton's method found no periodic state: the case lies beyond this solver."""
+    """Newton's method found no periodic state: the case is beyond this solver."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Resolution:
-    """How finely the film is resolved.
+    """Resolution of the film in space and time.
 
     Parameters
     ----------
     cells_per_ridge : int
-        Finite volumes over one period of the ridges.
+        Finite volumes per period of the ridges.
     cells_min : int
         Fewest finite volumes over half the contact, whatever the ridges.
     instants : int
-        Instants of a period; odd, so that differentiation in time is antisymmetric.
+        Instants per period; odd, so that differentiation in time is antisymmetric.
     """
 
     cells_per_ridge: int = 24
@@ -57,8 +57,8 @@ class Resolution:
             )
 
 
-# Up to this squeeze number, this resolution: within 0.1 % at the first, 1 % at the last. The
-# film's layers under a ridge and at the edge grow thinner as the squeeze number grows.
+# (largest squeeze number, resolution): within 0.1 % for the first, 1 % for the last. The film's
+# layers under a ridge and at the edge get thinner as the squeeze number grows.
 RESOLUTIONS = (
     (300.0, Resolution()),
     (5_000.0, Resolution(cells_per_ridge=96, cells_min=320)),
@@ -73,7 +73,7 @@ class FilmState:
     Parameters
     ----------
     position : ndarray, shape (cells,)
-        X = x/l0 of the cells' middles, from 0 to 1/2.
+        X = x/l0 of the cells' centres, from 0 to 1/2.
     width : ndarray, shape (cells,)
         Width of the cells, in X; their sum is 1/2.
     pressure : ndarray, shape (cells, instants)
@@ -81,14 +81,14 @@ class FilmState:
     thickness : ndarray, shape (cells, instants)
         H of equation (2), mean over the cell.
     conductance : ndarray, shape (cells, instants)
-        H³ at each cell's outer face over the distance to the next cell's middle, or to the edge.
+        H³ at each cell's outer face over the distance to the next cell's centre, or to the edge.
     squeeze_number, storage_exponent : float
         σ of equation (4), and m = 1/n with the polytropic exponent n.
     flow_imbalance : float
-        Largest mean mass flow through any cell's face, over the largest flow at any instant: 0
-        where mass is conserved, for in a periodic state no gas gathers.
+        Largest mean mass flow through any cell's face, relative to the largest flow at any
+        instant: 0 if mass is conserved, because no gas accumulates in a periodic state.
     newton_steps : int
-        Steps that Newton's method took.
+        Number of Newton steps.
     """
 
     position: Array
@@ -108,11 +108,11 @@ class FilmState:
 
     @property
     def decay_rate(self) -> float:
-        """How fast a small disturbance of the film decays, per radian of the vibration.
+        """Decay rate of a small disturbance of the film, per radian of the vibration.
 
-        The smallest Floquet exponent of equation (3), linearised about the periodic state: of a
-        disturbance that changes by a constant factor from period to period. Found by inverse
-        iteration with Newton's matrix.
+        The smallest Floquet exponent of equation (3), linearised about the periodic state. It
+        belongs to a disturbance that changes by a constant factor from period to period, and is
+        found by inverse iteration with Newton's matrix.
         """
         m = self.storage_exponent
         storage = (
@@ -155,21 +155,21 @@ def periodic_state(
     sigma, eps, delta, wave_number : float
         σ of equation (4); ε, δ and k of equation (2).
     storage_exponent : float
-        m = 1/n, n the polytropic exponent.
+        m = 1/n, where n is the polytropic exponent.
     resolution : Resolution, optional
-        Cells and instants; by default what `RESOLUTIONS` says for the squeeze number.
+        Cells and instants; default: the entry of `RESOLUTIONS` for the squeeze number.
 
     Raises
     ------
     ReynoldsDiverged
-        Newton's method failed, as it may above a squeeze number of 10⁵.
+        Newton's method failed, which can happen above a squeeze number of 10⁵.
     """
     resolution = resolution or next(fit for most, fit in RESOLUTIONS if sigma <= most)
     face, middle = _grid(wave_number, delta, resolution)
     width = np.diff(face)
     instants = resolution.instants
     vibration = 1 + eps * np.cos(2 * np.pi * np.arange(instants) / instants)
-    # The ridges' mean over each cell is exact, so is the volume of the film.
+    # The ridges' mean over each cell is exact, and so is the film's volume.
     ridges = delta * np.diff(np.sin(wave_number * face)) / (wave_number * width)
     thickness = vibration + ridges[:, None]
     at_face = vibration + (delta * np.cos(wave_number * face[1:]))[:, None]
@@ -185,7 +185,7 @@ def periodic_state(
         return np.asarray(conductance * np.diff(driven, axis=0))
 
     pressure, steps = np.ones_like(thickness), 0
-    # A film of a large squeeze number is approached from smaller ones.
+    # Large squeeze numbers are approached from smaller ones.
     for share in np.geomspace(min(1.0, _DIRECT_SIGMA / sigma), 1.0, _stages(sigma)):
         for _ in range(_NEWTON_STEPS):
             steps += 1
@@ -196,7 +196,7 @@ def periodic_state(
             change = _block_tridiagonal_step(
                 conductance, share * storage * m * pressure ** (m - 1), pressure**m, rate, residual
             )
-            # Halve the step while it would empty the film somewhere.
+            # Halve the step while it would make the pressure negative somewhere.
             fraction = 1.0
             while np.min(pressure + fraction * change) <= 0:
                 fraction /= 2
@@ -225,17 +225,17 @@ def periodic_state(
 
 
 def _stages(sigma: float) -> int:
-    """Return how many squeeze numbers to solve, each at most four times the one before."""
+    """Return the number of squeeze numbers to solve, each at most four times the previous one."""
     return 1 + max(0, int(np.ceil(np.log(sigma / _DIRECT_SIGMA) / np.log(4))))
 
 
 def _block_tridiagonal_step(
     conductance: Array, storage_slope: Array, mobility: Array, rate: Array, residual: Array
 ) -> Array:
-    """Return Newton's step, from a band matrix whose unknowns are the instants of cell after cell.
+    """Return Newton's step from a band matrix with the instants of one cell after another.
 
-    Neighbouring cells are coupled at equal instants only, the band's outermost diagonals; the
-    instants of one cell are coupled by the time derivative (a dense block).
+    Neighbouring cells are coupled only at equal instants, by the outermost diagonals. The instants
+    of one cell are coupled by the time derivative (a dense block).
     """
     instants = residual.shape[1]
     at = np.arange(instants)
@@ -253,7 +253,7 @@ def _block_tridiagonal_step(
 
 
 def _grid(wave_number: float, delta: float, resolution: Resolution) -> tuple[Array, Array]:
-    """Return the cells' faces and middles in X, smoothly finer at the ridges and at the edge."""
+    """Return the cells' faces and centres in X, smoothly refined at the ridges and the edge."""
     ridges = wave_number / (4 * np.pi) if delta else 0.0  # in half the contact
     cells = max(resolution.cells_min, round(resolution.cells_per_ridge * ridges))
     s = np.linspace(0, 1, 2 * cells + 1)

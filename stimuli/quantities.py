@@ -1,4 +1,4 @@
-"""The one check every physical input passes: finite, in range, refused with its name and unit."""
+"""Validation of physical inputs: finite and in range, with name and unit in the error message."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ MICRO, MILLI, KILO = 1e-6, 1e-3, 1e3
 
 
 def positive(name: str, value: npt.ArrayLike, unit: str, *, maximum: float = np.inf) -> Array:
-    """Return ``value`` as an array of floats, each above 0 and at most ``maximum``.
+    """Return ``value`` as an array of floats, all above 0 and at most ``maximum``.
 
     Raises
     ------
     UserError
-        Naming the quantity, the first value out of range and the range allowed.
+        The message contains the quantity, the first value out of range, and the allowed range.
     """
     return _within(name, value, unit, (0.0, maximum), open_below=True)
 
 
 def not_negative(name: str, value: npt.ArrayLike, unit: str, *, maximum: float = np.inf) -> Array:
-    """Return ``value`` as an array of floats, each from 0 to ``maximum``; see `positive`."""
+    """Return ``value`` as an array of floats, all from 0 to ``maximum``; see `positive`."""
     return _within(name, value, unit, (0.0, maximum), open_below=False)
 
 

@@ -12,7 +12,7 @@ Text = Annotated[str, Field(strict=True, min_length=1)]
 
 
 class QuantityTable(BaseModel):
-    """What the plate makes, and so what a study's levels are in."""
+    """The quantity that the plate produces, which is also the quantity of a study's levels."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -41,9 +41,9 @@ class QuantityTable(BaseModel):
 
 
 def stated_quantity(table: dict[str, Any]) -> Quantity:
-    """Return the quantity that a file's content states, before the content is validated.
+    """Return the quantity stated in a file's content, before the content is validated.
 
-    A wrong ``[quantity]`` is taken for the plate's amplitude: validation reports it.
+    An invalid ``[quantity]`` is treated as the plate's amplitude; validation reports it.
     """
     try:
         return QuantityTable.model_validate(table.get("quantity", {})).quantity

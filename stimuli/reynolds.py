@@ -1,6 +1,6 @@
-"""The squeeze film at any squeeze number: the full Reynolds equation in the plate's units.
+"""The squeeze film at any squeeze number: the full Reynolds equation in physical units.
 
-Equation (3) of Biet et al. (2007) with equation (4) corrected as in
+Equation (3) of Biet et al. (2007), with equation (4) corrected as in
 `slipscale.stimuli.squeeze_film.squeeze_number`; `slipscale.stimuli.periodic_film` solves it.
 """
 
@@ -49,12 +49,12 @@ class WorkingPoint:
 
 
 def solve(point: WorkingPoint, resolution: Resolution | None = None) -> FilmState:
-    """Return the film's periodic state at a working point; the resolution suits it by default.
+    """Return the film's periodic state at a working point; default: a suitable resolution.
 
     Raises
     ------
     ReynoldsDiverged
-        Newton's method failed, as it may above a squeeze number of 10⁵.
+        Newton's method failed, which can happen above a squeeze number of 10⁵.
     """
     _, eps, delta = (
         float(v) for v in gap(point.amplitude_um_peak, point.roughness_um, point.finger)
@@ -74,23 +74,23 @@ def solve(point: WorkingPoint, resolution: Resolution | None = None) -> FilmStat
     )
 
 
-# A uniform change of the film's mass decays as a sum of diffusion's odd modes, 8/π² of it in the
-# slowest. After this share of the slowest mode's time constant, 63 % of the change is gone.
+# A uniform change of the film's mass decays as a sum of odd diffusion modes, 8/π² of it in the
+# slowest. After this fraction of the slowest mode's time constant, 63 % of the change has decayed.
 _TO_63_PERCENT = 1 + float(np.log(8 / np.pi**2))
 
 
 def time_constant_s(point: WorkingPoint, resolution: Resolution | None = None) -> float:
     """Return the time in which the film's overpressure covers 63 % of a small step.
 
-    By equation (3), linearised about the periodic state (`FilmState.decay_rate`). Use it to judge
-    how fast friction can follow a change of the amplitude; the plate's own time constant is
-    shorter (`slipscale.stimuli.modulation`). It grows steeply as the amplitude falls, because gas
-    leaves a narrow gap slowly.
+    From equation (3), linearised about the periodic state (`FilmState.decay_rate`). Use it to
+    estimate how fast friction can follow a change of the amplitude; the plate's own time constant
+    is shorter (`slipscale.stimuli.modulation`). It increases steeply as the amplitude falls,
+    because gas leaves a narrow gap slowly.
 
     Raises
     ------
     ReynoldsDiverged
-        As `solve`.
+        As for `solve`.
     """
     rate_per_s = solve(point, resolution).decay_rate * 2 * np.pi * point.frequency_hz
     return _TO_63_PERCENT / rate_per_s
@@ -119,11 +119,11 @@ def sweep(
     workers: int = 2,
     show_progress: bool = False,
 ) -> list[FilmState]:
-    """Solve many working points in parallel processes, in order, with a progress bar if asked."""
+    """Solve many working points in parallel processes, in order, with an optional progress bar."""
     cases = list(points)
     if workers == 1:
         return list(_shown((solve(case, resolution) for case in cases), len(cases), show_progress))
-    # Spawned, for a fork of a process with BLAS threads may hang (Python 3.12 warns of it).
+    # Spawned, because a fork of a process with BLAS threads may hang (Python 3.12 warns about it).
     with ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn")) as pool:
         done = pool.map(solve, cases, [resolution] * len(cases))
         return list(_shown(done, len(cases), show_progress))

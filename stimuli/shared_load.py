@@ -2,19 +2,20 @@
 
 **Not validated.** It follows the observations of Wiertlewski, Friesen and Colgate (2016,
 doi:10.1073/pnas.1603908113) and of Sednaoui, Vezzoli and others (2017,
-doi:10.1109/TOH.2017.2671376); no measured curve could be read as numbers. Its parameters are
+doi:10.1109/TOH.2017.2671376); no measured curve was available as numbers. Its parameters are
 therefore ranges, and its result is a band (`band`), never a point. The equations are ours:
 
-- **Contact**: the area grows with the normal force as a power, so pressure p = F/A(F).
+- **Contact**: the area grows with a power of the normal force; the pressure is p = F/A(F).
 - **Asperities** carry p_ref·exp((u0 - u)/l) at a gap u (Persson 2007,
-  doi:10.1103/PhysRevLett.99.125502): u0 is the mean gap at rest under p_ref, eq. (14)'s pressure.
-- **Bounce**: the gap oscillates with a multiple of the plate's amplitude, because the skin moves
-  too (Friesen, Wiertlewski and Colgate 2016, doi:10.1109/HAPTICS.2016.7463172).
-- **Film**: the mean overpressure of Reynolds' equation (3) for a flat film of that mean gap.
-- The mean gap is where asperities and film, each meant over a period, carry p. Friction is the
-  asperities' share (Coulomb's law); without vibration it is 1.
+  doi:10.1103/PhysRevLett.99.125502). u0 is the mean gap at rest under p_ref, the pressure of
+  eq. (14).
+- **Bounce**: the gap oscillates with a multiple of the plate's amplitude, because the skin also
+  moves (Friesen, Wiertlewski and Colgate 2016, doi:10.1109/HAPTICS.2016.7463172).
+- **Film**: the mean overpressure from Reynolds' equation (3) for a flat film with that mean gap.
+- At the mean gap, asperities and film, each averaged over a period, together carry p. Friction is
+  the asperities' share (Coulomb's law); without vibration it is 1.
 
-Stiff asperities (l → 0) without bounce hold the gap at h_r + h_vib: equation (15) for a flat
+For stiff asperities (l → 0) without bounce, the gap is h_r + h_vib: equation (15) for a flat
 finger. Speed is not modelled.
 """
 
@@ -53,7 +54,7 @@ _UNITS = {
     "leak_length_mm": "mm",
     "bounce": "(no unit)",
 }
-_LEAST_CLEARANCE = 1e-3  # of the oscillation: closer, the film's pressure has no bound
+_LEAST_CLEARANCE = 1e-3  # of the oscillation; below it, the film's pressure is unbounded
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,17 +64,17 @@ class Skin:
     Parameters
     ----------
     contact_area_cm2 : float
-        Area of contact at 0.5 N, cm².
+        Contact area at 0.5 N, cm².
     area_exponent : float
-        Of the area's growth with force: 0 for none (2007), 2/3 for a sphere (Hertz).
+        Exponent of the area's growth with force: 0 for none (2007), 2/3 for a sphere (Hertz).
     asperity_length_um : float
-        Gap over which the asperities' pressure falls to 1/e, µm.
+        Increase of the gap over which the asperities' pressure falls to 1/e, µm.
     rest_gap_um : float
         Mean gap without vibration under `REFERENCE_PA`, µm.
     leak_length_mm : float
-        Length across which air leaves, mm.
+        Length across which air escapes, mm.
     bounce : float
-        Amplitude of the gap over that of the plate: 1 if the skin rests.
+        Amplitude of the gap relative to that of the plate: 1 if the skin is at rest.
 
     Raises
     ------
@@ -94,10 +95,10 @@ class Skin:
         not_negative("skin: area_exponent", self.area_exponent, "(no unit)", maximum=1)
 
 
-# The ends of every range: between them lies every Skin (tests/stimuli/test_shared_load.py).
-# Sources: area, 1 cm² of Table I less and more 30 %; asperities, half of Table I's roughness of
-# 0.4 to 1.6 µm (Persson: of the order of the rms height over 2); leak, one ridge's period of
-# Table I to the whole contact. Exponent, rest gap and bounce are assumptions.
+# The ends of every range; all skins are between them (tests/stimuli/test_shared_load.py).
+# Sources: area, 1 cm² in Table I ± 30 %; asperities, half of Table I's roughness of 0.4 to
+# 1.6 µm (Persson: of the order of half the rms height); leak, from one ridge period in Table I
+# to the whole contact. Exponent, rest gap and bounce are assumptions.
 SLIPPERY = Skin(
     contact_area_cm2=1.3,
     area_exponent=2 / 3,
@@ -132,14 +133,14 @@ def skin_between(share: float) -> Skin:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shared:
-    """How the finger's load is shared.
+    """Distribution of the finger's load between asperities and film.
 
     Parameters
     ----------
     mean_gap_um : float
         Gap, mean over a period, µm.
     film_share : float
-        Part of the load that the film carries, 0 to 1.
+        Fraction of the load that the film carries, 0 to 1.
     """
 
     mean_gap_um: float
@@ -147,7 +148,7 @@ class Shared:
 
     @property
     def relative_friction(self) -> float:
-        """µ'/µ: what the asperities carry."""
+        """µ'/µ, the fraction of the load that the asperities carry."""
         return 1 - self.film_share
 
 
@@ -196,7 +197,7 @@ def solve(
     bounced = float(np.log(i0e(swing / length)))
 
     def excess(gap_um: float) -> float:
-        """Logarithm of what is carried over what presses: falls with the gap."""
+        """Logarithm of the carried load over the applied one; it decreases with the gap."""
         asperities = (rest - gap_um + swing) / length + bounced
         return float(np.logaddexp(asperities, np.log(film_pa(gap_um) / pressure)))
 
@@ -213,15 +214,15 @@ def band(
     frequency_hz: float = 30_500.0,
     normal_force_n: float = NORMAL_FORCE_N,
 ) -> tuple[float, float]:
-    """Return the least and the greatest relative friction over the ranges of `Skin`.
+    """Return the minimum and maximum of relative friction over the ranges of `Skin`.
 
     Parameters
     ----------
     amplitude_um_peak : float
         Vibration amplitude of the plate, µm **peak**.
     """
-    # Friction rises along every range from SLIPPERY to GRIPPY, except the exponent: a larger one
-    # lowers the pressure above 0.5 N, raises it below, and does nothing there.
+    # Friction increases from SLIPPERY to GRIPPY in every range except the exponent: a larger one
+    # lowers the pressure above 0.5 N, raises it below, and has no effect at 0.5 N.
     ends = (SLIPPERY, GRIPPY)
     exponents = {skin.area_exponent for skin in ends if normal_force_n != NORMAL_FORCE_N} or {0.0}
     found = [

@@ -1,9 +1,9 @@
-"""The squeeze film in closed form: equations (1) to (15), for squeeze numbers without bound.
+"""The squeeze film in closed form: equations (1) to (15), for infinite squeeze numbers.
 
-One rule governs this file: **lengths come in with their unit in their name and vibration is peak**
-(`slipscale.stimuli.surface` alone converts from peak to peak). Equation numbers are those of Biet,
-Giraud and Lemaire-Semail (2007), Section II; where the printed equation needs a correction, the
-function that uses it says which.
+**Names of lengths contain their unit, and vibration amplitudes are peak** (only
+`slipscale.stimuli.surface` converts from peak to peak). Equation numbers are those of Biet, Giraud
+and Lemaire-Semail (2007), Section II. If a printed equation needs a correction, the function that
+uses it documents the correction.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _NODES = 96  # Gauss-Legendre nodes over half a ridge: 1e-12 at h_r = 0.01 µm, 
 
 
 class ClosedFormWarning(UserWarning):
-    """The squeeze number is below the range in which the closed form may be used."""
+    """The squeeze number is below the range in which the closed form is valid."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,11 +37,11 @@ class Finger:
     Parameters
     ----------
     ridge_amplitude_um : float
-        Amplitude h_e of the epidermal ridges, µm, half their height; 0 for a flat finger.
+        Amplitude h_e of the epidermal ridges, µm, half of their height; 0 for a flat finger.
     ridge_period_um : float
         Period L of the ridges, µm.
     contact_length_mm : float
-        Side l0 of the square of contact, mm.
+        Side length l0 of the square contact, mm.
     """
 
     ridge_amplitude_um: float = 50.0
@@ -55,7 +55,7 @@ class Finger:
 
     @property
     def wave_number(self) -> float:
-        """The wave number k = 2π l0/L of equation (2), without unit."""
+        """The dimensionless wave number k = 2π l0/L of equation (2)."""
         return 2 * np.pi * self.contact_length_mm * MILLI / (self.ridge_period_um * MICRO)
 
 
@@ -68,7 +68,7 @@ class Gas:
     viscosity_pa_s : float
         Dynamic viscosity η, Pa·s.
     pressure_pa : float
-        Surrounding pressure p0, Pa.
+        Ambient pressure p0, Pa.
     """
 
     viscosity_pa_s: float = 1.85e-5
@@ -85,13 +85,13 @@ NORMAL_FORCE_N = 0.5  # Section II-C, mean force of an exploring finger
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Friction:
-    """What the film does to friction; arrays of one shape.
+    """The film's effect on friction; all arrays have the same shape.
 
     Parameters
     ----------
     relative_friction : ndarray
         µ'/µ of equation (15). **Below zero the film carries more than the finger presses: the
-        finger levitates**; the value is kept, not clipped.
+        finger levitates.** The value is not clipped.
     overpressure : ndarray
         Mean of p/p0 - 1 over contact and period, F_s of equation (12).
     squeeze_number : ndarray
@@ -104,12 +104,12 @@ class Friction:
 
     @property
     def levitates(self) -> npt.NDArray[np.bool_]:
-        """Where the mean overpressure exceeds the finger's pressure."""
+        """Whether the mean overpressure exceeds the finger's pressure, elementwise."""
         return self.relative_friction < 0
 
     @property
     def closed_form_holds(self) -> npt.NDArray[np.bool_]:
-        """Where the squeeze number is at least 10, the paper's criterion (Section II-C)."""
+        """Whether the squeeze number is at least 10, the paper's criterion (Section II-C)."""
         return self.squeeze_number >= SQUEEZE_NUMBER_MIN
 
 
@@ -121,8 +121,9 @@ def gap(
     Raises
     ------
     UserError
-        The amplitude is negative, or the roughness is not positive. Zero roughness has no film:
-        without vibration the gap is nil, with it the film's least gap is and pressure diverges.
+        The amplitude is negative, or the roughness is not positive. Without roughness there is no
+        film: the gap is zero without vibration; with vibration, its minimum is zero and the
+        pressure diverges.
     """
     vibration = not_negative("amplitude_um_peak", amplitude_um_peak, "µm peak")
     roughness = positive("roughness_um", roughness_um, "µm")
@@ -156,7 +157,7 @@ def squeeze_number(
     finger: Finger = FINGER,
     gas: Gas = AIR,
 ) -> Array:
-    """Return the squeeze number, equation (4) with l0² for the printed l0 (dimension).
+    """Return the squeeze number, equation (4) with l0² instead of the printed l0 (dimension).
 
     >>> round(float(squeeze_number(30_500, 1.15, 0.6)), 2)  # printed: 15.9, Section IV-A
     15.89
@@ -173,7 +174,7 @@ def mean_pressure(
     roughness_um: npt.ArrayLike,
     finger: Finger = FINGER,
 ) -> Array:
-    """Return the pressure over p0, meant over a period, at infinite squeeze number: equation (13).
+    """Return the mean pressure over a period, over p0, at infinite squeeze number: equation (13).
 
     With the factor A² [1 + 1.5 ε²/A²] for the last line of (10), A = 1 + δ cos(k/2), and P
     normalised by p0 throughout. Positions in mm from the middle of the contact.
@@ -191,11 +192,11 @@ def mean_overpressure(
 ) -> Array:
     """Return F_s of equation (12): p/p0 - 1 at infinite squeeze number, mean over film and period.
 
-    The integral over a ridge is taken in its eccentric anomaly ψ, in which the sharp peak under
-    a ridge is smooth: 1 - δ cos φ = (1 - δ²)/(1 + δ cos ψ), φ = 0 at the ridge's top.
+    The integral over a ridge uses its eccentric anomaly ψ, in which the sharp peak under a ridge
+    is smooth: 1 - δ cos φ = (1 - δ²)/(1 + δ cos ψ), with φ = 0 at the ridge's top.
     """
     _, eps, delta = np.broadcast_arrays(*gap(amplitude_um_peak, roughness_um, finger))
-    # From groove (X = 0) to edge: whole half-periods, and what is left of one.
+    # From groove (X = 0) to edge: complete half-periods, and the rest of one.
     half_periods, rest = divmod(finger.wave_number / 2, np.pi)
     from_groove = half_periods % 2 == 0
     whole = _ridge_integral(np.full_like(delta, np.pi), eps, delta)
@@ -215,10 +216,10 @@ def relative_friction(
     finger: Finger = FINGER,
     gas: Gas = AIR,
 ) -> Friction:
-    """Return friction relative to the silent plate, equation (15) as 1 - p0·F_s/P_f.
+    """Return friction relative to the plate at rest, equation (15) as 1 - p0·F_s/P_f.
 
     F_s is the mean over space and time (the printed P∞ - 1 is neither) and P_f = F_f/l0² is
-    equation (14). All arguments but the records broadcast.
+    equation (14). All arguments except the records broadcast.
 
     Parameters
     ----------
@@ -227,14 +228,14 @@ def relative_friction(
     roughness_um : array_like
         Average roughness h_r of the plate, µm.
     frequency_hz : array_like
-        Vibration frequency; the closed form depends on it only through its validity.
+        Vibration frequency; it affects only the validity of the closed form.
     normal_force_n : array_like
         Force F_f of the finger on the plate, N.
 
     Warns
     -----
     ClosedFormWarning
-        A squeeze number lies below 10 while the plate vibrates.
+        A squeeze number is below 10 while the plate vibrates.
 
     Examples
     --------
@@ -263,7 +264,7 @@ def friction_from(
     finger: Finger,
     gas: Gas,
 ) -> Friction:
-    """Return the friction that a mean overpressure (over p0) leaves: equations (14) and (15)."""
+    """Return the friction for a mean overpressure (relative to p0): equations (14) and (15)."""
     finger_pressure = positive("normal_force_n", normal_force_n, "N") / (
         (finger.contact_length_mm * MILLI) ** 2
     )
@@ -281,7 +282,7 @@ def _edge(eps: Array, delta: Array, finger: Finger) -> Array:
 
 
 def _eccentric(angle: float, delta: Array) -> Array:
-    """Return ψ of a ridge angle φ in [0, π] from the ridge's top."""
+    """Return ψ for a ridge angle φ in [0, π] from the ridge's top."""
     return np.asarray(
         2
         * np.arctan2(np.sqrt(1 + delta) * np.sin(angle / 2), np.sqrt(1 - delta) * np.cos(angle / 2))
@@ -302,5 +303,5 @@ def _ridge_integral(psi_end: Array, eps: Array, delta: Array) -> Array:
 
 @cache
 def _quadrature() -> tuple[Array, Array]:
-    """Return the Gauss-Legendre rule, which costs more to find than to use."""
+    """Return the Gauss-Legendre rule; cached, because finding it costs more than using it."""
     return np.polynomial.legendre.leggauss(_NODES)
