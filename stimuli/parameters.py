@@ -1,8 +1,8 @@
-"""The parameters that a study may vary: each is declared where its stimulus has it, and only there.
+"""The parameters that a study can vary; each is declared only at its stimulus.
 
-A field of `slipscale.stimuli.texture.Grating` whose annotation holds a `Parameter` can be the level
-of every protocol (``vary`` in a study file). The declaration gives the study file its key and range
-and the data their column and unit.
+A field of `slipscale.stimuli.texture.Grating` with a `Parameter` in its annotation can be the
+level of every protocol (``vary`` in a study file). The declaration defines the key and range in
+the study file, and the column and unit in the data.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ class Parameter:
     Parameters
     ----------
     name : str
-        A noun; ``{q.name}`` in it is the plate's quantity.
+        A noun; ``{q.name}`` in it stands for the plate's quantity.
     description : str
-        For the study file's reference.
+        Description in the study file's reference.
     unit : str or None
-        As it is written; None: the plate's.
+        As written; None: the plate's unit.
     above, least, most : float
-        Its range: greater than ``above``, not less than ``least``, not more than ``most``.
+        Range: greater than ``above``, at least ``least``, at most ``most``.
     stated : bool
-        Whether a study must state it although the stimulus has a default.
+        Whether a study must state it, although the stimulus has a default.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Parameter:
 
     @property
     def range(self) -> str:
-        """The range in words."""
+        """Description of the range."""
         said = [f"above {self.above:g}"] if self.above > -math.inf else []
         said += [f"{self.least:g} or more"] if self.least > -math.inf else []
         said += [f"at most {self.most:g}"] if self.most < math.inf else []
@@ -65,7 +65,7 @@ class Parameter:
             raise UserError(f"{where}: {key} is {value}, expected {self.range}{unit}")
 
     def quantity(self, plate: Quantity) -> Quantity:
-        """Return the quantity of levels that are values of this parameter, on such a plate."""
+        """Return the quantity of levels that are values of this parameter, given the plate's."""
         unit, convention = plate.unit, plate.convention
         if self.unit is not None:
             unit, convention = self.unit, ""
@@ -95,5 +95,5 @@ def declared(stimulus: type) -> Mapping[str, Declared]:
 
 
 def field_of(key: str, plate: Quantity, known: Mapping[str, Declared]) -> str | None:
-    """Return the field of the parameter that a file in the plate's quantity calls ``key``."""
+    """Return the field of the parameter with the name ``key`` in a file in the plate's quantity."""
     return next((field for field in known if plate.named(field) == key), None)

@@ -1,13 +1,13 @@
-"""The quantity of the levels: the plate's amplitude in µm peak to peak, volts, m/s², or the data's.
+"""The quantity of the levels: the plate's amplitude in µm peak to peak, V, m/s², or the data's own.
 
-A level is a number in a quantity; no name in the code states its unit. The quantity gives names
-and words where a level enters or leaves: files, tables, sentences, axes. A text that is declared
-rather than computed has places for it, such as ``"pairs of {q.levels}"``.
+A level is a number in a quantity; names in the code do not contain its unit. The quantity provides
+names and words for levels in input and output: files, tables, sentences, axes. Texts that are
+declared rather than computed have placeholders for it, such as ``"pairs of {q.levels}"``.
 
-Three names for one thing:
+Each thing has three names:
 
 ===============  ===================  ===================  ==============================
-in the code      in a file in µm      in a file in volts   which
+in the code      in a file in µm      in a file in volts   conversion
 ===============  ===================  ===================  ==============================
 standard_level   standard_um_pp       standard_v_peak      `in_code`, `in_um`
 level            amplitude_um_pp      voltage_v_peak       and `Quantity.key` from µm
@@ -27,17 +27,17 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-#: Behind a key that no model has.
+#: Suffix that makes a key unknown to every model.
 UNKNOWN = "?"
-#: Levels of a quantity of another make are told apart to so many significant digits.
+#: Significant digits to which levels are distinguished if a quantity defines no decimals.
 DIGITS = 9
 
 
-#: Names in a file in µm, and in the code; the first that fits counts. The places are filled in.
+#: Name in a file in µm, and in the code; the first match applies. Placeholders are in `PLACES`.
 NAMES = (
     ("{interval}amplitude{when}_um_pp", "{interval}level{when}"),
     ("amplitudes_um_pp", "levels"),
-    ("level_um_pp", "track_level"),  # of a track: a distance from the standard
+    ("level_um_pp", "track_level"),  # of a track: distance from the standard
     ("tolerance_um", "deviation_level"),
     ("comparisons_um_pp", "comparison_levels"),
     ("references_um_pp", "reference_levels"),
@@ -51,7 +51,7 @@ PLACES = {
 
 
 def in_code(name: str) -> str:
-    """Return how the code names what has a name in files that are in µm; others stay.
+    """Return the code's name for a name in files in µm; other names are returned unchanged.
 
     >>> in_code("standard_um_pp"), in_code("amplitude_before_um_pp"), in_code("trial")
     ('standard_level', 'level_before', 'trial')
@@ -60,7 +60,7 @@ def in_code(name: str) -> str:
 
 
 def in_um(name: str) -> str:
-    """Return the name in files that are in µm, the inverse of `in_code`.
+    """Return the name in files in µm for a name in the code, the inverse of `in_code`.
 
     >>> in_um("levels"), in_um("interval2_level"), in_um("highest_level")
     ('amplitudes_um_pp', 'interval2_amplitude_um_pp', 'highest_um_pp')
@@ -86,16 +86,17 @@ def renamed(data: Any, name: Callable[[str], str]) -> Any:
     return data
 
 
-#: What names of fields and columns say of the quantity.
+#: The parts of field and column names that depend on the quantity.
 IN_NAME = re.compile(r"amplitude_um_pp|um_pp|(?<=_)um$|amplitudes?")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class YesNoWords:
-    """What a task of yes and no is called: of a plate, steps down; elsewhere, single stimuli.
+    """Words for a yes/no task: for a plate, steps down; otherwise, single stimuli.
 
-    ``trials``, ``down`` (with a change) and ``catch`` (without) are singular and plural; "yes"
-    depends on ``size``, is listed for ``each``, and its sensitivity by ``kind``, ``at`` a value.
+    ``trials``, ``down`` (with a change) and ``catch`` (without) are singular and plural. "Yes"
+    depends on ``size`` and is listed for ``each``; its sensitivity is listed by ``kind``, ``at`` a
+    value.
     """
 
     size: str
@@ -111,34 +112,33 @@ class YesNoWords:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
-    """What the stimuli differed in, and how the report speaks of it.
+    """The quantity in which the stimuli differed, and its words in reports.
 
-    Columns keep the name ``amplitude_um_pp`` inside the analysis, whatever the quantity; what is
-    written for a reader carries ``column``.
+    The analysis uses the column name ``amplitude_um_pp`` internally, whatever the quantity; output
+    for readers uses ``column``.
 
     Parameters
     ----------
     name : str
         A noun: "sound pressure".
     unit : str
-        As it is written: "µPa"; may be empty.
+        As written: "µPa"; may be empty.
     convention : str
         What the unit leaves open: "peak to peak"; may be empty.
     column : str
-        Its column in the files that are written.
+        The column's name in written files.
     judged : str
         What the participants judged: "loudness".
     decimals : int or None
-        Levels are told apart to so many decimals; None: to `DIGITS` significant digits.
+        Decimals to which levels are distinguished; None: `DIGITS` significant digits.
     stimulus, stimuli : str
-        What has the quantity, and the plural.
+        The object that has the quantity, singular and plural.
     noun, nouns : str
-        What names in files have in place of ``amplitude`` and ``amplitudes``.
+        Replacement of ``amplitude`` and ``amplitudes`` in names in files.
     suffix : str
-        What they have in place of ``um_pp``, where the column is noun and suffix; left out: the
-        whole column.
+        Replacement of ``um_pp`` if the column is noun and suffix; default: the whole column.
     yes : str
-        The word that the data have for "yes": "faster".
+        The data's word for "yes": "faster".
     """
 
     name: str
@@ -156,22 +156,22 @@ class Quantity:
 
     @property
     def makes(self) -> tuple[str, str, str]:
-        """What a plate of this quantity makes: two quantities with the same are one."""
+        """Name, unit and convention; plates with the same ones produce the same quantity."""
         return self.name, self.unit, self.convention
 
     @property
     def of_plate(self) -> bool:
-        """Whether this is the plate's amplitude: film, friction and the paper speak of it."""
+        """Whether this is the plate's amplitude, the quantity of film, friction and the paper."""
         return self == PLATE_AMPLITUDE
 
     @property
     def in_um_pp(self) -> bool:
-        """Whether its levels are the plate's amplitudes in µm, whatever was judged of them."""
+        """Whether its levels are the plate's amplitudes in µm, whatever property was judged."""
         return self.makes == PLATE_AMPLITUDE.makes
 
     @property
     def level(self) -> str:
-        """One of its values: "amplitude", "level of sound pressure"."""
+        """The noun for a single value: "amplitude", "level of sound pressure"."""
         return self.noun.replace("_", " ") if self.suffix else f"level of {self.name}"
 
     @property
@@ -181,69 +181,69 @@ class Quantity:
 
     @property
     def in_full(self) -> str:
-        """The name where it is introduced."""
+        """The name at its first use."""
         return "vibration amplitude" if self.of_plate else self.name
 
     @property
     def in_full_title(self) -> str:
-        """The same at the beginning of a description."""
+        """The name at its first use, at the beginning of a description."""
         return capitalised(self.in_full)
 
     @property
     def perceived(self) -> str:
-        """What was judged where it is introduced."""
+        """The judged property at its first use."""
         return "perceived slipperiness" if self.of_plate else self.judged
 
     @property
     def yes_no(self) -> YesNoWords:
-        """The words of a task of yes and no."""
+        """The words for a yes/no task."""
         return STEPS if self.of_plate else YesNoWords(size=self.name)
 
     @property
     def more(self) -> str:
-        """What a comparison is answered with if there seems to be more: "more slippery"."""
+        """The answer to a comparison for the stimulus with more: "more slippery"."""
         if self.yes != "yes":
             return self.yes
         return "more slippery" if self.judged == PLATE_AMPLITUDE.judged else f"more {self.judged}"
 
     @property
     def title(self) -> str:
-        """The name at the head of a column or an axis."""
+        """The name as the heading of a column or an axis."""
         return capitalised(self.name)
 
     @property
     def short_convention(self) -> str:
-        """The convention at the head of a column."""
+        """The convention in a column's heading."""
         return SHORT.get(self.convention, "")
 
     @property
     def short_unit(self) -> str:
-        """The unit at the head of a column."""
+        """The unit in a column's heading."""
         return ", ".join(part for part in (self.unit, self.short_convention) if part)
 
     @property
     def unit_in_full(self) -> str:
-        """The unit and what it leaves open: "µm peak to peak", "V peak"."""
+        """The unit with its convention: "µm peak to peak", "V peak"."""
         return " ".join(part for part in (self.unit, self.convention) if part)
 
     @property
     def unit_in_short(self) -> str:
-        """The same on a screen and in a message: "µm p-p", "V peak"."""
+        """The unit with its convention, for screens and messages: "µm p-p", "V peak"."""
         short = SHORT.get(self.convention, self.convention)
         return " ".join(part for part in (self.unit, short) if part)
 
     @property
     def behind(self) -> str:
-        """What the unit leaves open, behind a description: ", peak to peak"."""
+        """The convention at the end of a description: ", peak to peak"."""
         return f", {self.convention}" if self.convention else ""
 
     @property
     def bids(self) -> str:
-        """The unit as BIDS writes it: "um", "m/s^2"."""
+        """The unit in BIDS notation: "um", "m/s^2"."""
         return self.unit.translate(BIDS)
 
     def short(self, level: float) -> str:
-        """Return a level with its unit in short: "0.5 µm p-p"."""
+        """Return a level with its short unit: "0.5 µm p-p"."""
         return f"{level:g} {self.unit_in_short}".strip()
 
     @property
@@ -252,18 +252,18 @@ class Quantity:
         return capitalised(self.headed(self.in_full))
 
     def headed(self, text: str) -> str:
-        """Return a text with the unit in parentheses behind it."""
+        """Return a text with the unit in parentheses after it."""
         unit = ", ".join(part for part in (self.unit, self.convention) if part)
         return f"{text} ({unit})" if unit else text
 
     @property
     def per(self) -> str:
-        """Behind a slope: "per µm (peak to peak)"."""
+        """The unit after a slope: "per µm (peak to peak)"."""
         unit = self.unit or f"unit of {self.name}"
         return f"per {unit} ({self.convention})" if self.convention else f"per {unit}"
 
     def key(self, name: str) -> str:
-        """Return how a field or column of ours is named in a file.
+        """Return the name in a file of one of our fields or columns.
 
         >>> loudness = Quantity(name="pressure", unit="Pa", column="pressure_Pa", judged="loudness")
         >>> loudness.key("from_um_pp"), loudness.key("amplitude"), PLATE_AMPLITUDE.key("amplitude")
@@ -279,7 +279,7 @@ class Quantity:
         return IN_NAME.sub(lambda found: words.get(found[0], self.suffix or self.column), name)
 
     def in_um(self, column: str) -> str:
-        """Return the name in files in µm of a column of a file in this quantity.
+        """Return the name in files in µm for a column of a file in this quantity.
 
         >>> voltage = made_by_plate("voltage", "V", "peak")
         >>> [voltage.in_um(name) for name in ("voltage_v_peak", "standard_v_peak", "trial")]
@@ -291,7 +291,7 @@ class Quantity:
         return re.sub(rf"^(interval\d+_)?{self.noun}(?=_|$)", r"\1amplitude", stem) + "_um_pp"
 
     def named(self, name: str) -> str:
-        """Return how a file in this quantity names what the code calls ``name``.
+        """Return the name in a file in this quantity for a name in the code.
 
         >>> PLATE_AMPLITUDE.named("standard_level")
         'standard_um_pp'
@@ -299,11 +299,11 @@ class Quantity:
         return self.key(in_um(name))
 
     def columns(self, table: pd.DataFrame) -> pd.DataFrame:
-        """Return a table of ours under the names that its columns have in a file."""
+        """Return one of our tables with the column names of a file."""
         return table.rename(columns=lambda name: self.key(str(name)))
 
     def with_convention(self, levels: str) -> str:
-        """Return levels with their unit and what it leaves open: "0.5, 1.2 µm (peak to peak)"."""
+        """Return levels with their unit and convention: "0.5, 1.2 µm (peak to peak)"."""
         behind = f" ({self.convention})" if self.convention else ""
         return f"{self.value(levels)}{behind}"
 
@@ -318,17 +318,17 @@ class Quantity:
 
 
 def capitalised(text: str) -> str:
-    """Return a text with its first letter as a capital."""
+    """Return a text with a capital first letter."""
     return text[:1].upper() + text[1:]
 
 
-#: How BIDS writes what units have beyond ASCII.
+#: Replacements of non-ASCII characters in BIDS units.
 BIDS = str.maketrans({"µ": "u", "²": "^2", "³": "^3", "°": "deg", "Ω": "Ohm"})
-#: How a heading shortens a convention.
+#: Short forms of conventions in headings.
 SHORT = {"peak to peak": "p-p"}
-#: How names in files write a convention.
+#: Conventions in names in files.
 IN_KEYS = {"peak to peak": "pp", "peak": "peak", "RMS": "rms", "": ""}
-#: Amplitudes are told apart to 0.1 nm: 0.1 + 0.2 µm is 0.3 µm.
+#: Amplitudes are distinguished to 0.1 nm: 0.1 + 0.2 µm is 0.3 µm.
 AMPLITUDE_DECIMALS = 4
 PLATE_AMPLITUDE = Quantity(
     name="amplitude",
@@ -348,7 +348,7 @@ PLATE_AMPLITUDE = Quantity(
 def made_by_plate(
     name: str, unit: str, convention: str, judged: str = PLATE_AMPLITUDE.judged
 ) -> Quantity:
-    """Return a quantity that a plate makes and a study's levels are in.
+    """Return a quantity that a plate produces, for a study's levels.
 
     >>> made_by_plate("acceleration", "m/s²", "RMS").named("standard_level")
     'standard_m_s2_rms'
@@ -387,17 +387,17 @@ STEPS = YesNoWords(
 
 @dataclass(frozen=True, slots=True)
 class FileNames:
-    """The keys of a file in one quantity, and the code's fields that they stand for.
+    """The keys of a file in one quantity, and the code's fields for them.
 
     Parameters
     ----------
     quantity : Quantity
     fields : frozenset of str
-        The fields that hold levels.
+        The fields that contain levels.
     tables : frozenset of str
-        Where they may be, besides the top of the file; words of other tables are left alone.
+        Tables that may contain them, in addition to the top level; other tables are unchanged.
     other : Mapping
-        The tables whose levels are in a quantity of their own.
+        Tables with levels in another quantity -> that quantity.
     """
 
     quantity: Quantity
@@ -406,7 +406,7 @@ class FileNames:
     other: Mapping[str, Quantity] = field(default_factory=dict)
 
     def in_file(self, place: tuple[int | str, ...]) -> tuple[int | str, ...]:
-        """Return a place in the file, from one in the model: its keys by the file's names."""
+        """Convert a place in the model to a place in the file, with the file's keys."""
         top = place[0] if place else ""
         keys = len(place) if top in self.tables else 1
         quantity = self._of(top)
@@ -419,10 +419,10 @@ class FileNames:
         )
 
     def to_code(self, table: dict[str, Any]) -> dict[str, Any]:
-        """Return a file's content with the names of fields as its keys."""
+        """Return a file's content with field names as keys."""
 
         def naming(quantity: Quantity) -> Callable[[str], str]:
-            # A field's own name is no key: the file has the name with the unit.
+            # A field's own name is not a valid key: the file uses the name with the unit.
             field_of = {field: field + UNKNOWN for field in self.fields}
             field_of |= {self._key(field, quantity): field for field in self.fields}
             return lambda key: field_of.get(key, key)
@@ -430,7 +430,7 @@ class FileNames:
         return self._renamed(table, naming)
 
     def to_file(self, table: dict[str, Any]) -> dict[str, Any]:
-        """Return the content of a file, from one with fields as its keys."""
+        """Return a file's content, given one with field names as keys."""
         return self._renamed(table, lambda quantity: lambda key: self._key(key, quantity))
 
     def _renamed(

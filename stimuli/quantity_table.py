@@ -29,7 +29,7 @@ class QuantityTable(BaseModel):
 
     @classmethod
     def stating(cls, quantity: Quantity) -> QuantityTable:
-        """Return the table that states a quantity."""
+        """Return the table for a quantity."""
         return cls.model_validate(
             {name: getattr(quantity, name) for name in ("name", "unit", "convention", "judged")}
         )

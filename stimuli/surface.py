@@ -1,8 +1,8 @@
-"""What is presented: a virtual surface, and the one place where amplitudes change convention.
+"""Virtual surfaces, and the only place in which amplitudes change convention.
 
-The experiment's amplitudes are peak to peak, the film's ``h_vib`` is peak (half of it): only
-then is the squeeze number 15.9 at 30.5 kHz with h_r = 0.6 µm, as printed on the paper's
-Section IV-A.
+Amplitudes in the experiment are peak to peak; the film's ``h_vib`` is peak (half of that). Only
+with this convention is the squeeze number 15.9 at 30.5 kHz with h_r = 0.6 µm, as printed in
+Section IV-A of the paper.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 # A number, or a NumPy array of them.
 Amplitude = TypeVar("Amplitude", float, "Array")
-#: The label of a surface that a study does not list.
+#: Label of a surface that a study does not list.
 UNLISTED = "S0"
 FilmModel = Literal["reynolds", "closed form"]
 
 
 def peak_from_pp(level: Amplitude) -> Amplitude:
-    """Return the peak amplitude in µm of a peak-to-peak amplitude in µm.
+    """Convert a peak-to-peak amplitude in µm to a peak amplitude in µm.
 
     >>> peak_from_pp(2.3)
     1.15
@@ -34,16 +34,16 @@ def peak_from_pp(level: Amplitude) -> Amplitude:
 
 
 def pp_from_peak(amplitude_um_peak: Amplitude) -> Amplitude:
-    """Return the peak-to-peak amplitude in µm of a peak amplitude in µm."""
+    """Convert a peak amplitude in µm to a peak-to-peak amplitude in µm."""
     return amplitude_um_peak * 2
 
 
 class Stimulus(Protocol):
-    """What a protocol can present: a plain surface, a texture, or one with a varied parameter."""
+    """A stimulus that a protocol can present: a plain surface, a texture, or a varied parameter."""
 
     @property
     def label(self) -> str:
-        """A code that does not tell the level."""
+        """A code that does not reveal the level."""
 
     @property
     def level(self) -> float:
@@ -51,42 +51,42 @@ class Stimulus(Protocol):
 
     @property
     def settled_level(self) -> float:
-        """What a plate settles at to make it, in the plate's quantity."""
+        """The level at which a plate settles to present it, in the plate's quantity."""
 
     @property
     def made(self) -> Surface:
-        """What a plate is commanded."""
+        """The surface that a plate is commanded to present."""
 
     def turned(self, level: float) -> Stimulus:
-        """Return the stimulus at another level, under a label that does not tell it."""
+        """Return the stimulus at another level, with a label that does not reveal it."""
 
 
 class Surface(Stimulus, Protocol):
-    """What a plate makes: one amplitude, or a texture."""
+    """A surface that a plate presents: one amplitude, or a texture."""
 
     @property
     def level(self) -> float:
-        """Largest amplitude in µm, peak to peak: what the plate's limits are checked against."""
+        """Largest amplitude in µm, peak to peak, which is checked against the plate's limits."""
 
     def envelope(
         self, finger_speed_mm_s: float, duration_s: float, modulator: Modulator = DEFAULT_MODULATOR
     ) -> tuple[AmplitudeStep, ...]:
-        """Return the commands that make the surface under a finger of constant speed."""
+        """Return the commands that present the surface to a finger with constant speed."""
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Return what a plate plays that does not track the finger; None: one amplitude."""
+        """Return the loop for a plate that does not track the finger; None if none is needed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VirtualSurface:
-    """A surface made by vibrating the plate with one amplitude.
+    """A surface presented by vibrating the plate with one amplitude.
 
     Parameters
     ----------
     level : float
         Vibration amplitude in µm, peak to peak; finite, not negative.
     label : str
-        A code for the operator and the data that does not tell the amplitude ("A", "B", ...).
+        A code for the operator and the data that does not reveal the amplitude ("A", "B", ...).
 
     Raises
     ------
@@ -106,21 +106,21 @@ class VirtualSurface:
 
     @property
     def settled_level(self) -> float:
-        """Where the plate settles: its one amplitude."""
+        """The level at which the plate settles, its only amplitude."""
         return self.level
 
     @property
     def made(self) -> VirtualSurface:
-        """What a plate is commanded: this."""
+        """The surface that a plate is commanded to present: this one."""
         return self
 
     def turned(self, level: float) -> VirtualSurface:
-        """Return the surface of another amplitude; its label does not tell it."""
+        """Return the surface with another amplitude and a label that does not reveal it."""
         return VirtualSurface(level=level, label=UNLISTED)
 
     @property
     def amplitude_um_peak(self) -> float:
-        """The amplitude in µm, peak: what the squeeze-film model calls h_vib."""
+        """The amplitude in µm, peak: h_vib in the squeeze-film model."""
         return peak_from_pp(self.level)
 
     def envelope(
@@ -129,7 +129,7 @@ class VirtualSurface:
         duration_s: float,  # noqa: ARG002 - and for any time
         modulator: Modulator = DEFAULT_MODULATOR,  # noqa: ARG002 - and on any plate
     ) -> tuple[AmplitudeStep, ...]:
-        """Return the one command that makes this surface."""
+        """Return the single command that presents this surface."""
         return (AmplitudeStep(0.0, self.level),)
 
     def loop(
@@ -147,16 +147,16 @@ class VirtualSurface:
         normal_force_n: float = 0.5,
         model: FilmModel = "reynolds",
     ) -> float:
-        """Return friction relative to the silent plate that the squeeze film predicts.
+        """Return the squeeze film's prediction of friction relative to the plate at rest.
 
         Parameters
         ----------
         roughness_um : float
-            Average roughness h_r of the plate; the default is Section IV-A's.
+            Average roughness h_r of the plate; the default is from Section IV-A.
         frequency_hz : float
-            Vibration frequency; the default is the paper's prototype's.
+            Vibration frequency; the default is that of the paper's prototype.
         normal_force_n : float
-            Force of the finger; the default is Section II-C's.
+            Force of the finger; the default is from Section II-C.
         model : {"reynolds", "closed form"}
             Reynolds' equation (3) in full, or the closed form (13), which at the paper's working
             point makes the film 1.3 to 1.5 times too strong (docs/explanation/squeeze-film.md).
@@ -164,14 +164,14 @@ class VirtualSurface:
         Returns
         -------
         float
-            µ'/µ of equation (15): 1 for no effect, below 0 where the finger levitates.
+            µ'/µ of equation (15): 1 for no effect, below 0 if the finger levitates.
 
         Examples
         --------
         >>> round(VirtualSurface(level=2.3).predicted_relative_friction(), 2)
         0.74
         """
-        # NumPy is heavy: only a surface that is asked for its physics pays for it.
+        # NumPy loads slowly, so it is imported only for the physics.
         from slipscale.stimuli import reynolds, squeeze_film  # noqa: PLC0415
 
         peak = self.amplitude_um_peak

@@ -1,8 +1,8 @@
-"""Textures: surfaces whose amplitude follows the finger, as ridges and grooves of friction.
+"""Textures: surfaces with an amplitude that follows the finger, as ridges and grooves of friction.
 
-The paper's introduction and conclusion name them: a slippery feeling that is modulated in space
-is taken for relief. A grating is a function of position; for a finger of known speed it becomes a
-sequence of commands, within what the plate and its line can follow.
+The paper's introduction and conclusion mention them: slipperiness modulated in space is perceived
+as relief. A grating is a function of position. For a finger of known speed, it becomes a sequence
+of commands, within what the plate and its line can follow.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 _HALF = 0.5  # of a period
-# An edge of a square wave is played at most so far from its place: a hundredth of a period.
+# Largest displacement of a square wave's edge when played: a hundredth of a period.
 _EDGE_SHARE = 0.01
 Waveform = Literal["sine", "square", "triangle", "sawtooth"]
 
 
 class _Wave(NamedTuple):
-    """A wave: its value (-1 to 1) at a phase (0 to 1), and the fewest steps that tell it."""
+    """A wave: its value (-1 to 1) at a phase (0 to 1), and the fewest steps that represent it."""
 
     value: Callable[[float], float]
     steps_min: int
@@ -45,33 +45,33 @@ _WAVES: dict[Waveform, _Wave] = {
 }
 
 
-# No plate is a metre long: one period is the whole stroke there, and more.
+# A metre is longer than any plate, so that one period exceeds the whole stroke.
 LONGEST_MM = 1000.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grating:
-    """A wave of friction: along the stroke of the finger, or in time.
+    """A wave of friction, along the stroke of the finger or in time.
 
-    One of ``spatial_period_mm`` and ``modulation_hz`` is given. A wave in time is the same for a
-    finger of any speed. Each `Parameter` can be the level of a study.
+    Either ``spatial_period_mm`` or ``modulation_hz`` is given. A wave in time does not depend on
+    the finger's speed. Each `Parameter` can be the level of a study.
 
     Parameters
     ----------
     waveform : {"sine", "square", "triangle", "sawtooth"}
-        How the amplitude goes along a period.
+        Shape of the amplitude over a period.
     label : str
-        A code that does not tell the texture.
+        A code that does not reveal the texture.
     name : str
-        What the study calls it, for the data.
+        The texture's name in the study, for the data.
 
     Raises
     ------
     UserError
-        A parameter is out of range, or no such wave form is known.
+        A parameter is out of range, or the waveform is unknown.
     """
 
-    #: Fields that journals of earlier versions lack: left out of records at their defaults.
+    #: Fields that journals of earlier versions lack; records omit them if they have defaults.
     LATER: ClassVar = frozenset({"modulation_hz", "duty_share", "phase_deg"})
 
     spatial_period_mm: Annotated[
@@ -185,41 +185,41 @@ class Grating:
 
     @property
     def settled_level(self) -> float:
-        """Where the plate settles before it plays the wave: what it makes on average."""
+        """The level at which the plate settles before it plays the wave: the wave's average."""
         return self.mean_level + self.depth_level * (2 * self.duty_share - 1)
 
     @property
     def made(self) -> Grating:
-        """What a plate is commanded: this."""
+        """The surface that a plate is commanded to present: this one."""
         return self
 
     def turned(self, level: float) -> Grating:
-        """Raise ValueError: a texture has no one level that could be turned."""
+        """Raise ValueError: a texture has no single level that could be adjusted."""
         raise ValueError(f"{self._where} cannot be turned to {level}")
 
     def level_at(self, position_mm: float) -> float:
-        """Return the amplitude at a place of the stroke, µm peak to peak."""
+        """Return the amplitude at a position along the stroke, µm peak to peak."""
         if self.spatial_period_mm is None:
             raise ValueError(f"{self._where} is a wave in time: it has no place")
         return self.level_in(position_mm / self.spatial_period_mm)
 
     def level_in(self, periods: float) -> float:
-        """Return the amplitude so many periods after the beginning."""
+        """Return the amplitude a number of periods after the beginning."""
         phase = (periods + self.phase_deg / 360) % 1.0
         if self.duty_share != _HALF:
-            # As of a half: below it the wave is up.
+            # Mapped to a half; the wave is high below it.
             phase = 0.0 if phase < self.duty_share else _HALF
         return self.mean_level + self.depth_level * _WAVES[self.waveform].value(phase)
 
     def rate_hz(self, finger_speed_mm_s: float) -> float:
-        """Return how many periods a second a finger of this speed feels."""
+        """Return the number of periods per second that a finger of this speed feels."""
         if self.spatial_period_mm is None:
             return self.modulation_hz or 0.0
         return abs(finger_speed_mm_s) / self.spatial_period_mm
 
     @property
     def _fewest_steps(self) -> int:
-        """The fewest equal steps of a period that tell the wave, a square one's edges in place."""
+        """The fewest equal steps per period that represent the wave, with a square's edges."""
         edges = (self.phase_deg / 360, self.duty_share)
         fewest = _WAVES[self.waveform].steps_min
         if self.waveform != "square":
@@ -236,16 +236,16 @@ class Grating:
     def envelope(
         self, finger_speed_mm_s: float, duration_s: float, modulator: Modulator = DEFAULT_MODULATOR
     ) -> tuple[AmplitudeStep, ...]:
-        """Return the commands that make the grating under a finger of constant speed.
+        """Return the commands that present the grating to a finger with constant speed.
 
         Parameters
         ----------
         finger_speed_mm_s : float
             Speed of the finger; negative is backwards. The stroke starts at position 0.
         duration_s : float
-            Length of the stroke in time.
+            Duration of the stroke.
         modulator : Modulator
-            What the plate's resonance and the line allow.
+            Limits of the plate's resonance and the line.
 
         Returns
         -------
@@ -284,7 +284,7 @@ class Grating:
         )
 
     def _refuse_rate(self, speed_mm_s: float, rate_hz: float, fastest_hz: float) -> NoReturn:
-        """Raise the fault of a wave that is too fast for plate and line."""
+        """Raise the error for a wave that is too fast for plate and line."""
         if self.spatial_period_mm is None:
             raise UserError(
                 f"{self._where}: modulation_hz is {rate_hz:.3g}, the plate and its line follow "
@@ -298,7 +298,7 @@ class Grating:
         )
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Return one period under a finger of the assumed speed; None for a grating of no depth.
+        """Return one period for a finger of the assumed speed; None for a grating without depth.
 
         Raises
         ------
@@ -313,13 +313,13 @@ class Grating:
         return Loop(
             levels=tuple(step.level for step in steps),
             step_s=step_s,
-            edge_s=min(modulator.edge_s, step_s),  # the same but for rounding, at the fastest
-            # As it is played: an edge of a square wave may be a step's part from its place.
+            edge_s=min(modulator.edge_s, step_s),  # equal apart from rounding, at the fastest
+            # As played: a square wave's edge may be displaced by a fraction of a step.
             mean_level=self.mean_level
             if self.duty_share == _HALF
             else sum(step.level for step in steps) / len(steps),
         )
 
 
-#: What a study may vary, by field.
+#: Parameters that a study can vary, by field.
 PARAMETERS = declared(Grating)
