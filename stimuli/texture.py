@@ -211,6 +211,13 @@ class Grating:
             phase = 0.0 if phase < self.duty_share else _HALF
         return self.mean_level + self.depth_level * _WAVES[self.waveform].value(phase)
 
+    @property
+    def period(self) -> str:
+        """The period with its unit, or the frequency of a wave in time."""
+        if self.spatial_period_mm is None:
+            return f"{self.modulation_hz:g} Hz"
+        return f"{self.spatial_period_mm:g} mm"
+
     def rate_hz(self, finger_speed_mm_s: float) -> float:
         """Return the number of periods per second that a finger of this speed feels."""
         if self.spatial_period_mm is None:

@@ -132,13 +132,6 @@ def _followed(grating: Grating) -> str:
     )
 
 
-def _period(grating: Grating) -> str:
-    if grating.spatial_period_mm is None:
-        return f"{grating.modulation_hz:g} Hz"
-    speed_mm_s = grating.finger_speed_mm_s
-    return f"period {grating.spatial_period_mm:g} mm, for a finger at {speed_mm_s:g} mm/s"
-
-
 def show(name: str, participant: str, session: str = "", run: str = "01") -> str:
     """Describe a study and the order in which a participant will feel the surfaces.
 
@@ -170,7 +163,7 @@ def show(name: str, participant: str, session: str = "", run: str = "01") -> str
     lines += [
         f"texture {grating.name} ({grating.label}): {grating.waveform}, "
         f"{grating.lowest_level:g} to {study.plate_quantity.short(grating.level)}, "
-        f"{_period(grating)}"
+        f"period {grating.period}, for a finger at {grating.finger_speed_mm_s:g} mm/s"
         for grating in study.gratings
     ]
     for protocol, options in plan.tasks():

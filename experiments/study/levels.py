@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.protocols.base import Context
+from slipscale.experiments.study.tables import StimulusTable
 from slipscale.faults import UserError
 from slipscale.stimuli.modulation import DEFAULT_MODULATOR
 from slipscale.stimuli.parameters import field_of
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-    from slipscale.experiments.study.tables import PlateSettings, StimulusTable
+    from slipscale.experiments.study.tables import PlateSettings
     from slipscale.faults.toml_lines import Place
     from slipscale.faults.validation import Fault
     from slipscale.stimuli.quantity import Quantity
@@ -68,6 +69,18 @@ class Levels:
             limit_level=plate.level if plate else math.inf,
             vary=field_of(fields.get("vary", ""), table.quantity, PARAMETERS) or "",
             stimulus=fields.get("stimulus"),
+        )
+
+    @classmethod
+    def stated(cls, content: Mapping[str, Any]) -> Levels:
+        """Return the levels that a study file states; `ValueError` if a table is not valid."""
+        stimulus = content.get("stimulus")
+        return cls.of(
+            {
+                "made": QuantityTable.model_validate(content.get("quantity", {})),
+                "vary": content.get("vary", ""),
+                "stimulus": stimulus and StimulusTable.model_validate(stimulus),
+            }
         )
 
     @property

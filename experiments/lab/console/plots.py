@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING
 
+from slipscale.stimuli.texture import Grating
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from slipscale.stimuli.texture import Grating
+    from slipscale.stimuli.surface import Surface
 
 WIDTH, HEIGHT = 640, 180
 LEFT, BOTTOM, TOP = 56, 28, 10
@@ -66,14 +68,15 @@ class Drawing:
     label: str
 
 
-def level_drawing(level: float, largest: float, label: str) -> Drawing:
-    """Return the plate's vibration at a level; ``largest`` fills the frame."""
+def drawing(surface: Surface, largest: float, label: str) -> Drawing:
+    """Return the plate's vibration for a surface, or the level over three periods of a texture.
+
+    ``largest`` fills the frame.
+    """
+    if isinstance(surface, Grating):
+        return _drawing(lambda x: surface.level_in(x / 40) / largest, label)
+    level = surface.level
     return _drawing(lambda x: level / largest * math.sin(2 * math.pi * x / 15), label)
-
-
-def grating_drawing(grating: Grating, largest: float, label: str) -> Drawing:
-    """Return the level under a finger over three periods of a grating."""
-    return _drawing(lambda x: grating.level_in(x / 40) / largest, label)
 
 
 def _drawing(height: Callable[[float], float], label: str) -> Drawing:

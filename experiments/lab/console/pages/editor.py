@@ -10,21 +10,22 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.lab.console.pages.view import MOST_PEOPLE, View, plan_of
-from slipscale.experiments.lab.console.plots import Drawing, grating_drawing, level_drawing
+from slipscale.experiments.lab.console.plots import Drawing, drawing
 from slipscale.experiments.lab.console.study_form import StudyForm
 from slipscale.experiments.running.study_commands import balance
 from slipscale.experiments.running.timeline import timeline
 from slipscale.experiments.study.file import file_names, parse_whole, shipped_studies
+from slipscale.experiments.study.levels import Levels
 from slipscale.experiments.study.tables import Texture
 from slipscale.faults import UserError
 from slipscale.faults.validation import told_in
-from slipscale.stimuli.quantity_table import stated_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from slipscale.experiments.running.timeline import Timeline
     from slipscale.faults.validation import Told
+    from slipscale.stimuli.surface import Surface
 
 SIMULATED = 4  # people behind the minutes while a study is edited: within some tenths of a minute
 
@@ -98,24 +99,23 @@ def _minutes(whole: str, source: str) -> Timeline | None:
 
 def _drawings(content: Mapping[str, Any]) -> dict[str, list[Drawing]]:
     """Return a drawing of each surface that can be drawn, by its place; faulty ones have none."""
-    q = stated_quantity(dict(content))
-    in_code = file_names(dict(content)).to_code(dict(content))
-    levels = [
-        each
-        for each in _listed(in_code.get("levels"))
-        if isinstance(each, int | float) and each >= 0
-    ]
-    gratings = {}
+    names = file_names(dict(content))
+    in_code = names.to_code(dict(content))
+    made: dict[str, list[tuple[Surface, str]]] = {"levels": []}
+    with suppress(ValueError, UserError):
+        levels = Levels.stated(in_code)
+        made["levels"] = [
+            (levels.surface(each).made, names.quantity.short(each))
+            for each in _listed(in_code.get("levels"))
+        ]
     for number, table in enumerate(_listed(in_code.get("textures"))):
         with suppress(ValueError):
-            gratings[json.dumps(["textures", number])] = Texture.model_validate(table).grating()
-    largest = max([*levels, *(each.level for each in gratings.values()), 1e-9])
+            grating = Texture.model_validate(table).grating()
+            made[json.dumps(["textures", number])] = [(grating, grating.period)]
+    largest = max([surface.level for each in made.values() for surface, _ in each], default=0.0)
     return {
-        "levels": [level_drawing(each, largest, q.short(each)) for each in levels],
-        **{
-            place: [grating_drawing(each, largest, f"{each.spatial_period_mm:g} mm")]
-            for place, each in gratings.items()
-        },
+        place: [drawing(surface, largest or 1.0, label) for surface, label in each]
+        for place, each in made.items()
     }
 
 
