@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-#: Proportion of the total variance; a model without one of the components is unrealistic.
+#: Smallest share of a component in the total variance; without one, the model is unrealistic.
 LEAST_SHARE = 0.02
 #: Probability of a round estimate by chance: every fifth hundredth of the scale.
 ROUND_BY_CHANCE = 1 / ROUND_TO_PERCENT

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
     from slipscale.stimuli.quantity import Quantity
 
-#: Rules that use the same factor for all participants, and the largest ratio of scales for them.
+#: Rules that use the same factor for all participants, and the ratio of scales that causes a
+#: warning.
 ONE_FACTOR, SCALES_APART = ("none", "grand_maximum"), 5.0
 
 

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.published_table import Column
     from slipscale.analysis.reconstruction.table.rounding import Printed
 
-# Number of sums of squares tried, parts of each, and moves in each part.
+# Number of sums of squares that are tried, and of parts of each; moves per part in a full and in a
+# quick search.
 TRIED = 8
 MOVES = 200_000
 QUICK = 5_000

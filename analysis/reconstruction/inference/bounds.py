@@ -3,7 +3,7 @@
 A table does not state which rating in one column belongs to which in the next, so every bound here
 holds for every pairing. A sharp bound is attained by some table of data sets that the published
 one allows, and is returned with that table. Bounds not marked sharp are valid but may not be
-attained. The paired t is in `extreme_t`, the repeated-measures F in `least_f`.
+attained. The paired t is in `extreme_t`, the repeated-measures F in `repeated_measures_f`.
 """
 
 from __future__ import annotations

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     )
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
 
-# Number of tables in which a counterexample is searched for, and of their choices of moments.
+# Number of tables per kind of pairing in which a counterexample is searched for, and of choices of
+# moments per column.
 ATTACKED = 500
 SHOWN_FOR = 60
 

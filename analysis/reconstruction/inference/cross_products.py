@@ -26,15 +26,15 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.inference.column_rows import ColumnRows
 
-# Up to this many choices of a sum and a sum of squares per column are all examined; if there are
-# more, a random selection of this size is.
+# Up to `CHOICES` choices of a sum and a sum of squares per column are all examined; if there are
+# more, `SOME` random ones are.
 CHOICES = 3_000_000
 SOME = 300_000
-# Number of choices and of tables for each in which an example is searched for, and exchanges per
-# table.
+# Number of choices in which an example is searched for (most promising, and random), and of tables
+# per choice.
 SOUGHT = 40
 TABLES = 12
-# Number of pairings that are tried before a test remains undecided.
+# Maximum number of pairings that are tried exhaustively; with more, a test may remain undecided.
 PAIRINGS = 2_000_000
 # Largest number of participants for which every order of a column is listed.
 ORDERED = 8

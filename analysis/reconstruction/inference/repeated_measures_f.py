@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 # Combinations of sums that are examined in turn; if there are more, F is not bounded.
 COMBINATIONS = 100_000
-# Data sets per column drawn for the search, tables in each of its rounds, and its seed.
+# Data sets drawn per column for the search, tables per round, rounds, and seed.
 DRAWN = 2000
 TABLES = 2000
 ROUNDS = 20

@@ -59,7 +59,7 @@ class Trials:
     design : array, shape (rows, coefficients)
         Multipliers of the thresholds' coefficients; constant within a person's condition.
     u : array, shape (rows,)
-        Coordinates of the levels; `likelihood.FAR_BELOW` for 0 on a logarithmic axis.
+        Coordinates of the levels; `psychometric_fit.FAR_BELOW` for 0 on a logarithmic axis.
     yes, n : array, shape (rows,)
         Correct (or "yes") answers, and all.
     catch_right, catch_wrong : int

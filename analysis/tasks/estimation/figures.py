@@ -1,4 +1,4 @@
-"""Figures of magnitude estimates: Fig. 15 in geometric means and as printed, and residuals."""
+"""Plot magnitude estimates: Fig. 15 in geometric means and as printed, and residuals."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 def _individuals(
     axes: Axes, cells: pd.DataFrame, amplitudes: NDArray[np.float64], colour: str = PALE
 ) -> None:
-    """Draw each participant as a thin line; many as bands that hold 50 % and 90 % of them."""
+    """Draw each participant as a thin line, or bands of 50 % and 90 % if there are many."""
     values = cells.to_numpy(float)
     if len(values) <= LINES_AT_MOST:
         for number, row in enumerate(values):
@@ -65,21 +65,21 @@ def fig15(
     """Draw geometric means of estimates against amplitude, with every participant.
 
     Participants are drawn after modulus equalisation (Lane, Catania and Stevens 1961): each
-    participant's logarithms are shifted to the mean of all, or of the group, which leaves the
-    geometric means as they are. Means and intervals are both of logarithms.
+    participant's logarithms are shifted to the mean of all participants, or of the group, which
+    does not change the geometric means. Means and intervals are both computed on logarithms.
 
     Parameters
     ----------
     logs : DataFrame, shape (participants, amplitudes)
         Mean natural logarithms of normalised estimates.
     without_log : collection of float
-        Amplitudes at which estimates of zero are left out; their means are hollow.
+        Amplitudes at which estimates of zero are omitted; their means are drawn hollow.
     unit : str
         The unit of the estimates.
     confidence : float
-        Of the within-participant intervals (Cousineau-Morey, on logarithms).
+        Level of the within-participant intervals (Cousineau-Morey, on logarithms).
     quantity : Quantity
-        What the amplitudes are.
+        Quantity of the amplitudes.
     groups : Series, optional
         Participant -> group: each group has its own means.
     """
@@ -90,7 +90,8 @@ def fig15(
     for number, (name, own) in enumerate(parts.items()):
         colour = (BLUE, VERMILION, GREEN, ORANGE, PURPLE)[number % 5]
         if len(logs) > 1:
-            # Against the amplitudes' means: who lacks an amplitude is not shifted by that.
+            # Relative to the amplitudes' means, so that a missing amplitude does not shift a
+            # participant.
             equalised = own.sub(own.sub(own.mean()).mean(axis=1), axis=0)
             _individuals(
                 axes, equalised.map(np.exp), amplitudes, PALE if groups is None else colour
@@ -121,7 +122,7 @@ def fig15(
             )
     if without_log:
         axes.plot([], "o", color=BLUE, markerfacecolor="white", label="without estimates of zero")
-    # Limits first: a single value has none of its own on a logarithmic axis.
+    # Limits first: a single value has no limits of its own on a logarithmic axis.
     axes.set_ylim(axes.dataLim.y0 / 1.2, axes.dataLim.y1 * 1.2)
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 5)))
@@ -140,7 +141,7 @@ def table3(
     unit: str = "% of the scale",
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Figure:
-    """Draw the paper's Fig. 15 by its convention: arithmetic means, beside the paper's.
+    """Draw Fig. 15 by the paper's convention: arithmetic means, next to the paper's.
 
     Parameters
     ----------

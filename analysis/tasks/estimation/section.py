@@ -1,4 +1,4 @@
-"""Geometric means, Table III next to the paper's, and all descriptive statistics."""
+"""Write the section on geometric means, Table III next to the paper's, and all descriptives."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-    """Return geometric means, then Table III by the paper's convention, then the rest."""
+    """Return geometric means, then Table III by the paper's convention, then other statistics."""
     section = ReportSection("Magnitude estimates")
     prepared = analysis.prepared
     if prepared is None:
@@ -71,7 +71,10 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
 
 
 def _described(analysis: Analysis, columns: Mapping[str, tuple[str, ...]], caption: str) -> Markup:
-    """Return a table of descriptive statistics: title -> unit, and one column or two ends."""
+    """Return a table of descriptive statistics.
+
+    ``columns`` maps a title to its unit, and to one column or the two ends of an interval.
+    """
     quantity = analysis.dataset.quantity
     titles = [TableColumn(title=quantity.title, unit=quantity.short_unit)]
     titles += [TableColumn(title=title.strip(), unit=unit) for title, (unit, *_) in columns.items()]

@@ -47,7 +47,7 @@ MODEL_NAMES = {
 
 #: Means of more levels than this are not listed in a sentence.
 MOST_LISTED = 6
-#: Bayes factors beyond this, and below one over it, are not told more closely.
+#: Bayes factors above this, or below its reciprocal, are only reported as such.
 MOST_DECISIVE = 100.0
 
 
@@ -128,7 +128,7 @@ def linear_trend(found: LinearTrend, confidence: float, quantity: Quantity) -> s
 
 
 def geometric_means(description: pd.DataFrame, quantity: Quantity) -> str:
-    """Return the sentence of the geometric means; of many levels the first and the last."""
+    """Return the sentence of the geometric means; for many levels, only the first and the last."""
     rows = description[["geometric_mean", "amplitude_um_pp"]].dropna().to_numpy(float).tolist()
     shown = rows if len(rows) <= MOST_LISTED else [rows[0], rows[-1]]
     listed = ", ".join(f"{number(mean)} at {quantity.value(level)}" for mean, level in shown)
