@@ -74,7 +74,7 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Declared:
-    """A parameter of a stimulus, its field's type and default, and whether a study states it."""
+    """A stimulus's parameter: its field's type and default, and whether studies must state it."""
 
     parameter: Parameter
     kind: Any

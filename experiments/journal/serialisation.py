@@ -71,7 +71,7 @@ def _plain(value: Any) -> Any:
 
 
 def _told(value: Any, name: str) -> bool:
-    """Return whether a record holds a field: later ones of a texture only if they are set."""
+    """Return whether a record contains a field; later ones of a texture only if they are set."""
     later = name in getattr(value, "LATER", ())
     return not later or getattr(value, name) != _defaults(type(value))[name]  # type: ignore[arg-type]
 
@@ -135,7 +135,7 @@ def _tuples(value: Any) -> Any:
 
 
 def surface_from(record: dict[str, Any]) -> Stimulus:
-    """Return the surface in a record; a texture is recognised by its period."""
+    """Return the surface in a record."""
     fields = in_own_names(record)
     kind = surface_kind(fields)
     if kind is Varied:
@@ -144,7 +144,7 @@ def surface_from(record: dict[str, Any]) -> Stimulus:
 
 
 def surface_kind(fields: Mapping[str, Any]) -> type[Varied | Grating | VirtualSurface]:
-    """Return what a record's surface is: a texture is known by its wave."""
+    """Return the type of a record's surface; a texture is recognised by its wave."""
     if "vary" in fields:
         return Varied
     return Grating if "waveform" in fields else VirtualSurface

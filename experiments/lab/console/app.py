@@ -116,7 +116,7 @@ class Console:
         return response
 
     def _view(self, request: Request) -> View:
-        """Return what a page is made from, in the reader's language."""
+        """Return the data for a page, in the reader's language."""
         chosen = request.query_params.get("lang", request.cookies.get("lang", ""))
         t = Words(preferred(request.headers.get("accept-language", ""), chosen))
         return View(found=self.state.now(), jobs=self.jobs, t=t, query=request.query_params)
@@ -125,7 +125,7 @@ class Console:
         return self._environment.get_template(template).render(values)
 
     async def edit(self, request: Request) -> Response:
-        """Return a study's text with a change made, what is wrong with it, and its form."""
+        """Return an edited study text after a change, with its errors and form."""
         sent = await request.body()
 
         def edited(view: View) -> dict[str, Any]:
@@ -141,7 +141,7 @@ class Console:
         return await self._answer(request, edited)
 
     async def later(self, request: Request) -> Response:
-        """Return what takes longer of a study's text: minutes, cost and orders."""
+        """Return the slower results for a study text: minutes, cost and orders."""
         sent = await request.body()
 
         def followed(view: View) -> dict[str, Any]:
@@ -157,7 +157,7 @@ class Console:
         return await self._answer(request, followed)
 
     async def _answer(self, request: Request, do: Callable[[View], dict[str, Any]]) -> Response:
-        """Return as JSON what is asked for, or why it cannot be done."""
+        """Return a result as JSON, or the reason why it is not possible."""
         try:
             return JSONResponse(await run_in_threadpool(lambda: do(self._view(request))))
         except UserError as error:

@@ -25,7 +25,7 @@ FormType = TypeVar("FormType", bound=Form)
 
 
 def read_form(form: type[FormType], sent: bytes) -> FormType:
-    """Return what a page sent; UserError if it is not what the form needs."""
+    """Parse the data that a page sent; raise `UserError` if they do not fit the form."""
     try:
         return form.model_validate_json(sent)
     except ValidationError as error:

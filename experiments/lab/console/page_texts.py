@@ -36,7 +36,7 @@ class Words:
         return page_texts(self.language)[key].format(**blanks)
 
     def task(self, options: Options, protocol: Protocol) -> str:
-        """Return a task's title; a protocol of another package has its own in every language."""
+        """Return a task's title; that of an external protocol is the same in every language."""
         return self.known(f"task_title.{options.protocol}", protocol.title)
 
     def known(self, key: str, otherwise: str) -> str:

@@ -1,8 +1,8 @@
-"""Changes to a study file's text, as the editor's form asks for them: pure, comments kept.
+"""Apply changes from the editor's form to a study file's text; comments are kept. Pure.
 
-The text is the source: a change returns a new text, and nothing is written here. What the form
-cannot express (a text that is no TOML, a table written in a way that cannot be extended) is
-refused, and is changed in the file itself.
+The text is the source: a change returns a new text, and nothing is written here. Changes that the
+form cannot make (the text is not TOML, or a table is written in a form that cannot be extended)
+are rejected and must be made in the file itself.
 """
 
 from __future__ import annotations
@@ -27,20 +27,20 @@ SOURCE = "the study file"
 
 
 class Change(Form):
-    """One change that the form asks for.
+    """One change requested by the form.
 
     Parameters
     ----------
     what : str
-        set a value (an empty one is left out), add a table or an item, remove one, move an item.
+        Set a value (an empty one is removed), add a table or an item, remove one, or move an item.
     place : tuple
-        Where: keys, and numbers of items from 0.
+        Position: keys, and item indices from 0.
     kind : str
-        What ``value`` is, as the field's input shows it.
+        Type of ``value``, as in the field's input.
     value : str
-        The new value; of an added task its protocol; of an added entry its key.
+        The new value; the protocol of an added task; the key of an added entry.
     to : int
-        Before which item one is moved.
+        Index of the item before which an item is moved.
     """
 
     what: Literal["set", "add", "item", "entry", "remove", "move"]
@@ -51,13 +51,13 @@ class Change(Form):
 
 
 class Edit(Form):
-    """A study's text as the page has it, and a change to make in it.
+    """A study's text from the page, and a change to make in it.
 
     Parameters
     ----------
     text : str
     template : str
-        The shipped study that it begins from; empty for the folder's own study.
+        The shipped study on which it is based; empty for the folder's own study.
     change : Change, optional
     """
 
@@ -67,12 +67,12 @@ class Edit(Form):
 
 
 def changed(text: str, change: Change) -> str:
-    """Return a study file's text with a change made in it.
+    """Apply a change to a study file's text; return the new text.
 
     Raises
     ------
     UserError
-        The text is no TOML, the place does not exist, or the change cannot be made in this file.
+        The text is not TOML, the place does not exist, or the change cannot be made in this file.
     """
     import tomlkit  # noqa: PLC0415 - when a file is changed
 
@@ -89,7 +89,7 @@ def changed(text: str, change: Change) -> str:
     try:
         container, last = _container(document, change.place[:-1], change), change.place[-1]
         if change.what == "remove" and isinstance(last, int) and len(container) == 1:
-            # An array of tables without items is no TOML.
+            # TOML does not allow an array of tables without items.
             container, last = _container(document, change.place[:-2], change), change.place[-2]
         made[change.what](container, last)
         after = tomlkit.dumps(document)
@@ -105,7 +105,7 @@ def changed(text: str, change: Change) -> str:
 
 
 def value_of(kind: Kind, typed: str) -> Any:
-    """Return what was typed as a value of TOML; words where a number was expected stay words.
+    """Convert typed text to a TOML value; text in place of a number is kept as text.
 
     >>> value_of("number", "0,5"), value_of("numbers", "0, 1.5; 2"), value_of("number", "many")
     (0.5, [0, 1.5, 2], 'many')
@@ -130,7 +130,7 @@ def _number(typed: str) -> int | float | str:
 
 
 def _container(document: Any, place: tuple[Key, ...], change: Change) -> Any:
-    """Return the table or array at a place; tables on the way to a new value are made."""
+    """Return the table or array at a place; create missing tables on the way to a new value."""
     import tomlkit  # noqa: PLC0415 - when a file is changed
 
     for part in place:
@@ -153,7 +153,7 @@ def _put(table: Any, key: Any, value: Any) -> None:
 
 
 def _append(table: Any, key: Any, protocol: str) -> None:
-    """Add an item to an array of tables, which may not be there yet."""
+    """Add an item to an array of tables; create the array if necessary."""
     import tomlkit  # noqa: PLC0415 - when a file is changed
 
     item = tomlkit.table()
@@ -164,7 +164,7 @@ def _append(table: Any, key: Any, protocol: str) -> None:
 
 
 def _enter(table: Any, key: str) -> None:
-    """Add an entry to a table of words, shaped as the last one: its words are the key."""
+    """Add an entry to a table of texts, copied from the last one, with its key as its text."""
     if not key.strip() or key in table:
         raise ValueError(key)
     last = list(table.values())[-1] if table else ""

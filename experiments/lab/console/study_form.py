@@ -1,8 +1,8 @@
-"""The study editor's form: every field of a study file, as its JSON Schema declares it.
+"""The study editor's form: every field of a study file, derived from its JSON Schema.
 
-Nothing about a study is declared here: keys, types, units, defaults, choices and descriptions are
-the schema's, values are the file's, faults are the parser's. A laboratory's own protocols have
-forms in the same way.
+Nothing about studies is declared here. Keys, types, units, defaults, choices and descriptions come
+from the schema, values from the file, and faults from the parser. A laboratory's own protocols
+therefore have forms, too.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ KINDS: Mapping[str, Kind] = {"boolean": "switch", "integer": "number", "number":
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """Anything of the form that has a place in the file.
+    """Any element of the form with a place in the file.
 
     Parameters
     ----------
     place : tuple
-        Keys, and numbers of items from 0.
+        Keys, and item indices from 0.
     name : str
         Its last key without the unit, for labels.
     why : str
-        What the schema says of it.
+        Its description in the schema.
     faults : tuple of str
-        What is wrong at exactly this place.
+        Faults at exactly this place.
     """
 
     place: Place
@@ -63,7 +63,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Field(Part):
-    """A value: its kind of input, the value as the input shows it, and what it may be."""
+    """A value: its kind of input, its displayed value, and the allowed values."""
 
     kind: Kind
     value: str
@@ -74,20 +74,20 @@ class Field(Part):
 
     @property
     def shown(self) -> bool:
-        """Whether it stands among the first: it is set, needed or wrong."""
+        """Whether the field is among those displayed first: it is set, required or wrong."""
         return bool(self.value or self.needed or self.faults)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table(Part):
-    """A table: its fields, tables and lists of tables, and what may be added.
+    """A table with its fields, tables and lists of tables, and what can be added.
 
     Parameters
     ----------
     absent : tuple of Part
         Tables that the file does not have.
     entries : bool
-        Whether keys are the study's own words, such as a question's options.
+        Whether its keys are the study's own words, such as a question's options.
     """
 
     fields: tuple[Field, ...] = ()
@@ -100,7 +100,7 @@ class Table(Part):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cards(Part):
-    """A list of tables: tasks, textures, questions. ``offered``: what a new one may be."""
+    """A list of tables: tasks, textures, questions. ``offered``: the possible new items."""
 
     items: tuple[Table, ...]
     offered: tuple[str, ...] = ()
@@ -117,9 +117,9 @@ class StudyForm:
     Parameters
     ----------
     content : dict
-        The file's content, with or without faults.
+        The file's content, valid or not.
     faults : sequence of Told
-        What is wrong.
+        Its faults.
     """
 
     def __init__(self, content: dict[str, Any], faults: Sequence[Told]) -> None:
@@ -127,11 +127,11 @@ class StudyForm:
         self._faults = faults
         self._shown: set[str] = set()
         self.root = self._table((), _schema(), content)
-        #: Faults whose place has no field of its own.
+        #: Faults at places without a field.
         self.elsewhere = tuple(each.whole for each in faults if each.whole not in self._shown)
 
     def _faults_at(self, place: Place, *, items: bool = False) -> tuple[str, ...]:
-        """Return what is wrong at a place; with ``items`` also in the items of a list there."""
+        """Return the faults at a place; with ``items``, also those in the items of a list there."""
         where = place_in_words(place)
         found = [
             each
@@ -173,7 +173,7 @@ class StudyForm:
             here, value = (*place, key), content.get(key)
             found = _definition(inner)
             if "const" in found:
-                continue  # the protocol: it is what the card is called
+                continue  # the protocol, which is the card's title
             if _is_table(found) or isinstance(value, dict):
                 if value is None:
                     absent.append(Part(**self._part(here, inner)))
@@ -198,14 +198,14 @@ class StudyForm:
         )
 
     def _unknown(self, place: Place, schema: Schema, content: Mapping[str, Any]) -> set[str]:
-        """Return misspelt keys: they are shown with their fault, so that they can be emptied."""
+        """Return misspelt keys, which are shown with their faults so that they can be emptied."""
         declared = set(schema.get("properties", {}))
         return {key for key in content if key not in declared and self._faults_at((*place, key))}
 
     def _inner(
         self, place: Place, found: Schema, described: Schema, value: Mapping[str, Any]
     ) -> Table:
-        """Return the form of a table in a table: declared, or with keys of the study's own."""
+        """Return the form of a nested table with declared keys or with the study's own keys."""
         if "properties" in found:
             return self._table(place, {**found, "description": described.get("description")}, value)
         return Table(
@@ -242,7 +242,7 @@ class StudyForm:
         )
 
     def _field(self, place: Place, schema: Schema, value: Any, *, needed: bool) -> Field:
-        if "anyOf" in schema:  # one form of several: what is there decides, else the first
+        if "anyOf" in schema:  # several alternatives: the one in the file, otherwise the first
             several = schema["anyOf"]
             is_list = isinstance(value, list) or (value is None and several[0]["type"] == "array")
             schema = {**schema, "type": "array" if is_list else "string", "items": {}}
@@ -262,7 +262,7 @@ class StudyForm:
 
 
 def _kind(schema: Schema) -> tuple[Kind, tuple[str, ...]]:
-    """Return a value's kind of input, and its choices."""
+    """Return a value's kind of input and its choices."""
     if schema.get("type") == "array":
         items = schema.get("items", {})
         if "enum" in items:
@@ -274,7 +274,7 @@ def _kind(schema: Schema) -> tuple[Kind, tuple[str, ...]]:
 
 
 def _definition(schema: Schema) -> Schema:
-    """Return what a reference refers to; anything else as it is."""
+    """Resolve a reference; return other schemas unchanged."""
     if "$ref" not in schema:
         return schema
     found: Schema = _schema()["$defs"][schema["$ref"].rpartition("/")[2]]
@@ -295,7 +295,7 @@ def _holds_tables(schema: Schema) -> bool:
 
 
 def _words(value: Any, between: str = ", ") -> str:
-    """Return a value as an input shows it."""
+    """Return a value as displayed in an input."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, list):

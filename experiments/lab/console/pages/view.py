@@ -73,7 +73,7 @@ def plan_of(found: Snapshot, participant: str) -> RunPlan:
 
 
 def titles_of(found: Snapshot, t: Words) -> dict[str, str]:
-    """Return the titles of the study's tasks in a reader's language, by their labels."""
+    """Return the titles of the study's tasks by label, in the reader's language."""
     if found.study is None:
         return {}
     tasks = plan_of(found, "01").tasks()
