@@ -84,9 +84,11 @@ class HierarchicalFit:
     model : Model
         Curve, share, guess rate and largest lapse rate.
     trials : Trials
+    start : array, optional
+        Where the search begins, if a maximum is nearly known.
     """
 
-    def __init__(self, model: Model, trials: Trials) -> None:
+    def __init__(self, model: Model, trials: Trials, start: Array | None = None) -> None:
         self.model, self.trials = model, trials
         seen = trials.u[trials.u > likelihood.FAR_BELOW]
         self._centre = float(seen.mean())
@@ -128,7 +130,7 @@ class HierarchicalFit:
             inner=INNER_NODES if several else 1,
             more=self._catches,
         )
-        self.best = self._best()
+        self.best = self._best() if start is None else self._fitted.fit(start)
 
     def _best(self) -> Maximum:
         """Return the best maximum over all initial lapse rates."""

@@ -35,6 +35,8 @@ FARTHEST_NODE = 5.0
 FLAT = 1e-3
 #: Relative accuracy of an interval's end (distance from the maximum), and maximum number of fits.
 PRECISION, MOST_FITS = 1e-3, 30
+#: Distance from the maximum at which the search for an interval's end begins, in the model's units.
+FIRST_STEP = 0.3
 #: Smallest initial standard deviation of people: at 0 the slope is 0 by symmetry.
 AWAY_FROM_ZERO = 0.3
 
@@ -207,35 +209,53 @@ class IntegratedModel:
         fall : float
             Drop in log likelihood, such as `students_fall` returns.
         """
-        edges = [self.fit(best.theta, {place: edge}) for edge in self.bounds[place]]
-        # At the edge, with the parameter held there, the search may continue where the free one
-        # stopped.
-        best = max([best, *edges], key=lambda each: each.log_likelihood)
-        low, high = (self._end(best, edge, place, fall) for edge in edges)
-        flat = any(best.log_likelihood - edge.log_likelihood < FLAT for edge in edges)
-        return Interval(None if flat else float(best.theta[place]), low, high)
+        ends: list[float] = []
+        flat = False
+        for edge in self.bounds[place]:
+            end, likeliest, level = self._end(best, place, edge, fall)
+            if likeliest.log_likelihood > best.log_likelihood + FLAT:
+                # Held elsewhere, the search found what the free one stopped short of.
+                return self.profile(self.fit(likeliest.theta), place, fall)
+            ends.append(end)
+            flat = flat or level
+        return Interval(None if flat else float(best.theta[place]), *ends)
 
-    def _end(self, best: Maximum, edge: Maximum, place: int, fall: float) -> float:
-        """Return where the profile reaches the drop, by Newton's steps on its near-linear root."""
-        outside = float(edge.theta[place])
-        if best.log_likelihood - edge.log_likelihood <= fall:
-            return float(np.copysign(inf, outside - best.theta[place]))
-        inside, value, root = float(best.theta[place]), 0.0, (2 * fall) ** 0.5
-        start, span = best, outside - inside
-        at = inside + span * min(0.5, (fall / (best.log_likelihood - edge.log_likelihood)) ** 0.5)
+    def _end(
+        self, best: Maximum, place: int, edge: float, fall: float
+    ) -> tuple[float, Maximum, bool]:
+        """Search outwards for where the profile has fallen by ``fall``.
+
+        The root of the fall is nearly linear in the parameter, so that Newton's steps are few.
+
+        Returns
+        -------
+        end : float
+            Infinite if the profile falls by less up to the edge.
+        likeliest : Maximum
+            The best fit on the way.
+        flat : bool
+            Whether the profile does not fall at all up to the edge.
+        """
+        root, inside, outside = (2 * fall) ** 0.5, float(best.theta[place]), edge
+        reached, likeliest, start = False, best, best
+        at = inside + float(np.clip(edge - inside, -FIRST_STEP, FIRST_STEP))
         for _ in range(MOST_FITS):
             found = self.fit(start.theta, {place: at})
-            value = (2 * max(best.log_likelihood - found.log_likelihood, 0.0)) ** 0.5
+            likeliest = max(likeliest, found, key=lambda each: each.log_likelihood)
+            fallen = best.log_likelihood - found.log_likelihood
+            value = (2 * max(fallen, 0.0)) ** 0.5
+            if value < root and at == edge:
+                return float(np.copysign(inf, edge - best.theta[place])), likeliest, fallen < FLAT
             inside, outside = (at, outside) if value < root else (inside, at)
-            start = found
+            reached, start = reached or value >= root, found
             slope = -float(found.gradient[place]) / value if value > 0 else 0.0
             newton = at + (root - value) / slope if slope else inf
             within = min(inside, outside) < newton < max(inside, outside)
-            step = newton if within else (inside + outside) / 2
+            step = newton if within else (inside + outside) / 2 if reached else edge
             if abs(step - at) < PRECISION * abs(at - best.theta[place]) + 1e-9:
-                return float(step)
+                return float(step), likeliest, False
             at = step
-        return float(at)
+        return float(at), likeliest, False
 
 
 def _log_sum(terms: Array) -> tuple[Array, Array]:

@@ -255,8 +255,8 @@ def _factors(
 ) -> Iterator[Factor]:
     """Yield thresholds by group and by session, if each has enough people for a test."""
 
-    def fitted(some: pd.DataFrame, design: Array) -> HierarchicalFit:
-        return HierarchicalFit(model, _trials(some, design, right))
+    def fitted(some: pd.DataFrame, design: Array, start: Array | None = None) -> HierarchicalFit:
+        return HierarchicalFit(model, _trials(some, design, right), start)
 
     group = counted["who"].map(group_of)
     for name, labels in (("group", group), ("session", counted["session"])):
@@ -270,7 +270,7 @@ def _factor(
     name: str,
     labels: pd.Series[str],
     counted: pd.DataFrame,
-    fitted: Callable[[pd.DataFrame, Array], HierarchicalFit],
+    fitted: Callable[..., HierarchicalFit],
     confidence: float,
 ) -> Factor:
     names = sorted(labels.unique())
@@ -293,11 +293,11 @@ def _factor(
         )
     pairs, changes, ps = list(combinations(range(len(names)), 2)), [], []
     for first, second in pairs:
-        # The first level's column is 1 throughout, so the second's is the change from the first
-        # level.
-        design = columns.copy()
+        # The first level's column stands for all: the second's is then the change from it.
+        design, start = columns.copy(), of_levels.best.theta.copy()
         design[:, first] = 1.0
-        fit = fitted(counted, design)
+        start[: len(names)] -= np.where(np.arange(len(names)) == first, 0.0, start[first])
+        fit = fitted(counted, design, start)
         low, high = fit.interval(second, df, confidence)[1:]
         change = fit.scale * np.array([fit.best.theta[second], low, high])
         change = np.exp(change) if fit.model.curve.logarithmic else change
