@@ -8,11 +8,11 @@ from __future__ import annotations
 
 
 class UserError(Exception):
-    """The user's input is wrong. The message says where and what was expected. Exit status 2."""
+    """The user's input is wrong; the message names the place and what was expected. Status 2."""
 
 
 class RigError(Exception):
-    """The rig failed. The message says what failed and what to do about it. Exit status 3."""
+    """The rig failed; the message names the fault and what to do about it. Exit status 3."""
 
 
 def harmless(text: str) -> str:

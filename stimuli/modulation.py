@@ -83,7 +83,7 @@ class Loop:
         return len(self.levels) * self.step_s
 
     def step_at(self, time_s: float) -> int:
-        """Return the number of the step at a time, counted from time 0 through all periods."""
+        """Return the index of the step at a time, counted from time 0 through all periods."""
         return math.floor(time_s / self.step_s)
 
     def level(self, step: int) -> float:
@@ -95,7 +95,7 @@ class Loop:
         return self.level(step - 1) if step else self.mean_level
 
     def at_level(self, time_s: float) -> float:
-        """Return the amplitude that is due at a time, edges included."""
+        """Return the amplitude due at a time, including edges."""
         step = self.step_at(time_s)
         before = self.before_level(step)
         part = min((time_s - step * self.step_s) / self.edge_s, 1.0)

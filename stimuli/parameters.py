@@ -25,7 +25,7 @@ class Parameter:
     Parameters
     ----------
     name : str
-        A noun; ``{q.name}`` in it stands for the plate's quantity.
+        A noun; ``{q.name}`` in it is replaced by the plate's quantity.
     description : str
         Description in the study file's reference.
     unit : str or None

@@ -78,7 +78,7 @@ def _renamed(name: str, *, to_code: bool) -> str:
 
 
 def renamed(data: Any, name: Callable[[str], str]) -> Any:
-    """Return plain data with the keys of all its tables renamed."""
+    """Return plain data with the keys of all tables renamed."""
     if isinstance(data, dict):
         return {name(key): renamed(value, name) for key, value in data.items()}
     if isinstance(data, list | tuple) and data and not isinstance(data[0], float | int | str):
@@ -176,7 +176,7 @@ class Quantity:
 
     @property
     def levels(self) -> str:
-        """The plural: "amplitudes", "levels of sound pressure"."""
+        """The noun for several values: "amplitudes", "levels of sound pressure"."""
         return self.nouns.replace("_", " ") if self.suffix else f"levels of {self.name}"
 
     @property

@@ -1,4 +1,4 @@
-"""A stimulus of which one parameter is the level: what ``vary`` in a study file makes."""
+"""A stimulus with one parameter as its level, as defined by ``vary`` in a study file."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ class Varied:
     Parameters
     ----------
     vary : str
-        The field of the parameter.
+        Field of the parameter.
     grating : Grating
-        The stimulus; the field is the level.
+        The stimulus; the value of that field is the level.
     """
 
     vary: str
@@ -32,21 +32,21 @@ class Varied:
 
     @property
     def label(self) -> str:
-        """A code that does not tell the level."""
+        """A code that does not reveal the level."""
         return self.grating.label
 
     @property
     def settled_level(self) -> float:
-        """Where the plate settles before it plays, in the plate's quantity."""
+        """The level at which the plate settles before it plays, in the plate's quantity."""
         return self.grating.settled_level
 
     @property
     def made(self) -> Grating:
-        """What a plate is commanded."""
+        """The surface that a plate is commanded to present."""
         return self.grating
 
     def at(self, level: float, label: str) -> Varied:
-        """Return the stimulus at another value of the parameter, which is checked."""
+        """Return the stimulus at another value of the parameter, which is validated."""
         fields: dict[str, Any] = {self.vary: level, "label": label}
         return replace(self, grating=replace(self.grating, **fields))
 

@@ -1,15 +1,15 @@
-"""Random histories of a plate over every backend, held against what its drive really does.
+"""Random histories of a plate on every backend, compared with the true state of its drive.
 
-Use: ``python -m tools.output_states [--histories 10000]`` (an hour). A history is a sequence of
-commands, refused commands and things that happen to the rig: a line that drops, a key at a
-generator's front panel, a broken sensor, a finger. After each event two promises are checked,
-those at the head of `slipscale.hardware.driver`:
+Usage: ``python -m tools.output_states [--histories 10000]`` (an hour). A history is a sequence of
+commands, rejected commands and events on the rig: a line that drops, a key on a generator's front
+panel, a broken sensor, a finger. After each event, two promises of `slipscale.hardware.driver` are
+checked:
 
-1. a presentation that returned has put its amplitude on the plate (5 % or 0.05 µm p-p);
+1. after a presentation has returned, its amplitude is on the plate (within 5 % or 0.05 µm p-p);
 2. an output that is *confirmed off* is off; a command that raised does not leave it *may be on*;
    after `close` it is off, or *unreachable*.
 
-Exit status 1 if one was broken.
+The exit status is 1 if a promise was broken.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ AMPLIFIER, FULL_SCALE_V = 10.0, 20.0
 TOLERANCE, TOLERANCE_UM = 0.05, 0.06
 RESTS_UM = 0.001
 RATE_HZ, BLOCK = 192_000.0, 4096
-# How often: an amplitude, output off, more than the limits, something at the rig, another command.
+# Weights: an amplitude, output off, beyond the limits, an event on the rig, another command.
 SHARES = {"present": 35, "0": 10, "9": 5, "happens": 25, "other": 25}
 AMPLITUDES_UM_PP = (0.3, 0.5, 1.0, 1.2, 2.0, 2.3)
 
@@ -84,7 +84,7 @@ def calibration(backend: str, serial: str, gain: float) -> Calibration:
 
 
 class Rig(ABC):
-    """A plate, what it really does, and what can happen to it."""
+    """A plate, its true amplitude, and the events that can happen to it."""
 
     plate: PlateDriver
     happenings: dict[str, Callable[[], object]]
@@ -92,11 +92,11 @@ class Rig(ABC):
 
     @abstractmethod
     def true_um_pp(self) -> float:
-        """Return the amplitude that the drive which is on makes."""
+        """Return the amplitude that the active drive produces."""
 
 
 class MockRig(Rig):
-    """The mock, and its faults on order."""
+    """The mock with its injected faults."""
 
     def __init__(self) -> None:
         self.twin = Twin(noise_um=0)
@@ -112,12 +112,12 @@ class MockRig(Rig):
             self.plate.inject(code, phase=phase)
 
     def true_um_pp(self) -> float:
-        """Return what the simulated plate does."""
+        """Return the simulated plate's true amplitude."""
         return self.plate.vibration_level() if self.twin.drive.target_um_pp else 0.0
 
 
 class GeneratorRig(Rig):
-    """A generator of a make, its front panel and its line."""
+    """A generator of one make, its front panel and its line."""
 
     def __init__(self, make: str) -> None:
         self.line = LocalLine(MAKES[make]())
@@ -156,12 +156,12 @@ class GeneratorRig(Rig):
         self.line.for_good = for_good
 
     def true_um_pp(self) -> float:
-        """Return what the simulated plate does."""
+        """Return the simulated plate's true amplitude."""
         return _ideal(self._channel.frequency_hz, self._channel.plate_vpp() * AMPLIFIER / 2)
 
 
 class Beating(SerialBoard):
-    """A board whose heart beats when it is checked: there are no threads in virtual time."""
+    """A board with a heartbeat at each check, because virtual time has no threads."""
 
     def __init__(self, line: VirtualLine, calibration: Calibration) -> None:
         super().__init__("virtual", clock=line, calibration=calibration)
@@ -181,7 +181,7 @@ class Beating(SerialBoard):
 
 
 class Plug(VirtualLine):
-    """A line that can be unplugged, which feeds its board."""
+    """A line that also powers its board and can be unplugged."""
 
     down = False
 
@@ -233,14 +233,14 @@ class BoardRig(Rig):
         self.twin.finger = finger
 
     def true_um_pp(self) -> float:
-        """Return what the simulated plate does."""
+        """Return the simulated plate's true amplitude."""
         if not self.line.board.vibrates:
             return 0.0
         return self.twin.amplitude_um_pp(self.line.now())
 
 
 class Audio:
-    """Stands for the module sounddevice: a card that plays while somebody sleeps."""
+    """A stand-in for the module sounddevice: a card that plays while the clock sleeps."""
 
     PortAudioError = OSError
     latency = 0.01
@@ -260,11 +260,11 @@ class Audio:
         return self
 
     def start(self) -> None:
-        """Begin to play."""
+        """Start playing."""
         self.active, self.stuck, self.underflow = True, False, False
 
     def abort(self) -> None:
-        """Stop at once."""
+        """Stop immediately."""
         self.active, self.level = False, 0.0
 
     def close(self, **_: object) -> None:
@@ -272,7 +272,7 @@ class Audio:
         self.abort()
 
     def play(self, duration_s: float) -> None:
-        """Ask for the samples of a time."""
+        """Request the samples for a duration."""
         if not self.active or self.stuck or self.callback is None:
             return
         for _ in range(max(round(duration_s * RATE_HZ / BLOCK), 1)):
@@ -283,7 +283,7 @@ class Audio:
 
 
 class AudioClock(VirtualClock):
-    """Time in which a card plays."""
+    """A clock during which a card plays."""
 
     def __init__(self, audio: Audio) -> None:
         super().__init__()
@@ -296,7 +296,7 @@ class AudioClock(VirtualClock):
 
 
 class SoundRig(Rig):
-    """A sound card, which can vanish, hang or be too slow."""
+    """A sound card that can vanish, hang or be too slow."""
 
     def __init__(self) -> None:
         self.audio = Audio()
@@ -313,7 +313,7 @@ class SoundRig(Rig):
         }
 
     def true_um_pp(self) -> float:
-        """Return what the simulated plate does."""
+        """Return the simulated plate's true amplitude."""
         return GAIN_UM_PER_V * FULL_SCALE_V * self.audio.level if self.audio.active else 0.0
 
 
@@ -336,7 +336,7 @@ class History:
     faults: int = 0
 
     def command(self, name: str, act: Callable[[], object], *, wanted_um_pp: float | None) -> None:
-        """Give a command, and check the promises."""
+        """Run a command and check the promises."""
         self.events.append(name)
         raised: Exception | None = None
         before = self.rig.plate.output
@@ -371,7 +371,7 @@ class History:
 
 
 def lived(backend: str, seed: int, events: int = EVENTS) -> History:
-    """Return a random history of a backend."""
+    """Run a random history on a backend and return it."""
     draw = random.Random(f"{backend} {seed}")
     rig = RIGS[backend]()
     history = History(rig)

@@ -63,7 +63,7 @@ class VirtualLine:
         """Release the line."""
 
     def read(self) -> bytes:
-        """Return what the board has sent."""
+        """Return the bytes that the board has sent."""
         if not self.told:
             self.sleep(TICK_S)
         data, self.told = self.told, b""
@@ -102,7 +102,7 @@ class Operator:
 
 
 class Variant(Board):
-    """A board whose commands are its own methods."""
+    """A board that uses its own methods as commands."""
 
     def __init__(self, twin: Twin, *, boot: int) -> None:
         super().__init__(twin, boot=boot)
@@ -193,7 +193,7 @@ class FakesSilenceAfterWatchdog(FakesSilence):
 
 
 class FakesSilenceAndReading(FakesSilence):
-    """Fakes silence after OFF, and the sensor's reading too."""
+    """Fakes silence after OFF, including the sensor's reading."""
 
     def status(self, now_s: float) -> BoardStatus:
         status = super().status(now_s)
@@ -210,7 +210,7 @@ class DeafToStopInOpen(Variant):
 
 
 class FalseHold(Variant):
-    """HOLD follows the ramp, whatever is measured."""
+    """HOLD follows the ramp, whatever the sensor measures."""
 
     def _settled(self, measured_um_pp: float, *, was_limited: bool) -> str:
         super()._settled(measured_um_pp, was_limited=was_limited)
@@ -261,7 +261,7 @@ class EchoedReadback(Variant):
 
 
 class FakedReadback(EchoedReadback):
-    """The reading is computed from the drive, for half of the true amplitude."""
+    """The reading is computed from the drive, and is half of the true amplitude."""
 
     def __init__(self, twin: Twin, *, boot: int) -> None:
         super().__init__(twin, boot=boot)
@@ -299,7 +299,7 @@ class StepsInsteadOfRamp(Variant):
 
 
 class NoOnTimeLimit(Variant):
-    """No longest on-time."""
+    """No limit of the on-time."""
 
     def tick(self, now_s: float) -> None:
         if not self.played and self.state != "RAMP":
@@ -357,7 +357,7 @@ class CutList(ChangedList):
 
 
 class DoubledDrive(Variant):
-    """DRIV puts twice the volts on the plate, and reports the commanded ones."""
+    """DRIV applies twice the voltage to the plate, and reports the commanded one."""
 
     def _open_loop(self, arguments: list[str], now_s: float) -> str:
         value = super()._open_loop(arguments, now_s)

@@ -1,4 +1,4 @@
-"""Where each text appears on a screen, how long it may be there, and which letters it may contain.
+"""The screen space of each text: its place, its maximum length, and the letters it may contain.
 
 Room is measured in lines of letters of average width. `slipscale.experiments.participants.
 psychopy_window.screens` draws the texts.

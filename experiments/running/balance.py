@@ -1,4 +1,4 @@
-"""Describe how well a study's orders are balanced for the planned number of participants."""
+"""Describe the balance of a study's orders for the planned number of participants."""
 
 from __future__ import annotations
 

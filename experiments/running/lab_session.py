@@ -369,7 +369,7 @@ def _sounds(plan: RunPlan) -> Sounds:
 
 
 def _noise(plan: RunPlan, *, required: bool) -> MaskingNoise | None:
-    """Return the study's masking noise; None if there is no audio device and it is optional."""
+    """Return the study's masking noise; None if it is optional and no audio device exists."""
     wanted = plan.study.masking_noise
     if wanted is None:
         return None

@@ -82,7 +82,7 @@ def pilot_plans(
     population : Population, optional
         The simulated population; default: the shipped one.
     text : str, optional
-        The study's whole text, where it is not the file's.
+        Full text of the study, if it differs from the file's.
     """
     if text is None:
         study, text = read_study(study_name)

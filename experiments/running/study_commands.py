@@ -114,7 +114,7 @@ def validate(name: str) -> str:
 
 
 def _textures(study: Study) -> Iterator[str]:
-    """Yield how far plate and film follow each texture, and each level of one that is varied."""
+    """Describe how plate and film follow each texture, and each level of a varied one."""
     for grating in study.gratings:
         yield f"texture {grating.name}: {_followed(grating)}"
     if varied := study.varied:

@@ -173,7 +173,7 @@ def timeline(
         Number of simulated participants.
     population : Population, optional
     text : str, optional
-        The study's whole text, where it is not the file's.
+        Full text of the study, if it differs from the file's.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""`slipscale plate calibrate`."""
+"""The command `slipscale plate calibrate`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`slipscale plate conform SPEC`."""
+"""The command `slipscale plate conform SPEC`."""
 
 from __future__ import annotations
 

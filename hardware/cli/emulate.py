@@ -1,4 +1,4 @@
-"""`slipscale plate emulate`."""
+"""The command `slipscale plate emulate`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`slipscale plate new` and `slipscale plate sign`."""
+"""The commands `slipscale plate new` and `slipscale plate sign`."""
 
 from __future__ import annotations
 

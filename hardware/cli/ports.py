@@ -1,4 +1,4 @@
-"""`slipscale plate list`."""
+"""The command `slipscale plate list`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`slipscale plate watch SPEC`."""
+"""The command `slipscale plate watch SPEC`."""
 
 from __future__ import annotations
 

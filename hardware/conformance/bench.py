@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from slipscale.hardware.backends.serial_board.link import Line
     from slipscale.hardware.clock import Clock
 
-ANSWER_S = 0.08  # a host waits no longer before it repeats a command
+ANSWER_S = 0.08  # time after which a host repeats a command
 LATEST_S = 0.32  # total waiting time
 ALIVE_S = 0.1  # interval at which a host queries the status
 SETTLING_S = 2.0

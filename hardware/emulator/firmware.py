@@ -37,7 +37,7 @@ LARGEST_CORRECTION = 0.05  # of the voltage per step, to avoid a click
 # Largest correction factor of the calibrated volts per µm. A finger that reduces Q from 60 to 50
 # requires 1.2. Without a limit, a dead sensor would drive the plate to the voltage limit.
 GAIN_BAND = 1.5
-# Settled: so many means in a row lie within the band, a fraction of the target or µm peak to peak.
+# Settled: `MEANS_SETTLED` consecutive means within the band, a fraction of the target or µm p-p.
 BAND = 0.025
 BAND_UM = 0.025
 MEANS_SETTLED = 2

@@ -201,7 +201,7 @@ class BeamSection:
         return np.abs(self.static_deflection_um(half_wave_mm, voltage_v)) * self.quality_factor
 
     def half_wave_for_amplitude_mm(self, amplitude_um_peak: float, voltage_v: float) -> float:
-        """Return the half wave whose dynamic deflection is ``amplitude_um_peak``, mm.
+        """Return the half wave with the dynamic deflection ``amplitude_um_peak``, mm.
 
         >>> round(BeamSection.printed().half_wave_for_amplitude_mm(1.5, 15), 1)  # printed: 8.2
         8.2

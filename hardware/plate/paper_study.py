@@ -55,7 +55,7 @@ def half_wave_frequency_hz(layout: Layout, density: Density = HALF_WAVE) -> floa
 def half_wave_for_frequency_mm(
     frequency_hz: float, width_mm: float = 49.0, density: Density = HALF_WAVE
 ) -> float:
-    """Return the half wave whose section resonates at a frequency, by the secant method, mm.
+    """Return the half wave of a section with a given resonance, by the secant method, mm.
 
     Raises
     ------

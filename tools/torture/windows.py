@@ -283,7 +283,7 @@ def _of_server(journal: Path, status: int, said: str) -> str:
 
 
 def session(words: list[str]) -> int:
-    """Run a command as a process of its own would, with simulated typing."""
+    """Run a command as a separate process would, with simulated typing."""
     sys.argv = ["slipscale", *words]
     with mock.patch.object(Keyboard, "poll", typing(Keyboard.poll)):
         return commands.main()

@@ -62,7 +62,7 @@ def scatter(series: Sequence[Sequence[float]]) -> Scatter | None:
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """A surface as an SVG path in a frame of 120 by 48, and its caption."""
+    """A surface as an SVG path in a frame of 120 by 48, with its caption."""
 
     path: str
     label: str
