@@ -108,17 +108,19 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
     for path in paths:
         match = TABLE_NAME.fullmatch(path.name)
         if match and path.relative_to(folder).parts[0] != f"sub-{match['sub']}":
-            problems.add(f"{path.relative_to(folder)}: in another participant's folder; not read")
+            problems.add(
+                f"{path.relative_to(folder)}: is in another participant's folder; not read"
+            )
         elif match:
             kind = kind_of(match["task"], path, kinds)
             tasks = others if kind is None else found[kind.name]
             tasks.setdefault(match["task"], []).append((path, match))
         else:
-            problems.add(f"{path.relative_to(folder)}: not a name of the BIDS form; not read")
+            problems.add(f"{path.relative_to(folder)}: the name does not follow BIDS; not read")
     files = _files(kinds, found, task, folder, problems)
     if not (others or any(found.values())):
         raise UserError(
-            f"{folder}: holds journals and no tables; slipscale data build {folder} makes them"
+            f"{folder}: contains journals but no tables; slipscale data build {folder} makes them"
             if journals(folder)
             else f"{folder}: no data found; expected files like "
             f"sub-01/beh/sub-01_task-{ESTIMATION.task}_run-01_beh.tsv, or one table (CSV or TSV) "
@@ -136,8 +138,9 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
         sources += read_sources
     if others and not quantity.of_plate:
         problems.add(
-            f"{' and '.join(sorted(others))}: read and not analysed; in {quantity.unit_in_full} "
-            "magnitude estimation and descending difference are analysed"
+            f"{' and '.join(sorted(others))}: read but not analysed; in "
+            f"{quantity.unit_in_full} only magnitude estimation and descending difference are "
+            "analysed"
         )
     other_tasks, read_sources = read_others(others, folder, problems, counts)
     sources += read_sources
@@ -191,8 +194,8 @@ def _files(
     labels = sorted(label for kind in kinds if kind.label for label in found[kind.name])
     if wanted is not None and wanted not in labels:
         raise UserError(
-            f"--task {wanted}: {folder} holds no magnitude estimation or descending difference "
-            f"of that label; expected {' or '.join(labels) or 'no --task'}"
+            f"--task {wanted}: {folder} has no magnitude estimation or descending difference "
+            f"with that label; expected {' or '.join(labels) or 'no --task'}"
         )
     return {
         kind.name: of_one_label(kind, found[kind.name], wanted, problems)
@@ -278,7 +281,8 @@ def _refuse_another_unit(frame: pd.DataFrame, path: Path) -> None:
     vanishing = given[(given > 0) & (given.round(AMPLITUDE_DECIMALS) == 0)]
     if len(vanishing):
         raise UserError(
-            f"{path}: column amplitude_um_pp: {vanishing.min():g} µm is less than the 0.1 nm that "
-            "amplitudes are told apart to; expected µm, peak to peak (another unit: name it, as in "
-            "--participant participant_id --stimulus amplitude_um_pp:m --response estimate)"
+            f"{path}: column amplitude_um_pp: {vanishing.min():g} µm is less than 0.1 nm, the "
+            "resolution of amplitudes; expected µm, peak to peak (for another unit, name it, "
+            "as in --participant participant_id --stimulus amplitude_um_pp:m --response "
+            "estimate)"
         )

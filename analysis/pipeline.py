@@ -147,9 +147,11 @@ def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]
     if asked is None or asked == frozen:
         return data, []
     if not 1 < asked < inf:
-        raise UserError(f"the ratio of equivalence is {asked:g}; expected a number above 1")
+        raise UserError(f"the equivalence ratio is {asked:g}; expected a number above 1")
     choices = data.choices.model_copy(update={"equivalence_ratio": asked})
-    notes = [f"The study froze an equivalence_ratio of {frozen:g}; {asked:g} was asked for."]
+    notes = [
+        (f"The study froze an equivalence_ratio of {frozen:g}, but the analysis used {asked:g}.")
+    ]
     return replace(data, choices=choices), notes if "equivalence_ratio" in data.frozen else []
 
 
@@ -178,7 +180,7 @@ def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tupl
     if why and len(why) == len(flags):
         causes = [*rules, *(["by hand"] if by_hand else [])]
         raise UserError(
-            f"{data.name}: the study's exclusions ({', '.join(causes)}) leave no participant"
+            f"{data.name}: the study's exclusions ({', '.join(causes)}) leave no participants"
         )
     if not why:
         return data, {}
@@ -197,7 +199,9 @@ def _choose_rule(data: Dataset, asked: str | None) -> tuple[str, list[str]]:
     """Return the user's rule, else the study's, else the default; and notes about it."""
     frozen = data.choices.normalisation
     if asked and frozen and asked != frozen:
-        return asked, [f"The study froze the normalisation '{frozen}'; '{asked}' was asked for."]
+        return asked, [
+            (f"The study froze the normalisation '{frozen}', but the analysis used '{asked}'.")
+        ]
     if asked or frozen:
         return str(asked or frozen), []
     rule = normalisation.default_rule(data.estimates)

@@ -40,6 +40,6 @@ def how_to_install(module: str) -> str | None:
     if extra is None:
         return None
     return (
-        f"needs the package '{name}', which this installation leaves out; "
-        f"install it with: pip install 'slipscale[{extra}]'"
+        f"needs the package '{name}', which is not installed; install it with: pip install "
+        f"'slipscale[{extra}]'"
     )

@@ -65,7 +65,7 @@ class Parser(ArgumentParser):
             message = self._misspelt() or self._missing(message.removeprefix(REQUIRED).split(", "))
         elif message.startswith(UNKNOWN):
             word = message.removeprefix(UNKNOWN).split(" ")[0]
-            message = self._misspelt() or f"'{word}' is one argument too many"
+            message = self._misspelt() or f"unexpected argument '{word}'"
         raise UserError(f"{message.removeprefix('argument ')}; for help: {self.prog} --help")
 
     def _misspelt(self) -> str:
@@ -73,7 +73,7 @@ class Parser(ArgumentParser):
         known = [*self._option_string_actions]
         for option in (word.partition("=")[0] for word in self._words if word.startswith("--")):
             if option != "--" and not any(each.startswith(option) for each in known):
-                return f"there is no option {option}{did_you_mean(option, known)}"
+                return f"unknown option {option}{did_you_mean(option, known)}"
         return ""
 
     def _missing(self, names: list[str]) -> str:
@@ -103,5 +103,5 @@ class Parser(ArgumentParser):
         if action.choices is None or value in action.choices:
             return
         if isinstance(action, _SubParsersAction):
-            self.error(f"no subcommand '{value}', {expected_one_of(value, action.choices)}")
+            self.error(f"unknown subcommand '{value}', {expected_one_of(value, action.choices)}")
         raise ArgumentError(action, f"'{value}', {expected_one_of(value, action.choices)}")

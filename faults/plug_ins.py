@@ -44,8 +44,9 @@ def installed(group: str) -> Mapping[str, EntryPoint]:
                 sorted(f"{each.value} ({package_of(each)})" for each in (known, point))
             )
             raise UserError(
-                f"plug-ins: '{point.name}' of the group {group} is there twice, as {sources}; "
-                "uninstall one of the packages, or give its entry point another name"
+                f"plug-ins: '{point.name}' of the group {group} is provided by both "
+                f"{sources}; uninstall one of the packages, or give its entry point another "
+                "name"
             )
     return MappingProxyType(dict(sorted(found.items())))
 

@@ -72,7 +72,7 @@ def read_toml(
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         if "\0" in str(path):
-            reason = "no file's name has a null character"
+            reason = "a file name cannot contain a null character"
         raise UserError(f"{path}: cannot be read ({reason}); expected a TOML file") from None
     return parse_toml(text, str(path), model, parse_float=parse_float, names=names)
 
@@ -120,7 +120,7 @@ def _table(text: str, source: str, parse_float: Callable[[str], object]) -> dict
         raise UserError(f"{source}: {not_toml(text, str(error))}") from None
     except RecursionError:
         raise UserError(
-            f"{source} has brackets within brackets too often; expected at most {DEEPEST}"
+            f"{source} has too many nested brackets; expected at most {DEEPEST}"
         ) from None
     except ValueError:
         # Python refuses to read decimal numbers with thousands of digits.

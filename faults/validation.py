@@ -23,7 +23,7 @@ Fault = tuple[Place, dict[str, Any]]
 
 # Pydantic's error type -> message for users, with placeholders for the error's context.
 SENTENCES = {
-    "extra_forbidden": "there is no such key",
+    "extra_forbidden": "unknown key",
     "missing": "is missing",
     "model_type": "expected a table",
     "dict_type": "expected a table",

@@ -206,7 +206,7 @@ def test_a_port_that_may_not_be_opened_is_named_before_the_first_question(tmp_pa
     monkeypatch.setattr(os, "access", lambda path, _mode: Path(path) != port)
     words = ["--participant", "01", "--plate", f"serial:{port},q=50", "--out", str(tmp_path)]
     args = commands.load_command("run")[0].parse_args(words)
-    with pytest.raises(UserError, match=f"you may not open {port}. On Linux join the group"):
+    with pytest.raises(UserError, match=f"no permission to open {port}. On Linux join the group"):
         check("run", args)
 
 
@@ -231,7 +231,7 @@ def test_a_run_in_a_folder_without_permission_is_not_resumed(tmp_path, monkeypat
     path = begun(tmp_path, "mock", "simulated")
     monkeypatch.setattr(os, "access", lambda place, _mode: Path(place) != path)
     args = commands.load_command("resume")[0].parse_args([str(path)])
-    with pytest.raises(UserError, match=r"you may not write to .*journal\.jsonl"):
+    with pytest.raises(UserError, match=r"no permission to write to .*journal\.jsonl"):
         check("resume", args)
 
 
@@ -288,11 +288,11 @@ def test_a_folder_without_permission_is_named(tmp_path, monkeypatch):
     """`os.access` answers as on a folder of another user, since root may write everywhere."""
     monkeypatch.setattr(os, "access", lambda path, _mode: Path(path) != tmp_path)
     assert unwritable(tmp_path / "new" / "deep") == (
-        f"you may not write to {tmp_path}; correct its permissions, or name another folder"
+        f"no permission to write to {tmp_path}; correct it, or name another folder"
     )
     assert unwritable(Path(__file__)) == ""
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(UserError, match="you may not write to"):
+    with pytest.raises(UserError, match="no permission to write to"):
         check("analyse", Namespace(dataset=tmp_path, out=None))
 
 

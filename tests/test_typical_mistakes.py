@@ -51,7 +51,7 @@ MISTAKES = [
     ("14 protocol", (*VALIDATE, "protocol.toml"), ("line 5", "'magnitude_estimation'?"), 2),
     ("14 value", (*VALIDATE, "value.toml"), ("task_order", "did you mean 'fixed'?"), 2),
     ("14 task", (*VALIDATE, "table.toml"), ("item 1 of tasks", "'repetitions'?"), 2),
-    ("15", ("study", "new", "exists.toml"), ("exists already", "a new file"), 2),
+    ("15", ("study", "new", "exists.toml"), ("already exists", "a new file"), 2),
     ("16", ("pilot", "--participants", "twelve"), ("'twelve'", "whole number"), 2),
     ("17", ("pilot", "--participants", "0"), ("0", "expected 1 or more"), 2),
     ("18", ("analyse", "tidy.csv", "--normalise", "scale_tpo"), ("mean 'scale_top'?", "--help"), 2),
@@ -61,12 +61,12 @@ MISTAKES = [
     ("22", ("next",), ("no slipscale.toml here", "slipscale lab init"), 2),
     ("23", ("plate", "calibrate"), ("--by and --instrument are missing", "calibrate --help"), 2),
     ("25", ("export", "empty"), ("--out is missing", "--out DIR", "slipscale export --help"), 2),
-    ("26", ("data", "withdraw", "run", "--participant", "7"), ("holds nothing", "one of 01"), 2),
-    ("27", ("note", "cleaned"), ("no session runs",), 2),
+    ("26", ("data", "withdraw", "run", "--participant", "7"), ("contains no data", "one of 01"), 2),
+    ("27", ("note", "cleaned"), ("no session is running",), 2),
     ("28", ("export", "tidy.csv", "--out", "o"), ("pip install 'slipscale[export]'",), 2),
     ("option", ("pilot", "--partcipants", "3"), ("--partcipants", "'--participants'?"), 2),
     ("subcommand", ("data", "bild"), ("'bild'", "did you mean 'build'?"), 2),
-    ("no subcommand", ("data",), ("subcommand", "build, verify", "data --help"), 2),
+    ("unknown subcommand", ("data",), ("subcommand", "build, verify", "data --help"), 2),
 ]
 
 

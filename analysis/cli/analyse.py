@@ -25,18 +25,18 @@ if TYPE_CHECKING:
 LOG = logging.getLogger(__name__)
 #: Options for the columns of a foreign table: option -> name of its value, help text.
 COLUMN_OPTIONS = {
-    "participant": ("COLUMN", "the column that tells who it is"),
-    "stimulus": ("COLUMN:UNIT", "the column of the stimulus and its unit"),
-    "response": ("COLUMN", "the column of magnitude estimates"),
-    "answer": ("COLUMN", "instead of a response: the column of yes and no"),
-    "yes_count": ("COLUMN", "instead of an answer: the column of how many answers were yes"),
-    "n": ("COLUMN", "the column of how many answers there were, with --yes-count"),
-    "reference": ("COLUMN", "beside an answer: the column of the stimulus before (default: 0)"),
-    "group": ("COLUMN", "the column of a group that a participant does not change"),
-    "session": ("COLUMN", "the column of the session"),
-    "run": ("COLUMN", "the column of the run"),
-    "block": ("COLUMN", "the column of the block, in which trials may be numbered anew"),
-    "trial": ("COLUMN", "the column of the trial's number"),
+    "participant": ("COLUMN", "the column with the participant's label"),
+    "stimulus": ("COLUMN:UNIT", "the column with the stimulus, and its unit"),
+    "response": ("COLUMN", "the column with magnitude estimates"),
+    "answer": ("COLUMN", "the column with yes or no, instead of --response"),
+    "yes_count": ("COLUMN", "the column with the number of yes answers, instead of --answer"),
+    "n": ("COLUMN", "the column with the total number of answers, with --yes-count"),
+    "reference": ("COLUMN", "the column with the previous stimulus, with --answer (default: 0)"),
+    "group": ("COLUMN", "the column with a group that stays the same for each participant"),
+    "session": ("COLUMN", "the column with the session"),
+    "run": ("COLUMN", "the column with the run"),
+    "block": ("COLUMN", "the column with the block, if trial numbers restart in each block"),
+    "trial": ("COLUMN", "the column with the trial number"),
 }
 
 
@@ -59,7 +59,9 @@ def add_analyse(parser: ArgumentParser) -> None:
     """Add the arguments of ``slipscale analyse``."""
     add_data(parser)
     parser.add_argument(
-        "--out", metavar="DIR", help="for the results (default: DATASET/derivatives/slipscale)"
+        "--out",
+        metavar="DIR",
+        help=("folder for the results (default: DATASET/derivatives/slipscale)"),
     )
     parser.add_argument("--json", action="store_true", help="print Table III as JSON")
     parser.add_argument(
@@ -68,20 +70,19 @@ def add_analyse(parser: ArgumentParser) -> None:
         choices=("svg", "png", "pdf"),
         default=(),
         metavar="FORMAT",
-        help="formats of the figures: png, pdf or both, in addition to svg (default: svg, and "
-        "fig15.png)",
+        help="figure formats in addition to svg: png, pdf or both (default: svg, and fig15.png)",
     )
     parser.add_argument(
         "--plan",
         type=Path,
         metavar="BUNDLE",
-        help="hold data and analysis against a plan of slipscale study freeze, and report every "
-        "deviation (exit status 1 where there is one)",
+        help="compare data and analysis with a plan frozen by slipscale study freeze, and "
+        "report every deviation (exit status 1 if there are any)",
     )
     parser.add_argument(
         "--steps",
         action="store_true",
-        help="say each step in a line of its own on standard error, for programs",
+        help="report each step on a separate line of standard error, for programs",
     )
     add_mapping(parser)
 
@@ -102,26 +103,26 @@ def add_data(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--in-session",
         metavar="LABEL",
-        help="analyse the trials of one session alone (default: all together)",
+        help="analyse only the trials of one session (default: all together)",
     )
     parser.add_argument(
         "--task",
         metavar="LABEL",
-        help="which task, where a study has magnitude estimation or descending difference under "
+        help="task label, if a study has magnitude estimation or descending difference under "
         "several labels (default: the first)",
     )
     parser.add_argument(
         "--normalise",
         metavar="RULE",
         choices=rules,
-        help=f"how estimates come to one scale: {', '.join(rules)}",
+        help=f"how estimates are brought to a common scale: {', '.join(rules)}",
     )
     parser.add_argument(
         "--equivalence",
         metavar="RATIO",
         type=float,
-        help="within which ratio of geometric means two amplitudes count as equal (default: the "
-        "study's, else 1.25)",
+        help="ratio of geometric means within which two amplitudes count as equal (default: "
+        "the study's, else 1.25)",
     )
     parser.add_argument(
         "--bayesian",
@@ -134,7 +135,7 @@ def add_data(parser: ArgumentParser) -> None:
 def add_mapping(parser: ArgumentParser) -> None:
     """Add the options that define the columns of a foreign table."""
     group = parser.add_argument_group(
-        "data of your own", "what the columns of a table mean; see docs/how-to/your-data.md"
+        "your own data", "what the columns of a table mean; see docs/how-to/your-data.md"
     )
     for name, (metavar, text) in COLUMN_OPTIONS.items():
         option = f"--{name.replace('_', '-')}"
@@ -142,38 +143,44 @@ def add_mapping(parser: ArgumentParser) -> None:
     group.add_argument(
         "--in-unit",
         metavar="UNIT",
-        help="the unit of the report where it has another prefix, such as mPa for µPa",
+        help="the unit of the report, if it has another prefix, such as mPa for µPa",
     )
     group.add_argument(
         "--levels",
         metavar="COLUMN=LEVEL",
         nargs="+",
-        help="a wide table: its columns of responses and their levels; without =LEVEL the number "
-        "that ends the column's name",
+        help="for a wide table: the columns with responses, and their levels; without =LEVEL, "
+        "the level is the number at the end of the column's name",
     )
     group.add_argument(
         "--only",
         metavar="COLUMN=VALUE",
         action="append",
-        help="analyse only rows in which a column has a value; may be given several times",
+        help="analyse only the rows in which the column has this value; may be repeated",
     )
     group.add_argument(
         "--yes",
         metavar="CODE",
-        help="the code of the answers that means yes (default: known pairs)",
+        help="the code that means yes (default: recognised pairs of codes)",
     )
     group.add_argument(
         "--alternatives",
         type=int,
         choices=(2, 3),
-        help="the answers are of a forced choice between so many alternatives: yes means right",
+        help=(
+            "answers come from a forced choice between this many alternatives, and yes means right"
+        ),
     )
     group.add_argument(
-        "--decimal", choices=(".", ","), help="the decimal mark, where the table leaves it open"
+        "--decimal",
+        choices=(".", ","),
+        help=("the decimal mark, if the table does not show which it is"),
     )
     group.add_argument("--sheet", metavar="NAME", help="the sheet of an Excel workbook")
     group.add_argument(
-        "--map", action="store_true", help="write these options to analysis.toml beside the table"
+        "--map",
+        action="store_true",
+        help=("write these options to analysis.toml next to the table"),
     )
 
 

@@ -30,14 +30,14 @@ def add_comparison(parser: ArgumentParser) -> None:
         "--protocols",
         metavar="STUDY",
         nargs="+",
-        help="compare STUDY with these studies instead: how precisely each knows its exponent or "
-        "threshold, for the same people and minutes",
+        help="compare STUDY with these studies instead: the precision of each one's exponent "
+        "or threshold, for the same people and minutes",
     )
     parser.add_argument(
         "--minutes",
         type=float,
         metavar="M",
-        help="of each participant, with --protocols (default: what STUDY takes)",
+        help="minutes per participant, with --protocols (default: what STUDY takes)",
     )
 
 
@@ -104,6 +104,6 @@ def _refuse_others(args: Namespace) -> None:
     given = [name for name, default in OTHERS.items() if getattr(args, name) != default]
     if given:
         raise UserError(
-            f"--{given[0].replace('_', '-')} says nothing to --protocols; expected participants, "
-            "minutes, population, studies and seed alone"
+            f"--{given[0].replace('_', '-')} cannot be combined with --protocols; expected "
+            "only participants, minutes, population, studies and seed"
         )

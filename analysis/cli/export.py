@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 FORMS = {
     "word": "the report for a word processor (report.docx)",
     "pdf": "the report on A4 (report.pdf)",
-    "scripts": "R that recomputes the report's numbers",
+    "scripts": "an R script that recomputes the report's numbers",
     "methods": "a methods section with its references (methods.md, references.bib)",
     "french-excel": "tables with semicolons and decimal commas (excel-fr/)",
 }

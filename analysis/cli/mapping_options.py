@@ -85,7 +85,7 @@ def _levels(given: Sequence[str]) -> dict[str, float]:
             found[column] = float(value)
         except ValueError:
             raise UserError(
-                f"--levels {text}: expected COLUMN=LEVEL with a number, or a column whose name "
-                "ends with one"
+                f"--levels {text}: expected COLUMN=LEVEL with a number, or a column name that "
+                "ends with a number"
             ) from None
     return found

@@ -22,17 +22,23 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of ``slipscale pilot``."""
     add_study(parser)
     parser.add_argument(
-        "--participants", type=int, metavar="N", help="how many (default: the study's)"
+        "--participants",
+        type=int,
+        metavar="N",
+        help=("number of participants (default: the study's)"),
     )
     parser.add_argument(
-        "--seed", type=int, metavar="N", help="of orders and answers (default: the study's)"
+        "--seed",
+        type=int,
+        metavar="N",
+        help=("random seed for orders and answers (default: the study's)"),
     )
     default = here()
     parser.add_argument(
         "--language",
         metavar="CODE",
         default=default.language,
-        help="of the screens (default: the study's)",
+        help="language of the screens (default: the study's)",
     )
     add_population(parser)
     parser.add_argument(
@@ -106,7 +112,7 @@ def run(args: Namespace) -> int:
         # Unformatted and on one line, so that it can be copied; a path may contain markup
         # characters.
         command = repeated(args, folder)
-        console.print(f"Nothing is lost. To go on: {command}", markup=False, soft_wrap=True)
+        console.print(f"Nothing is lost. To continue: {command}", markup=False, soft_wrap=True)
         raise
     console.print("\n[bold]Simulated study: no person took part.[/]")
     for sentence in fitted.sentences if fitted else ():

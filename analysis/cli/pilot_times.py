@@ -24,24 +24,24 @@ FOLDER = "distributions"
 def add_times(parser: ArgumentParser) -> None:
     """Add the options for repeated simulations."""
     group = parser.add_argument_group(
-        "many studies", "how far the results may vary; see docs/how-to/planning.md"
+        "many studies", "how much the results may vary; see docs/how-to/planning.md"
     )
     group.add_argument(
         "--times",
         type=int,
         metavar="N",
-        help="simulate the study N times instead: median and 5 to 95 %% of every number of its "
-        "table of results, and how often each conclusion holds (default of --out: a new folder in "
-        "distributions/ of the pilots' folder)",
+        help="simulate the study N times instead: for every number in its table of results "
+        "the median and the 5 to 95 %% range, and how often each conclusion holds "
+        "(default of --out: a new folder in distributions/ of the pilots' folder)",
     )
     group.add_argument(
         "--jobs",
         type=int,
         metavar="N",
-        help="processes, with --times; -1: one a processor (default: 1)",
+        help="number of processes, with --times; -1: one per processor (default: 1)",
     )
     group.add_argument(
-        "--yes", action="store_true", help="compute for more than an hour, with --times"
+        "--yes", action="store_true", help=("allow computations of more than an hour, with --times")
     )
 
 
@@ -49,7 +49,7 @@ def refuse_without_times(args: Namespace) -> None:
     """Reject the options for repeated simulations if only one study is simulated."""
     for name in ("jobs", "yes"):
         if getattr(args, name):
-            raise UserError(f"--{name} is for many studies; expected --times N beside it")
+            raise UserError(f"--{name} applies to many studies; expected --times N as well")
 
 
 def run_times(args: Namespace) -> int:
@@ -108,15 +108,15 @@ def _refuse(args: Namespace, jobs: int) -> None:
     if not 1 <= args.times <= MOST:
         raise UserError(f"--times {args.times}: expected 1 to {MOST}")
     if jobs != -1 and jobs < 1:
-        raise UserError(f"--jobs {jobs}: expected 1 or more, or -1 for one a processor")
+        raise UserError(f"--jobs {jobs}: expected 1 or more, or -1 for one per processor")
     if args.plate != "mock":
         raise UserError(
-            f"--plate {args.plate}: studies that are simulated many times have a mock plate "
-            "without faults; leave out --plate, or --times"
+            f"--plate {args.plate}: studies that are simulated many times use a mock plate "
+            "without faults; omit --plate, or --times"
         )
     for name in OF_ONE:
         if getattr(args, name):
             raise UserError(
-                f"--{name} {getattr(args, name)}: studies that are simulated many times take what "
-                f"the study names; leave out --{name}, or --times"
+                f"--{name} {getattr(args, name)}: studies that are simulated many times use "
+                f"what the study names; omit --{name}, or --times"
             )

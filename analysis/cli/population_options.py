@@ -19,15 +19,17 @@ def add_population(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--population",
         metavar="NAME",
-        help="who is simulated: biet2007 (default), realistic (with people's habits), a TOML file, "
-        "or one that an installed package brings",
+        help="the simulated people: biet2007 (default), realistic (with human habits), a TOML "
+        "file, or a population from an installed package",
     )
     parser.add_argument(
         "--from",
         dest="dataset",
         type=Path,
         metavar="DATASET",
-        help="simulate people like those of a data set; says what was fitted and what assumed",
+        help=(
+            "simulate people like those of a data set; reports what was fitted and what was assumed"
+        ),
     )
 
 
@@ -41,7 +43,9 @@ def chosen_population(args: Namespace) -> tuple[Population, FittedPopulation | N
     if args.dataset is None:
         return read_population(args.population) if args.population else Population(), None
     if args.population:
-        raise UserError("--population and --from both say who is simulated; expected one of them")
+        raise UserError(
+            "--population and --from both define the simulated people; expected one of them"
+        )
     from slipscale.analysis.pipeline import analyse  # noqa: PLC0415 - a second's import
     from slipscale.analysis.planning.fitted_population import fit_population  # noqa: PLC0415
 

@@ -25,13 +25,13 @@ if TYPE_CHECKING:
 #: Axis -> description, and its default if it is not the study's or the population's.
 AXES = {
     "participants": "numbers of participants to try (default: 6,8,10,12,16,20,24,32)",
-    "repetitions": "ratings of each surface (default: the study's)",
-    "effect": "0.5: mean sensations half as far apart (default: 1)",
+    "repetitions": "ratings per surface (default: the study's)",
+    "effect": "effect size; 0.5: mean sensations half as far apart (default: 1)",
     "lapses": "share of answers given at random (default: the population's)",
     "dropout": "share of people who stop before the end (default: the population's)",
-    "exponent": "of the mean sensation above 0 µm (default: the population's curve)",
-    "catch_steps": "catch steps in each series of the descending difference: how precisely false "
-    "alarms are known",
+    "exponent": "exponent of the mean sensation above 0 µm (default: the population's curve)",
+    "catch_steps": "catch steps in each series of the descending difference, which determine "
+    "how precisely the false-alarm rate is known",
 }
 STUDIES = 1000
 SIZES = ("6,8,10,12,16,20,24,32",)
@@ -51,13 +51,16 @@ def add_power(parser: ArgumentParser) -> None:
             f"--{axis.replace('_', '-')}",
             metavar="VALUES",
             nargs="+",
-            help=f"{meaning}; 8:40:4 or 1,0.5",
+            help=f"{meaning}; for example 8:40:4 or 1,0.5",
         )
     parser.add_argument(
         "--order",
         metavar="RULES",
         nargs="+",
-        help="rules of the surfaces' order (default: the study's); blocked,simple,williams",
+        help=(
+            "rules of the surfaces' order (default: the study's), for example "
+            "blocked,simple,williams"
+        ),
     )
     add_comparison(parser)
     add_population(parser)
@@ -65,49 +68,60 @@ def add_power(parser: ArgumentParser) -> None:
         "--studies",
         type=int,
         metavar="N",
-        help="simulated studies of each condition (default: 1000; with --protocols 50)",
+        help="number of simulated studies per condition (default: 1000; with --protocols 50)",
     )
     parser.add_argument(
-        "--seed", type=int, default=2007, metavar="N", help="of the simulation (default: 2007)"
+        "--seed", type=int, default=2007, metavar="N", help="random seed (default: 2007)"
     )
-    parser.add_argument("--alpha", type=float, default=0.05, help="level of tests, default: 0.05")
-    parser.add_argument("--target", type=float, default=0.8, help="power asked for, default: 0.8")
+    parser.add_argument(
+        "--alpha", type=float, default=0.05, help=("significance level (default: 0.05)")
+    )
+    parser.add_argument("--target", type=float, default=0.8, help=("required power (default: 0.8)"))
     parser.add_argument(
         "--assurance",
         metavar="MEAN,SD",
-        help="of an uncertain effect: expected power, effect normally distributed",
+        help=(
+            "expected power for an uncertain effect, which is normally distributed with this "
+            "mean and SD"
+        ),
     )
     parser.add_argument(
         "--looks",
         type=int,
         default=1,
         metavar="N",
-        help="looks at the data, the end included: the study ends at the first that finds any "
-        "difference (default: 1)",
+        help="number of interim analyses, including the final one; the study stops at the "
+        "first significant one (default: 1)",
     )
     parser.add_argument(
         "--spending",
         choices=("obrien-fleming", "pocock"),
         default="obrien-fleming",
-        help="how the level is spread over the looks (default: obrien-fleming)",
+        help="how the significance level is spread over the looks (default: obrien-fleming)",
     )
-    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes (default: 1)")
     parser.add_argument(
-        "--cache", type=Path, metavar="DIR", help="keep finished parts there, and take them again"
+        "--jobs", type=int, default=1, metavar="N", help=("number of processes (default: 1)")
+    )
+    parser.add_argument(
+        "--cache", type=Path, metavar="DIR", help="store finished parts there, and reuse them"
     )
     parser.add_argument(
         "--shard",
         metavar="K/N",
-        help="compute the K-th of N parts into --cache, for array jobs; the last one, or the "
+        help="compute the K-th of N parts into --cache, for array jobs; the last part, or the "
         "same command without --shard, shows the result",
     )
     parser.add_argument(
-        "--scheduler", metavar="ADDRESS", help="a Dask scheduler (extra slipscale[cluster])"
+        "--scheduler",
+        metavar="ADDRESS",
+        help=("address of a Dask scheduler (requires slipscale[cluster])"),
     )
-    parser.add_argument("--yes", action="store_true", help="compute for more than an hour")
+    parser.add_argument(
+        "--yes", action="store_true", help=("allow computations of more than an hour")
+    )
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="write a page, figures, CSV and JSON there"
+        "--out", type=Path, metavar="DIR", help="folder for a page, figures, CSV and JSON"
     )
 
 
@@ -131,7 +145,7 @@ def refuse_nonsense(args: Namespace) -> None:
         if not meant(value):
             wrong.append(f"--{name} {value}: expected {expected}")
     if args.minutes and not args.protocols:
-        wrong.append(f"--minutes {args.minutes:g}: expected --protocols beside it")
+        wrong.append(f"--minutes {args.minutes:g}: expected --protocols as well")
     if wrong:
         raise UserError("; ".join(wrong))
 
@@ -172,7 +186,7 @@ def part_of(text: str | None, cache: Path | None) -> Part:
     if not found or not 1 <= int(found[1]) <= int(found[2]):
         raise UserError(f"--shard {text}: expected K/N, K from 1 to N, as 3/20")
     if cache is None:
-        raise UserError(f"--shard {text}: expected a --cache that all the parts share")
+        raise UserError(f"--shard {text}: expected --cache, with one folder that all parts share")
     return Part(number=int(found[1]), of=int(found[2]))
 
 
@@ -214,8 +228,8 @@ def run_power(args: Namespace) -> int:
     if population.behaviour:
         raise UserError(
             f"--population {args.population}: power draws answers from a population's numbers "
-            f"alone, and not by the code of '{population.behaviour}'; expected a population "
-            "without a behaviour (pilot simulates this one)"
+            f"only, not from the code of '{population.behaviour}'; expected a population "
+            "without behaviour (pilot simulates this one)"
         )
     design = design_of(study, text, population, args.alpha)
     wanted = conditions(axes_of(args, design))
@@ -250,7 +264,7 @@ def run_power(args: Namespace) -> int:
     if left := missing(every, cache) if part.of > 1 else []:
         print(
             f"part {part.number} of {part.of} is in {args.cache}; {len(left)} of {len(every)} "
-            "shards are still missing, the other parts'"
+            "shards, which belong to other parts, are still missing"
         )
         return DONE
     found = rows(design, wanted, outcomes, looks=looks, assurance=assurance)
@@ -281,9 +295,9 @@ def ask_for_long(args: Namespace, left: list[Any], part: Part) -> None:
     seconds = estimated_s(left, jobs * part.of)
     if seconds > HOUR_S:
         raise UserError(
-            f"{len(left)} parts of {args.studies} studies a condition take about "
-            f"{seconds / HOUR_S:.1f} hours here; add --yes to compute them, or --jobs, a smaller "
-            "grid or fewer --studies"
+            f"{len(left)} parts of {args.studies} studies per condition take about "
+            f"{seconds / HOUR_S:.1f} hours here; add --yes to compute them, or use --jobs, a "
+            "smaller grid or fewer --studies"
         )
 
 

@@ -24,20 +24,22 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `reconstruct`."""
     parser.add_argument(
-        "table", type=Path, help="TOML or CSV file, or the name of a shipped one: biet2007_table3"
+        "table",
+        type=Path,
+        help=("TOML or CSV file, or the name of a shipped table: biet2007_table3"),
     )
     parser.add_argument(
         "--sample",
         type=int,
         metavar="N",
-        help="draw N data sets a column, exactly uniformly, as CSV",
+        help="draw N data sets per column, exactly uniformly, as CSV",
     )
     parser.add_argument(
         "--long",
         action="store_true",
-        help="for --sample: a rating a row, not a data set a row",
+        help="with --sample: one rating per row instead of one data set per row",
     )
-    parser.add_argument("--seed", type=int, default=1, help="of everything drawn (default 1)")
+    parser.add_argument("--seed", type=int, default=1, help="random seed (default: 1)")
     parser.add_argument(
         "--measure",
         choices=("multisets", "ordered"),
@@ -53,44 +55,54 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--conclusions",
         action="store_true",
-        help="across columns: what holds in every data set whatever the pairing, what depends, "
-        "and how F, Friedman, t and exponents are distributed",
+        help="compare columns: which conclusions hold in every data set for any pairing, "
+        "which depend on the data set, and how F, Friedman, t and exponents are "
+        "distributed",
     )
     parser.add_argument(
         "--design",
         choices=("paired", "independent"),
-        help="for --conclusions: whether all columns are of the same participants; as in the file",
+        help=(
+            "with --conclusions: whether all columns come from the same participants "
+            "(default: as in the file)"
+        ),
     )
     parser.add_argument(
         "--batch",
         action="store_true",
-        help="TABLE is a CSV of any number of rows, of any tables: write a verdict a row to --out, "
-        "going on where an earlier run stopped",
+        help="TABLE is a CSV with any number of rows from any number of tables: write one "
+        "verdict per row to --out, and resume where an earlier run stopped",
     )
     parser.add_argument(
-        "--workers", type=int, default=1, metavar="N", help="processes for --batch (default 1)"
+        "--workers",
+        type=int,
+        default=1,
+        metavar="N",
+        help=("number of processes for --batch (default: 1)"),
     )
     parser.add_argument(
         "--html",
         type=Path,
         metavar="FILE",
-        help="write one page with figures and samples that opens anywhere, too",
+        help="also write a self-contained page with figures and samples",
     )
-    parser.add_argument("--json", action="store_true", help="machine-readable; counts as strings")
-    parser.add_argument("--out", type=Path, metavar="FILE", help="write here instead of the screen")
+    parser.add_argument("--json", action="store_true", help=("print JSON, with counts as strings"))
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE", help=("write to this file instead of the screen")
+    )
     parser.add_argument(
         "--memory-gib",
         type=float,
         default=4.0,
         metavar="GIB",
-        help="memory that counting or drawing may take (default 4); with --batch, in each process",
+        help="memory that counting or drawing may use (default: 4); with --batch, per process",
     )
     parser.add_argument(
         "--minutes",
         type=float,
         default=0.1,
         metavar="MIN",
-        help="time that counting a column may take, as estimated beforehand (default 0.1)",
+        help="estimated time that counting one column may take (default: 0.1)",
     )
 
 
@@ -111,8 +123,9 @@ def run(arguments: argparse.Namespace) -> int:
     design = arguments.design or table.design
     if arguments.conclusions and design is None:
         raise UserError(
-            '--conclusions needs the design: say design = "paired" (the same participants in every '
-            'column) or "independent" (others in each) in the file, or --design'
+            '--conclusions needs the design: set design = "paired" (the same participants in '
+            'every column) or "independent" (different participants) in the file, or use '
+            "--design"
         )
     columns = [
         Solutions(column, arguments.memory_gib, arguments.minutes) for column in table.columns
@@ -135,8 +148,8 @@ def _answer_intervals(table: PublishedTable, arguments: argparse.Namespace) -> i
     for name in ("sample", "variants", "conclusions", "html"):
         if getattr(arguments, name):
             raise UserError(
-                f"--{name} needs a finite number of data sets; {arguments.table} has continuous "
-                "values or logarithms, of which any number is possible: leave it out"
+                f"--{name} needs a finite number of data sets, but {arguments.table} has "
+                "continuous values or logarithms, which allow infinitely many: omit it"
             )
     tests = [answer(test, table.intervals) for test in table.tests]
     with _output(arguments.out) as file:
@@ -183,14 +196,18 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UserError(f"--seed is {arguments.seed}, expected 0 or more")
     if arguments.sample is None:
         if arguments.long:
-            raise UserError("--long says how --sample writes data sets: give --sample N, too")
+            raise UserError(
+                "--long sets how --sample writes data sets; expected --sample N as well"
+            )
         return
     if arguments.sample < 1:
         raise UserError(f"--sample is {arguments.sample}, expected 1 or more")
     if arguments.html:
         raise UserError("--sample writes data sets and --html a page, with samples: choose one")
     if arguments.json:
-        raise UserError("--sample writes CSV and --json writes JSON: choose one")
+        raise UserError(
+            "--sample writes data sets and --html a page that includes samples: choose one"
+        )
     if arguments.conclusions:
         raise UserError("--sample writes data sets and --conclusions a report: choose one")
 

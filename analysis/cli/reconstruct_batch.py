@@ -24,12 +24,12 @@ def run_batch(arguments: Namespace) -> int:
     from slipscale.analysis.reconstruction.table.table_files import read_rows  # noqa: PLC0415
 
     if arguments.out is None:
-        raise UserError("--batch needs --out FILE, the CSV to write the verdicts to")
+        raise UserError("--batch needs --out FILE, the CSV file for the verdicts")
     if arguments.workers < 1:
         raise UserError(f"--workers is {arguments.workers}, expected 1 or more")
     others = ("sample", "long", "html", "json", "conclusions", "variants")
     if given := [f"--{name}" for name in others if getattr(arguments, name)]:
-        raise UserError(f"--batch writes a verdict a row: leave out {', '.join(given)}")
+        raise UserError(f"--batch writes one verdict per row: omit {', '.join(given)}")
     rows = read_rows(arguments.table)
     names = [field.name for field in fields(Verdict)]
     found = _earlier(arguments.out, names, rows)
@@ -78,8 +78,8 @@ def _earlier(path: Path, names: list[str], rows: Sequence[Row]) -> list[tuple[st
     )
     if head != names or not same or (text and not whole):
         raise UserError(
-            f"{path}: is there already and holds no verdicts on these rows; expected a new file, "
-            "or the one that an interrupted --batch of the same table left"
+            f"{path}: already exists and does not contain verdicts on these rows; expected a "
+            "new file, or the file of an interrupted --batch of the same table"
         )
     if whole != text:
         path.write_bytes(whole.encode("utf-8"))

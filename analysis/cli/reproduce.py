@@ -19,10 +19,16 @@ def add_reproduce(parser: ArgumentParser) -> None:
         "items",
         metavar="ITEM",
         nargs="*",
-        help="an item, or the beginning of several: table3, fig9.fe, ...; default: all",
+        help=(
+            "an item, or the first part of several items' names: table3, fig9.fe, ... "
+            "(default: all)"
+        ),
     )
     parser.add_argument(
-        "--out", metavar="DIR", default="results", help="for the figures; default: results"
+        "--out",
+        metavar="DIR",
+        default="results",
+        help=("folder for the figures (default: results)"),
     )
     parser.add_argument("--json", action="store_true", help="print the items as JSON")
 

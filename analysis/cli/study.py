@@ -22,7 +22,7 @@ def add_study(parser: ArgumentParser) -> None:
     commands = study.add_study(parser)
     freeze = commands.add_parser(
         "freeze",
-        help="freeze a study and its analysis plan before there are data",
+        help="freeze a study and its analysis plan before data are collected",
         epilog="example: slipscale study freeze matching --out plan",
     )
     freeze.add_argument("study", metavar="STUDY", nargs="?", default=here().study, help=study.WHICH)
@@ -37,38 +37,38 @@ def add_study(parser: ArgumentParser) -> None:
         "--power",
         type=Path,
         metavar="DIR",
-        help="take in a finished power result: the folder of slipscale power --out",
+        help="include a finished power analysis: the folder from slipscale power --out",
     )
     freeze.add_argument(
         "--compute-power",
         type=int,
         metavar="STUDIES",
-        help="compute the power at 1/2, 3/4, 1 and 5/4 of the planned participants, of so many "
-        "simulated studies each, and take it in",
+        help="compute the power for 1/2, 3/4, 1 and 5/4 of the planned participants, with N "
+        "simulated studies each, and include it",
     )
     freeze.add_argument(
         "--notes",
         type=Path,
         metavar="FILE",
-        help="take in a text: hypotheses, and what else no file says",
+        help="include a text: hypotheses, and anything else that no file states",
     )
     freeze.add_argument(
         "--stopping",
         metavar="TEXT",
         default="",
-        help="when the collection of data ends (default: after the planned number)",
+        help="when data collection ends (default: after the planned number)",
     )
     freeze.add_argument(
         "--existing-data",
         metavar="TEXT",
         default="",
-        help="which data exist already, and what you know of them; registries ask for it",
+        help="which data already exist, and what you know about them; registries require it",
     )
     freeze.add_argument(
         "--sample-size",
         metavar="TEXT",
         default="",
-        help="why the planned number of participants suffices; registries ask for it",
+        help="why the planned number of participants is enough; registries require it",
     )
     add_population(freeze)
 
@@ -89,7 +89,7 @@ def _freeze(args: Namespace) -> int:
     if args.compute_power is None:
         return _written(args, args.power)
     if args.power:
-        raise UserError("--power and --compute-power both give the power; expected one of them")
+        raise UserError("--power and --compute-power both provide the power; expected one of them")
     with tempfile.TemporaryDirectory(prefix="slipscale-") as there:
         folder = Path(there) / "power"
         _compute_power(args, folder)
@@ -123,7 +123,7 @@ def _written(args: Namespace, power: Path | None) -> int:
 
     population, fitted = chosen_population(args)
     with telling() as progress:
-        progress("simulating the study once, and analysing it")
+        progress("simulating and analysing the study once")
         plan, files = freeze(
             Wanted(
                 study_name=args.study,
@@ -141,7 +141,7 @@ def _written(args: Namespace, power: Path | None) -> int:
         print(harmless(sentence))
     named = [file for file in plan.files if file.role == "named by the study"]
     for file in named:
-        print(harmless(f"takes in {file.path}, which the study names ({file.named_by})"))
+        print(harmless(f"includes {file.path}, which the study names ({file.named_by})"))
     print(f"frozen  {args.out}: {plan.participants} participants, {len(plan.files) + 1} files")
     print(f"SHA-256 {plan.digest}")
     return DONE

@@ -202,7 +202,7 @@ def closed_form_figure() -> Figure:
         xlabel="Squeeze number σ",
         ylabel="Overpressure: Reynolds / closed form",
         ylim=(0, 1.2),
-        title="Where the two meet",
+        title="Where the two curves meet",
     )
     right.legend(loc="lower right")
     return figure

@@ -81,9 +81,9 @@ def fit_population(analysis: Analysis) -> FittedPopulation:
     mean, sd = cells.mean().to_numpy(float), cells.std(ddof=1).to_numpy(float)
     if (mean <= 0).any() or (mean >= 100).any() or (sd <= 0).any():  # noqa: PLR2004
         raise UserError(
-            f"--from {name}: mean estimates from {mean.min():.3g} to {mean.max():.3g} under the "
-            f"normalisation '{analysis.rule}'; expected them to differ between people and to lie "
-            "between 0 and 100, as --normalise scale_top or grand_maximum has them"
+            f"--from {name}: mean estimates range from {mean.min():.3g} to {mean.max():.3g} "
+            f"under the normalisation '{analysis.rule}'; expected different means between 0 "
+            "and 100, as with --normalise scale_top or grand_maximum"
         )
     found: dict[str, Any] = {
         "amplitude_um_pp": tuple(cells.columns.to_numpy(float).tolist()),
@@ -133,7 +133,9 @@ def _variance(_: Analysis, trials: pd.DataFrame, found: Mapping[str, Any]) -> Fi
         for share in shares
     ]
     values["shared"] = round(float(shares[int(np.argmin(misfit))]), 4)
-    return values, "how deviates of the amplitudes correlate over people, and within them"
+    return values, (
+        "correlation of the deviations at different amplitudes, across and within people"
+    )
 
 
 def _angles(found: Mapping[str, Any], shared: float, trial: float) -> np.ndarray:
@@ -171,7 +173,7 @@ def _tops(_: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> Fit:
     tops = trials.groupby(trials[PARTICIPANT].astype(str))["scale_top"].first()
     if not (tops > 0).all():
         return {}, ""
-    return {"scale_tops": tuple(sorted(tops.astype(float).tolist()))}, "declared, one a person"
+    return {"scale_tops": tuple(sorted(tops.astype(float).tolist()))}, ("declared, one per person")
 
 
 def _rounding(_: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> Fit:
@@ -196,7 +198,7 @@ def _order(analysis: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) 
         values["habits.carry_over"] = round(before.mean, 4)
     if drift and drift.interval.high < 0:
         values["habits.fatigue"] = round(min(-drift.mean, 0.1), 4)
-    return values, "the analysis of order, whose interval leaves out 0"
+    return values, "the analysis of order, if its interval excludes 0"
 
 
 #: Each returns fields of the population (or of its habits), and what they were fitted from.

@@ -91,7 +91,7 @@ def _write(path: Path, files: Mapping[str, bytes]) -> None:
 def refuse_taken(out: Path) -> None:
     """Raise `UserError` if the path already exists: a plan is frozen only once."""
     if out.exists():
-        raise UserError(f"--out {out}: exists already; a plan is frozen once: name a new one")
+        raise UserError(f"--out {out}: already exists; a plan is frozen once: name a new one")
 
 
 def read_bundle(path: Path) -> Bundle:
@@ -107,23 +107,23 @@ def read_bundle(path: Path) -> Bundle:
     files = _of_folder(path) if path.is_dir() else _of_zip(path)
     if MANIFEST not in files:
         raise UserError(
-            f"--plan {path}: not a bundle of slipscale study freeze: it holds no {MANIFEST}"
+            f"--plan {path}: not a bundle from slipscale study freeze: it has no {MANIFEST}"
         )
     manifest = _manifest(path, files.pop(MANIFEST))
     listed = {file.path: file.sha256 for file in manifest.files}
     if STUDY not in files or sha256(files[STUDY]) != listed.get(STUDY):
         raise UserError(
-            f"--plan {path}: {STUDY} is not the file that was frozen (its SHA-256 differs, or it "
-            "is gone): nothing can be checked against it"
+            f"--plan {path}: {STUDY} is missing or not the file that was frozen (its SHA-256 "
+            "differs), so nothing can be compared with it"
         )
     return Bundle(
         name=path.name,
         manifest=manifest,
         study_text=files[STUDY].decode("utf-8"),
         damaged=(
-            *(f"{name} is gone from the bundle." for name in listed if name not in files),
+            *(f"{name} is missing from the bundle." for name in listed if name not in files),
             *(
-                f"{name} is not as it was frozen: its SHA-256 differs."
+                f"{name} has changed since it was frozen: its SHA-256 differs."
                 for name, content in files.items()
                 if name in listed and sha256(content) != listed[name]
             ),
@@ -142,15 +142,15 @@ def _manifest(path: Path, content: bytes) -> Manifest:
             )
         found = Manifest.model_validate(told)
     except (ValueError, RecursionError) as error:
-        reason = "it is no JSON" if not isinstance(error, ValidationError) else _first(error)
+        reason = "it is not JSON" if not isinstance(error, ValidationError) else _first(error)
         raise UserError(
-            f"--plan {path}: {MANIFEST} was damaged or edited ({reason}); take the bundle that was "
-            "deposited"
+            f"--plan {path}: {MANIFEST} was damaged or edited ({reason}); use the bundle that "
+            "was deposited"
         ) from None
     if found.computed_digest() != found.digest:
         raise UserError(
-            f"--plan {path}: {MANIFEST} was edited after it was frozen (its SHA-256 is not the one "
-            "it states); take the bundle that was deposited"
+            f"--plan {path}: {MANIFEST} was edited after it was frozen (its SHA-256 differs "
+            "from the one it states); use the bundle that was deposited"
         )
     return found
 
@@ -182,8 +182,8 @@ def _of_zip(path: Path) -> dict[str, bytes]:
                     found[entry.filename] = archive.read(entry)
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
         raise UserError(
-            f"--plan {path}: not a bundle, or cut short or damaged ({error}); expected a folder or "
-            "a zip file of slipscale study freeze"
+            f"--plan {path}: not a bundle, or truncated or damaged ({error}); expected a "
+            "folder or a zip file from slipscale study freeze"
         ) from None
     except OSError as error:
         raise UserError(f"--plan {path}: {error.strerror or error}") from None
@@ -192,4 +192,6 @@ def _of_zip(path: Path) -> dict[str, bytes]:
 
 def _refuse_large(path: Path, name: str, size_bytes: int) -> None:
     if size_bytes > LARGEST_BYTES:
-        raise UserError(f"--plan {path}: {name} has {size_bytes} bytes: no file of a plan")
+        raise UserError(
+            f"--plan {path}: {name} has {size_bytes} bytes, too many for a file of a plan"
+        )

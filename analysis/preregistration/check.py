@@ -59,7 +59,7 @@ def check_plan(bundle: Bundle, analysis: Analysis, options: Sequence[str] = ()) 
     ]
     found += _choices(bundle, analysis)
     found += [
-        Deviation(kind="options", what=f"{option} was given; the plan names no such option.")
+        Deviation(kind="options", what=f"{option} was used, but is not in the plan.")
         for option in options
     ]
     plan = bundle.manifest
@@ -75,8 +75,8 @@ def _same_study(bundle: Bundle, analysis: Analysis) -> None:
     names = analysis.dataset.details.get("study", ())
     if names and bundle.manifest.name not in names:
         raise UserError(
-            f"--plan {bundle.name}: is of study '{bundle.manifest.name}'; the data are of "
-            f"'{', '.join(names)}'"
+            f"--plan {bundle.name}: is for study '{bundle.manifest.name}', but the data are "
+            f"from '{', '.join(names)}'"
         )
 
 
@@ -90,8 +90,8 @@ def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
     studies = sorted((data.folder / "code").glob("study*.toml")) if data.folder else []
     if not studies:
         yield (
-            "The data hold no study file (code/study.toml): whether the planned study was run "
-            "cannot be told."
+            "The data contain no study file (code/study.toml), so it is unknown whether the "
+            "planned study was run."
         )
     planned = _flat(tomllib.loads(bundle.study_text))
     known = {study_hash(bundle.study_text)}
@@ -100,7 +100,7 @@ def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
             text = path.read_text(encoding="utf-8-sig")
             own = _flat(tomllib.loads(text))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-            yield f"{path.name} cannot be read ({error}), so that it cannot be compared."
+            yield f"{path.name} cannot be read ({error}), so it cannot be compared."
             continue
         known.add(study_hash(text))
         for key in sorted(planned.keys() | own.keys()):
@@ -109,11 +109,11 @@ def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
                 yield f"{path.name}: {key} is {_said(own, key)}; planned: {_said(planned, key)}."
     for digest in data.details.get("study_hash", ()):
         if digest not in known:
-            yield f"Runs have a study file that is not here (SHA-256 {digest[:12]}...)."
+            yield (f"Some runs used a study file that is missing here (SHA-256 {digest[:12]}...).")
     for key, value in (("seed", str(plan.seed)), ("language", plan.language)):
         others = [other for other in data.details.get(key, ()) if other != value]
         if others:
-            yield f"Runs have {key} {', '.join(others)}; planned: {value}."
+            yield f"Some runs have {key} {', '.join(others)}; planned: {value}."
 
 
 def _of_data(_: Bundle, analysis: Analysis) -> Iterator[str]:
@@ -121,8 +121,8 @@ def _of_data(_: Bundle, analysis: Analysis) -> Iterator[str]:
     differences = analysis.dataset.journal_differences
     if differences is None:
         yield (
-            "The data have no journals (sourcedata/): whether tables were changed after the "
-            "sessions cannot be checked."
+            "The data have no journals (sourcedata/), so changes to tables after the sessions "
+            "cannot be detected."
         )
         return
     yield from (f"{each}." for each in differences[:MOST_DIFFERENCES])
@@ -170,7 +170,7 @@ def _of_dates(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
     frozen = bundle.manifest.frozen_utc
     begun = _started(analysis)
     if unknown := begun.count(""):
-        yield f"{unknown} runs do not say when they began."
+        yield f"{unknown} runs have no start time."
     early = sorted(each for each in begun if each and each < frozen)
     if early:
         yield (
@@ -178,7 +178,7 @@ def _of_dates(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
             f"first at {early[0]}."
         )
     if not begun:
-        yield "The data do not say when they were recorded."
+        yield "The data do not state when they were recorded."
 
 
 def _started(analysis: Analysis) -> list[str]:
@@ -208,10 +208,10 @@ def _of_tests(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
     for name in bundle.manifest.tests:
         result = results.get(name, NotComputed("it is not installed here"))
         if isinstance(result, NotComputed):
-            yield f"{name} was planned and has no result: {result.reason}."
+            yield f"{name} was planned but has no result: {result.reason}."
     for name in done:
         if name not in bundle.manifest.tests:
-            yield f"{name} was computed and not planned."
+            yield f"{name} was computed but not planned."
 
 
 def _of_versions(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
@@ -240,9 +240,7 @@ def _codebook(planned: str, analysis: Analysis) -> Iterator[Deviation]:
     name = analysis.dataset.choices.codebook
     used = {source.name: source.sha256 for source in analysis.dataset.sources}
     if name and used.get(name) != planned:
-        yield Deviation(
-            kind="options", what=f"The code book {name} is not the one that was frozen."
-        )
+        yield Deviation(kind="options", what=f"The code book {name} differs from the frozen one.")
 
 
 #: The checks, in the order of the report.

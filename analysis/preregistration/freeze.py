@@ -96,8 +96,8 @@ def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
     if wanted.notes:
         files[f"{NOTES}{wanted.notes.suffix}"] = (_notes(wanted.notes).encode(), "notes", "")
     stopping = wanted.stopping_rule or (
-        f"Data are collected from {study.participants} participants, whatever they show; nobody "
-        "looks at results before."
+        f"Data are collected from {study.participants} participants, whatever they show; "
+        "nobody examines results before then."
     )
     plan = Manifest(
         frozen_utc=when.isoformat(timespec="seconds"),

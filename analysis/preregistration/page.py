@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 PAGE = "plan.html"
 NOT_PROVED = (
-    "The SHA-256 values detect accidental changes. They do not prove the date, and somebody who "
-    "edits files can compute them again: deposit the bundle, or its digest, where a third party "
-    "keeps the date."
+    "The SHA-256 values detect accidental changes. They do not prove the date, and anyone who "
+    "edits files can recompute them: deposit the bundle, or its digest, with a third party "
+    "that records the date."
 )
 
 
@@ -86,8 +86,8 @@ def _participants(plan: Manifest, people: str) -> html.ReportSection:
         html.paragraph(f"{plan.participants} participants; {visits} of {runs} each."),
         html.labelled("Stopping rule", plan.stopping_rule),
         html.paragraph(
-            f"The plan was made with simulated people like population “{people}”, all "
-            "numbers of which stand in population.json.",
+            f"The plan was made with simulated people like population “{people}”; all its "
+            "numbers are in population.json.",
             "note",
         ),
     ]
@@ -106,7 +106,7 @@ def _hypotheses(contents: Mapping[str, bytes]) -> list[html.ReportSection]:
 
 
 def _registry(plan: Manifest, analysis: Analysis, study: str) -> html.ReportSection:
-    section = html.ReportSection("What registries ask")
+    section = html.ReportSection("Answers for registries")
     asked = registry.answers(plan, analysis, read_study(study)[0])
     section.blocks += [html.labelled(question, answer) for question, answer in asked]
     return section
@@ -116,9 +116,10 @@ def _analysis(plan: Manifest, analysis: Analysis) -> html.ReportSection:
     section = html.ReportSection("Analysis plan")
     section.blocks += [
         html.paragraph(
-            "What slipscale analyse does with the data, in the words of the report's methods "
-            "section: this page was written by analysing one simulated study with the very same "
-            "code. Tests that need what simulated people lack (groups, say) are not in it.",
+            "How slipscale analyse treats the data, in the words of the report's methods "
+            "section: this page was written by analysing one simulated study with the same "
+            "code. Tests that need features that simulated people lack (groups, for example) "
+            "are missing.",
             "note",
         ),
         *plan_blocks(analysis, plan.software),
@@ -197,8 +198,12 @@ def _provenance(plan: Manifest) -> html.ReportSection:
     ]
     three = [html.TableColumn(title=title, left=True) for title in ("File", "What", "SHA-256")]
     section.blocks += [
-        html.table(two, software, "What takes part in the analysis; all packages: packages.txt."),
-        html.table(three, listed, "Every file but this page and manifest.json."),
+        html.table(
+            two,
+            software,
+            ("Packages that take part in the analysis; for all packages, see packages.txt."),
+        ),
+        html.table(three, listed, "Every file except this page and manifest.json."),
         html.paragraph(NOT_PROVED, "note"),
     ]
     return section

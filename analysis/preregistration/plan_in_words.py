@@ -64,15 +64,15 @@ def plan_blocks(analysis: Analysis, software: Mapping[str, str]) -> list[Markup]
 
 def _exclusions(choices: AnalysisChoices, quantity: Quantity) -> str:
     if not choices.exclusions:
-        return "Nobody is excluded by a rule; flags of data quality inform only."
+        return "No rule excludes participants; flags of data quality are for information only."
     rules = "; ".join(
         f"{flag.replace('_', ' ')}: {MEANINGS[flag].format(q=quantity)}"
         f"{_limits(flag, choices.thresholds)}"
         for flag in choices.exclusions
     )
     return (
-        "A participant is excluded from every analysis, before anything is described or tested, "
-        f"where one of these is so: {rules}. Other flags inform only."
+        "A participant is excluded from every analysis, before anything is described or "
+        f"tested, if one of these applies: {rules}. Other flags are for information only."
     )
 
 
@@ -112,7 +112,9 @@ def _families(analysis: Analysis) -> list[Markup]:
     titles: Sequence[str] = ("Family", "Part of", "Tests", "Correction")
     columns = [html.TableColumn(title=title, left=title != "Tests") for title in titles]
     level = f"{found.level:g}"
-    return [html.table(columns, rows, f"Tests that are judged by a p, each at {level}.")]
+    return [
+        html.table(columns, rows, (f"Tests that are judged by their p values, each at {level}."))
+    ]
 
 
 def _choices(choices: AnalysisChoices) -> Markup:

@@ -101,18 +101,20 @@ def verdict(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer])
     """Return the overall answer in one or two sentences."""
     none = [answer.label for answer in columns if answer.consistent is False]
     unknown = [answer.label for answer in columns if answer.consistent is None]
-    said = f"No ratings print {_listed('column', none)}." if none else ""
+    said = f"No ratings give the printed {_listed('column', none)}." if none else ""
     if not none and not unknown:
-        said = "Ratings exist that print every column."
+        said = "Ratings exist that give every printed column."
     if unknown:
-        said += f" Whether ratings print {_listed('column', unknown)} was not decided."
+        said += (
+            f" It was not decided whether ratings give the printed {_listed('column', unknown)}."
+        )
     wrong = [one for one in tests if one.verdict == "impossible"]
     open_ = sum(one.verdict == "not decided" for one in tests)
     if wrong:
         named = "; ".join(f"{one.question}, {one.printed}" for one in wrong)
         said += f" {len(wrong)} of {len(tests)} printed tests cannot come from them: {named}."
     elif tests and not open_:
-        said += " They also print every test."
+        said += " They also give every printed test."
     if open_:
         said += f" {open_} of {len(tests)} printed tests were not decided."
     return said.strip()
@@ -124,7 +126,7 @@ def _listed(noun: str, labels: Sequence[str]) -> str:
 
 def verdict_lines(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer]) -> list[str]:
     """Return the verdict for the terminal."""
-    return [f"Verdict: {verdict(columns, tests)} (under what is assumed above)"]
+    return [f"Verdict: {verdict(columns, tests)} (under the assumptions listed above)"]
 
 
 def printed_test_details(one: PrintedTestAnswer) -> Iterator[str]:
@@ -190,7 +192,7 @@ def column_lines(answer: ColumnAnswer) -> Iterator[str]:
     elif answer.multisets:
         yield f"  multisets        {answer.multisets:,}"
         if answer.ordered is None:
-            why = answer.not_drawn or "it takes long; --measure ordered does"
+            why = answer.not_drawn or "this takes long; use --measure ordered"
             yield f"  ordered samples  not counted, {why}"
         else:
             yield f"  ordered samples  {answer.ordered:,}"
@@ -218,7 +220,7 @@ def _uncounted_lines(answer: ColumnAnswer) -> Iterator[str]:
         more = " ..." if len(often) > SHOWN_VALUES else ""
         yield f"  one data set, checked; rating (how often): {shown}{more}"
     else:
-        yield "  no data set was found in a short search, which does not mean that there is none"
+        yield "  a short search found no data set, which does not prove that there is none"
 
 
 def across_lines(answer: Across) -> list[str]:
@@ -232,7 +234,7 @@ def across_lines(answer: Across) -> list[str]:
             said += [heading, *(line for bound in found for line in _bound_lines(bound)), ""]
     if answer.not_listed:
         named = ", ".join(answer.not_listed)
-        bounds = "these bounds are from sums and sums of squares alone"
+        bounds = "these bounds use only sums and sums of squares"
         said += [f"More than {LISTED:,} multisets in {named}: {bounds}", ""]
     if not answer.distributions:
         return said

@@ -206,15 +206,15 @@ MEANINGS = (
     (
         "GRIMMER",
         (
-            "the sum of squares moves in whole steps, too; a printed SD between two steps is "
+            "the sum of squares also moves in whole steps; a printed SD between two steps is "
             "impossible (Anaya 2016)"
         ),
     ),
     (
         "Multisets",
         (
-            "the collections of ratings that print all numbers of a column; with none, the "
-            "column is impossible"
+            "the collections of ratings that give all printed numbers of a column; if there "
+            "are none, the column is impossible"
         ),
     ),
 )
@@ -225,7 +225,7 @@ def _verdict(source: Source) -> html.ReportSection:
     answers = [answer for _, answer in source.columns]
     section = html.ReportSection("Verdict", shown="always")
     section.blocks.append(html.paragraph(verdict(answers, source.tests)))
-    section.blocks.append(html.heading("What is assumed"))
+    section.blocks.append(html.heading("Assumptions"))
     labels: dict[str, list[str]] = {}
     for answer in answers:
         for assumption in answer.assumptions:
@@ -240,10 +240,8 @@ def _verdict(source: Source) -> html.ReportSection:
         one.verdict == "impossible" for one in source.tests
     )
     if wrong:
-        section.blocks += [html.heading("What to ask the authors"), html.bullets(ASK)]
-    section.blocks.append(
-        html.details("What the words mean", [html.labelled(*meaning) for meaning in MEANINGS])
-    )
+        section.blocks += [html.heading("Questions for the authors"), html.bullets(ASK)]
+    section.blocks.append(html.details("Terms", [html.labelled(*meaning) for meaning in MEANINGS]))
     return section
 
 
@@ -258,7 +256,7 @@ def _printed_tests(found: Sequence[PrintedTestAnswer]) -> html.ReportSection:
                 html.TableColumn(title="Verdict", left=True),
             ],
             [(one.question, one.printed, one.verdict) for one in found],
-            "Whether some data set, and some pairing, prints each test.",
+            "Whether some data set, and some pairing, gives the printed value of each test.",
         )
     )
     details = [
@@ -344,8 +342,8 @@ def _samples(text: str) -> html.ReportSection:
     address = "data:text/csv;base64," + b64encode(text.encode()).decode()
     link = Markup('<p><a download="samples.csv" href="{}">samples.csv</a>: {}</p>').format(
         address,
-        f"{WITH_THE_PAGE} data sets of each column, a rating a row; column, sample, place, rating. "
-        "Whose rating stands at which place is not known.",
+        f"{WITH_THE_PAGE} data sets of each column, one rating per row; column, sample, "
+        "place, rating. The order does not identify participants.",
     )
     return html.ReportSection("Samples", [link])
 

@@ -33,16 +33,18 @@ def add_data(parser: ArgumentParser) -> None:
     )
     withdraw = commands.add_parser(
         "withdraw",
-        help="remove a participant's data for good; the number is not used again",
+        help="remove a participant's data permanently; the number is never reused",
         epilog="example: slipscale data withdraw data --participant 01",
     )
     withdraw.add_argument("--participant", required=True, metavar="01", help="who withdraws")
     withdraw.add_argument(
-        "--yes", action="store_true", help="remove; without it only say what would be removed"
+        "--yes",
+        action="store_true",
+        help=("remove the data; without --yes, only print what would be removed"),
     )
     merge = commands.add_parser(
         "merge",
-        help="join the data sets of two computers into a new one, and report contradictions",
+        help="merge the data sets of two computers into a new one, and report contradictions",
         epilog="example: slipscale data merge data other-data --out merged",
     )
     for name in ("one", "other"):
@@ -86,7 +88,7 @@ def _merge(one: Path, other: Path, out: Path) -> int:
         print(f"note: {sentence}", file=sys.stderr)
     for problem in merged.problems:
         print(problem, file=sys.stderr)
-    print(f"{out}: {merged.runs} runs, of {one} and {other}, which stay as they are")
+    print(f"{out}: {merged.runs} runs from {one} and {other}, which are unchanged")
     return ANSWER_IS_NO if merged.problems else DONE
 
 
@@ -101,17 +103,18 @@ def _withdraw(dataset: Path, participant: str, *, remove: bool) -> int:
     for path in withdraw(dataset, participant) if remove else theirs(dataset, participant):
         print(f"{'removed' if remove else 'would be removed'}: {path}")
     if not remove:
-        print("Nothing is removed yet: say --yes.", file=sys.stderr)
+        print("Nothing has been removed yet: add --yes.", file=sys.stderr)
         return ANSWER_IS_NO
     for source in sources_with(dataset, participant):
         print(
-            f"{dataset} was merged from {source}, which may still hold participant {participant}: "
-            f"slipscale data withdraw {source} --participant {participant} --yes",
+            f"{dataset} was merged from {source}, which may still contain participant "
+            f"{participant}: slipscale data withdraw {source} --participant {participant} "
+            "--yes",
             file=sys.stderr,
         )
     print(
-        "The results of all participants were removed as well: slipscale analyse makes them anew. "
-        f"Copies that you made elsewhere are yours to remove. Who replaces participant "
+        "The results of all participants were removed as well; slipscale analyse computes "
+        "them again. Remove any copies that you made elsewhere. To replace participant "
         f"{participant}: --participant {replacement(participant)}"
     )
     return DONE

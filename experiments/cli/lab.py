@@ -24,17 +24,19 @@ def add_lab(parser: ArgumentParser) -> None:
         "--no-browser", action="store_true", help="only print the console's address"
     )
     parser.add_argument(
-        "--port", type=int, default=8470, metavar="N", help="of the console (default: 8470)"
+        "--port", type=int, default=8470, metavar="N", help=("port of the console (default: 8470)")
     )
     parser.add_argument(
         "--lan",
         metavar="ADDRESS",
-        help="show the console at this computer's address in the network: with TLS, read-only",
+        help="show the console at this computer's network address, with TLS and read-only",
     )
     commands = parser.add_subparsers(dest="what", metavar="[init]")
     init = commands.add_parser(
         "init",
-        help="make a laboratory folder: its slipscale.toml has every command's defaults",
+        help=(
+            "make a laboratory folder: its slipscale.toml contains the defaults of every command"
+        ),
         epilog="example: slipscale lab init our-lab --study matching",
     )
     init.add_argument(
@@ -43,22 +45,31 @@ def add_lab(parser: ArgumentParser) -> None:
         nargs="?",
         default=Path(),
         metavar="FOLDER",
-        help="a new one, or one to become it (default: this one)",
+        help="a new or existing folder (default: this one)",
     )
     init.add_argument("--study", metavar="STUDY", help="a TOML file or a shipped study's name")
     init.add_argument("--plate", metavar="SPEC", help="mock, serial:PORT or scpi:RESOURCE")
     init.add_argument("--screen", metavar="N", help="the participant's monitor")
-    init.add_argument("--windowed", action="store_const", const="true", help="not full screen")
-    init.add_argument("--language", metavar="CODE", help="what participants read")
+    init.add_argument(
+        "--windowed",
+        action="store_const",
+        const="true",
+        help=("use a window instead of the full screen"),
+    )
+    init.add_argument("--language", metavar="CODE", help="language of the participants' texts")
     init.add_argument(
         "--sound-required",
         action="store_const",
         const="true",
-        help="no session without a device for the study's masking noise",
+        help="do not start a session without a sound device for the study's masking noise",
     )
-    init.add_argument("--data", metavar="DIR", help="for participants' data (default: data)")
-    init.add_argument("--pilots", metavar="DIR", help="for pilots (default: pilots)")
-    init.add_argument("--backup", metavar="DIR", help="each run's journal is copied there")
+    init.add_argument(
+        "--data", metavar="DIR", help=("folder for participants' data (default: data)")
+    )
+    init.add_argument("--pilots", metavar="DIR", help="folder for pilots (default: pilots)")
+    init.add_argument(
+        "--backup", metavar="DIR", help=("folder to which each run's journal is copied")
+    )
 
 
 def run_lab(args: Namespace) -> int:
@@ -71,8 +82,9 @@ def run_lab(args: Namespace) -> int:
     given = {key: value for key, value in said.items() if value is not None}
     lab = init(args.folder, given, _ask if sys.stdin.isatty() else None)
     print(
-        f"wrote {args.folder / FILE}: study {lab.study}, plate {lab.plate}, data in {lab.data}\n"
-        f"In that folder every command knows them: slipscale check, then slipscale next"
+        f"wrote {args.folder / FILE}: study {lab.study}, plate {lab.plate}, data in "
+        f"{lab.data}\nCommands that you run in that folder use it: slipscale check, then "
+        "slipscale next"
     )
     return DONE
 
@@ -97,12 +109,16 @@ def _ask(question: str, default: str) -> str:
 def add_next(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale next``."""
     parser.add_argument(
-        "--participant", metavar="01", help="who returns for another session (default: a new one)"
+        "--participant",
+        metavar="01",
+        help=("a participant who returns for another session (default: a new participant)"),
     )
     parser.add_argument(
-        "--pilot", action="store_true", help="rehearse: a pilot, in the folder of rehearsals"
+        "--pilot",
+        action="store_true",
+        help=("rehearse: run a pilot, with data in the folder of rehearsals"),
     )
-    parser.add_argument("--yes", action="store_true", help="begin without asking")
+    parser.add_argument("--yes", action="store_true", help="begin without a question")
 
 
 def run_next(args: Namespace) -> int:
@@ -114,8 +130,9 @@ def run_next(args: Namespace) -> int:
     defaults, roster = _folder(pilot=args.pilot)
     if is_mock(defaults.plate) and not args.pilot:
         raise UserError(
-            f"{defaults.file}: the plate is '{defaults.plate}', which nobody feels; write the real "
-            "plate there (slipscale plate list), or rehearse: slipscale next --pilot"
+            f"{defaults.file}: plate '{defaults.plate}' is simulated; participants cannot "
+            "feel it. Set the real plate there (slipscale plate list), or rehearse: slipscale "
+            "next --pilot"
         )
     out = defaults.out(pilot=args.pilot)
     label, visit = _whose(roster, args.participant)
@@ -144,7 +161,7 @@ def _agreed() -> bool:
     from slipscale.faults import UserError  # noqa: PLC0415
 
     if not sys.stdin.isatty():
-        raise UserError("nobody can be asked here; say --yes to begin at once")
+        raise UserError("nobody can answer the question here; add --yes to begin at once")
     return input("Begin? [y/N] ").strip().casefold() in ("y", "yes")
 
 
@@ -159,13 +176,17 @@ def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
     from slipscale.faults import UserError  # noqa: PLC0415
 
     if roster.running:
-        raise UserError(f"a session runs now: {roster.running.path}; end it first")
+        raise UserError(f"a session is running: {roster.running.path}; end it first")
     if wanted is None and roster.new is None:
         back = ", ".join(person.label for person in roster.of("returns"))
         raise UserError(
             f"all {roster.planned} planned participants have begun"
-            + (f"; who returns: {back} (slipscale next --participant ...)" if back else "")
-            + "; for one more: slipscale run --participant ..."
+            + (
+                f"; participants due to return: {back} (slipscale next --participant ...)"
+                if back
+                else ""
+            )
+            + "; to add one more: slipscale run --participant ..."
         )
     if wanted is None or (person := roster.person(wanted)) is None:
         return wanted or str(roster.new), None
@@ -176,7 +197,7 @@ def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
 
 def add_participants(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale participants``."""
-    parser.add_argument("--json", action="store_true", help="print them as JSON")
+    parser.add_argument("--json", action="store_true", help="print the participants as JSON")
 
 
 def run_participants(args: Namespace) -> int:
@@ -201,7 +222,10 @@ def run_participants(args: Namespace) -> int:
     if roster.people:
         console.print(table)
     begun = sum(person.state != "withdrew" for person in roster.people)
-    print(f"{begun} of {roster.planned} planned have begun, {len(roster.of('done'))} are done")
+    print(
+        f"{begun} of {roster.planned} planned participants have begun, "
+        f"{len(roster.of('done'))} are done"
+    )
     for sentence in (*_exclusions(roster), *_without_backup(defaults)):
         print(sentence)
     for person in roster.of("interrupted"):
@@ -235,10 +259,10 @@ def _exclusions(roster: Roster) -> list[str]:
         return []
     rules = f"the study's rules: {', '.join(roster.exclusions) or 'none now'}"
     if not roster.analysed_utc:
-        return [f"who is excluded is known after slipscale analyse ({rules})"]
+        return [f"run slipscale analyse to see who is excluded ({rules})"]
     when = roster.analysed_utc.replace("T", " ")[:16]
     if not roster.excluded:
-        return [f"nobody is excluded by the analysis of {when} UTC ({rules})"]
+        return [f"the analysis of {when} UTC excludes nobody ({rules})"]
     return [
         f"participant {person.label} is excluded by {', '.join(person.excluded)} "
         f"(analysis of {when} UTC; {rules})"
@@ -253,7 +277,7 @@ def _without_backup(defaults: Defaults) -> list[str]:
     missing = not_backed_up(defaults.data, defaults.backup)
     names = ", ".join(path.name.removesuffix("_journal.jsonl") for path in missing)
     many = "1 run has" if len(missing) == 1 else f"{len(missing)} runs have"
-    return [f"{many} no whole backup: {names}"] if missing else []
+    return [f"{many} no complete backup: {names}"] if missing else []
 
 
 def _how_to_resume(person: Person) -> str:
@@ -264,7 +288,9 @@ def _how_to_resume(person: Person) -> str:
 
 def add_note(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale note``."""
-    parser.add_argument("words", nargs="+", metavar="WORDS", help="never a participant's name")
+    parser.add_argument(
+        "words", nargs="+", metavar="WORDS", help=("the remark; never a participant's name")
+    )
 
 
 def run_note(args: Namespace) -> int:
@@ -289,7 +315,10 @@ def run_note(args: Namespace) -> int:
             print(f"noted in {journal}")
             return DONE
     searched = " and ".join(str(folder) for folder in folders)
-    raise UserError(f"no session runs in {searched}; a note goes into a running session's journal")
+    raise UserError(
+        f"no session is running in {searched}; notes can only be written to a running "
+        "session's journal"
+    )
 
 
 def _folder(*, pilot: bool = False) -> tuple[Defaults, Roster]:

@@ -39,7 +39,10 @@ def add_setting(parser: ArgumentParser) -> None:
     default = here()
     add_contact(parser)
     parser.add_argument(
-        "--windowed", action="store_true", default=default.windowed, help="not full screen"
+        "--windowed",
+        action="store_true",
+        default=default.windowed,
+        help=("use a window instead of the full screen"),
     )
     parser.add_argument(
         "--screen",
@@ -54,14 +57,14 @@ def add_setting(parser: ArgumentParser) -> None:
         type=Path,
         default=default.backup,
         metavar="DIR",
-        help="a folder on another disk: the journal is copied there at the end, and compared",
+        help="a folder on another disk, to which the journal is copied and verified at the end",
     )
     parser.add_argument(
         "--markers",
         action="append",
         metavar="SPEC",
-        help="tell recorders what happens: lsl, lsl:NAME, serial:PORT or parallel:ADDRESS; "
-        "may be given several times",
+        help="send event markers to recorders: lsl, lsl:NAME, serial:PORT or "
+        "parallel:ADDRESS; may be repeated",
     )
 
 
@@ -70,13 +73,13 @@ def add_contact(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--position",
         metavar="SPEC",
-        help="what tells where the finger is: mouse:mm_per_pixel=X, lasers:PORT, scripted:FILE, "
+        help="the finger's position sensor: mouse:mm_per_pixel=X, lasers:PORT, scripted:FILE, "
         "simulated or none (default: the laboratory folder's, else the study's)",
     )
     parser.add_argument(
         "--force",
         metavar="SPEC",
-        help="what measures its forces: load_cells:PORT, daq:..., simulated or none "
+        help="the finger's force sensor: load_cells:PORT, daq:..., simulated or none "
         "(default: the laboratory folder's, else the study's)",
     )
 
@@ -129,7 +132,10 @@ def add_participant(parser: ArgumentParser, *, required: bool) -> None:
         help="the participant's number: letters and digits, never a name",
     )
     parser.add_argument(
-        "--session", default="", metavar="01", help="of which visit, where there are several"
+        "--session",
+        default="",
+        metavar="01",
+        help=("session label, if the study has several sessions"),
     )
     parser.add_argument("--run", default="01", metavar="01", help="number of the run (default: 01)")
     default = here()
@@ -137,7 +143,7 @@ def add_participant(parser: ArgumentParser, *, required: bool) -> None:
         "--out",
         type=Path,
         metavar="DIR",
-        help=f"the data set (default: {default.out(pilot=False)}; of a pilot "
+        help=f"the data set (default: {default.out(pilot=False)}; for pilots "
         f"{default.out(pilot=True)})",
     )
 
@@ -151,18 +157,23 @@ def add_run(parser: ArgumentParser) -> None:
         "--language",
         metavar="CODE",
         default=here().language,
-        help="what the participant reads (default: the study's)",
+        help="language of the participant's texts (default: the study's)",
     )
     parser.add_argument(
-        "--seed", type=int, metavar="N", help="of the orders (default: the study's)"
+        "--seed",
+        type=int,
+        metavar="N",
+        help=("random seed for trial orders (default: the study's)"),
     )
     parser.add_argument("--pilot", action="store_true", help="mark the run as a pilot")
     parser.add_argument(
         "--add-study",
         action="store_true",
-        help="record into a folder that holds another study already",
+        help="allow a second study in a data set that contains another one",
     )
-    parser.add_argument("--unblind", action="store_true", help="show the operator the amplitude")
+    parser.add_argument(
+        "--unblind", action="store_true", help=("show the amplitude to the operator")
+    )
 
 
 def run_run(args: Namespace) -> int:
@@ -273,10 +284,12 @@ def add_resume(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--plate",
         metavar="SPEC",
-        help="mock, serial:PORT or scpi:RESOURCE (default: the one that the run was on)",
+        help="mock, serial:PORT or scpi:RESOURCE (default: the run's plate)",
     )
     add_setting(parser)
-    parser.add_argument("--unblind", action="store_true", help="show the operator the amplitude")
+    parser.add_argument(
+        "--unblind", action="store_true", help=("show the amplitude to the operator")
+    )
 
 
 def run_resume(args: Namespace) -> int:
@@ -356,11 +369,11 @@ def add_check(parser: ArgumentParser) -> None:
         "--language",
         metavar="CODE",
         default=here().language,
-        help="what the participant will read (default: the study's)",
+        help="language of the participant's texts (default: the study's)",
     )
-    parser.add_argument("--pilot", action="store_true", help="the run will be marked as a pilot")
+    parser.add_argument("--pilot", action="store_true", help="check for a pilot run")
     parser.add_argument(
-        "--only", metavar="NAME", help="make one check alone: plate, display, sound, ..."
+        "--only", metavar="NAME", help="run only one check: plate, display, sound, ..."
     )
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
 

@@ -30,20 +30,20 @@ def add_study(parser: ArgumentParser) -> Commands:
     )
     new = commands.add_parser(
         "new",
-        help="write a study file to begin with",
+        help="write a study file that you can edit",
         epilog="example: slipscale study new ours.toml --title Ours --author Ada",
     )
     new.add_argument("path", type=Path, metavar="FILE", help="a new TOML file")
-    new.add_argument("--title", metavar="TEXT", help="of the study and its data set; else asked")
     new.add_argument(
-        "--author", metavar="NAME", action="append", help="one of the authors; may be repeated"
+        "--title", metavar="TEXT", help=("title of the study and its data set (default: ask)")
     )
+    new.add_argument("--author", metavar="NAME", action="append", help="an author; may be repeated")
     new.add_argument(
         "--from",
         dest="template",
         default=NEW_STUDY,
         metavar="NAME",
-        help=f"the shipped study to begin with (default: {NEW_STUDY})",
+        help=f"the shipped study to start from (default: {NEW_STUDY})",
     )
     show = commands.add_parser(
         "show",
@@ -53,42 +53,50 @@ def add_study(parser: ArgumentParser) -> Commands:
     default = here()
     show.add_argument("study", metavar="STUDY", nargs="?", default=default.study, help=WHICH)
     show.add_argument(
-        "--participant", default="01", metavar="01", help="whose orders (default: 01)"
+        "--participant",
+        default="01",
+        metavar="01",
+        help=("participant label for the orders (default: 01)"),
     )
     show.add_argument(
-        "--session", default="", metavar="01", help="of which session (default: the study's first)"
+        "--session",
+        default="",
+        metavar="01",
+        help=("session label for the orders (default: the study's first)"),
     )
-    show.add_argument("--run", default="01", metavar="01", help="of which run (default: 01)")
+    show.add_argument(
+        "--run", default="01", metavar="01", help=("run number for the orders (default: 01)")
+    )
     show.add_argument(
         "--timeline",
         action="store_true",
-        help="say what a participant goes through instead: minutes and their spread, time with "
-        "the plate vibrating, cost",
+        help="instead print what a participant goes through: minutes and their spread, time "
+        "with the plate vibrating, cost",
     )
     show.add_argument(
         "--people",
         type=int,
         default=200,
         metavar="N",
-        help="simulated people behind the timeline (default: 200)",
+        help="number of simulated people for the timeline (default: 200)",
     )
     show.add_argument(
         "--population",
         metavar="NAME",
-        help="who goes through the timeline: biet2007 (default), realistic (with people's habits), "
-        "or a TOML file",
+        help="simulated people for the timeline: biet2007 (default), realistic (with human "
+        "habits), or a TOML file",
     )
     show.add_argument("--json", action="store_true", help="print the timeline as JSON")
     show.add_argument(
         "--figure",
         type=Path,
         metavar="FILE",
-        help="draw the timeline, or without --timeline all participants' orders (unblinds you): "
-        ".svg, .png or .pdf",
+        help="draw the timeline, or without --timeline all participants' orders (which "
+        "unblinds you): .svg, .png or .pdf",
     )
     validate = commands.add_parser(
         "validate",
-        help="report every fault of a study file, and how balanced its orders are",
+        help="report every fault in a study file, and how balanced its orders are",
         epilog="example: slipscale study validate matching",
     )
     # Outside a laboratory folder there is no default study.
@@ -96,13 +104,15 @@ def add_study(parser: ArgumentParser) -> Commands:
     validate.add_argument("study", metavar="STUDY", help=WHICH, **optional)
     texts = commands.add_parser(
         "texts",
-        help="write a file for the texts of a language that the study brings",
+        help="write a file for the study's texts in another language",
         epilog="example: slipscale study texts matching --language de --out texts.de.toml",
     )
     texts.add_argument("study", metavar="STUDY", help=WHICH, **optional)
-    texts.add_argument("--language", required=True, metavar="CODE", help="such as de or pt-BR")
     texts.add_argument(
-        "--out", required=True, type=Path, metavar="FILE", help="a new file, beside the study's"
+        "--language", required=True, metavar="CODE", help=("language code, such as de or pt-BR")
+    )
+    texts.add_argument(
+        "--out", required=True, type=Path, metavar="FILE", help=("a new file, next to the study's")
     )
     commands.add_parser(
         "schema",
@@ -154,7 +164,7 @@ def _refuse_without_timeline(args: Namespace) -> None:
     """Reject options that require ``--timeline``."""
     for name in ("population", "json"):
         if getattr(args, name):
-            raise UserError(f"--{name}: expected --timeline beside it")
+            raise UserError(f"--{name}: expected --timeline as well")
 
 
 def _figure_path(args: Namespace) -> Path | None:

@@ -48,8 +48,8 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
         # A journal only grows, so an earlier copy must be its beginning.
         if copy.exists() and not content.startswith(copy.read_bytes()):
             raise UserError(
-                f"{copy}: holds another run, or more of this one; expected a backup folder of "
-                "this data set's own"
+                f"{copy}: contains another run, or more of this run; expected a separate "
+                "backup folder for this data set"
             )
         copy.parent.mkdir(parents=True, exist_ok=True)
         _remember(dataset, place)
@@ -65,20 +65,19 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
             draft.unlink()
         raise UserError(f"{copy}: cannot be written ({error.strerror})") from None
     if not same:
-        raise UserError(f"{copy}: is not what was written there; the medium may be faulty")
+        raise UserError(f"{copy}: differs from what was written; the medium may be faulty")
     return copy
 
 
 def check_folder(dataset: Path, folder: Path) -> None:
     """Raise `UserError` unless a folder can serve as a data set's backup."""
     if not folder.is_dir():
-        raise UserError(f"--backup {folder}: no such folder; connect its disk, or make it")
+        raise UserError(f"--backup {folder}: no such folder; connect its disk, or create it")
     if folder.resolve().is_relative_to(dataset.resolve()):
-        raise UserError(f"--backup {folder}: lies in the data set itself; name a folder elsewhere")
+        raise UserError(f"--backup {folder}: is inside the data set; expected a folder elsewhere")
     if folder.resolve() == dataset.resolve().parent:
         raise UserError(
-            f"--backup {folder}: the data set lies in it, and would be its own copy; name a folder "
-            "elsewhere"
+            f"--backup {folder}: contains the data set itself; expected a folder elsewhere"
         )
 
 

@@ -138,12 +138,12 @@ def _lost(run: Run, told: dict[str, Any]) -> str:
         return ""
     if len(run.records) < count:
         return (
-            f"its end is missing: {len(run.records)} records, and there were {count} when its "
+            f"its end is missing: it has {len(run.records)} records, but had {count} when its "
             "tables were made"
         )
     now = run.records[count - 1].hash
     if known and now and not run.damage and now != known:
-        return f"its first {count} records are not those that its tables were made from"
+        return f"its first {count} records differ from those from which its tables were made"
     return ""
 
 
@@ -152,8 +152,8 @@ def _loses(path: Path, new: str, *, damaged: bool) -> str:
     before, rows = _rows(path), _parse(new)
     if len(before) > len(rows):
         return (
-            f"holds {len(before)} rows, and its journal gives {len(rows)}; it was left as it is. "
-            "Restore the journal, or delete the table and build again"
+            f"has {len(before)} rows, but its journal gives {len(rows)}; the table was left "
+            "unchanged. Restore the journal, or delete the table and build again"
         )
     erased = sum(
         row.get(column) == MISSING and cell != MISSING
@@ -162,8 +162,8 @@ def _loses(path: Path, new: str, *, damaged: bool) -> str:
     )
     if damaged and erased:
         return (
-            f"holds {erased} values that its damaged journal does not give; it was left as it is. "
-            "Restore the journal, or delete the table and build again"
+            f"contains {erased} values that its damaged journal no longer gives; the table "
+            "was left unchanged. Restore the journal, or delete the table and build again"
         )
     return ""
 
@@ -188,7 +188,9 @@ def _keep_rows(
         label = " ".join(old[key] for key in keys)
         if not same:
             kept.append(old)
-            yield Problem(file=str(name), place=label, what=f"no journal gives this row; {KEPT}")
+            yield Problem(
+                file=str(name), place=label, what=(f"this row is not in any journal; {KEPT}")
+            )
             continue
         erased = [
             column
@@ -198,7 +200,9 @@ def _keep_rows(
         if erased and person in lost and len(same) == 1:
             same[0].update({column: old[column] for column in erased})
             values = ", ".join(erased)
-            yield Problem(file=str(name), place=label, what=f"no journal gives {values}; {KEPT}")
+            yield Problem(
+                file=str(name), place=label, what=(f"no journal contains {values}; {KEPT}")
+            )
     rows += kept
     header = [*dict.fromkeys(column for row in rows for column in row)]
     if kept:
@@ -211,7 +215,7 @@ def _keep_rows(
     files[name] = table(header, [[row.get(column, MISSING) for column in header] for row in rows])
 
 
-KEPT = "it was kept. Restore the journal, or delete it by hand and build again"
+KEPT = "it was kept. Restore the journal, or delete the row and build again"
 
 
 def _rows(path: Path) -> list[Row]:

@@ -68,13 +68,15 @@ def decide(
     """
     path = dataset / "sourcedata" / f"sub-{participant}" / RECORD
     if not path.parent.is_dir():
-        raise UserError(f"participant {participant}: {dataset} holds nothing of them")
+        raise UserError(
+            f"participant {participant}: {dataset} contains no data from this participant"
+        )
     known = decisions(path) if path.exists() else ()
     if excluded == bool(known and known[-1].excluded):
         state = "excluded already" if excluded else "not excluded by hand"
         raise UserError(f"participant {participant} is {state}")
     if not reason.strip():
-        raise UserError("expected a reason: it is printed in the report")
+        raise UserError("expected a reason, which is printed in the report")
     decision = Decision(
         excluded=excluded,
         reason=" ".join(reason.split()),

@@ -86,7 +86,7 @@ def mode_of(dataset: Path) -> Mode | None:
         if plan:
             modes.add(plan.mode)
     if len(modes) > 1:
-        raise UserError(f"{dataset}: holds pilots and participants; they must not be mixed")
+        raise UserError(f"{dataset}: contains pilots and participants, which must not be mixed")
     return modes.pop() if modes else None
 
 
@@ -128,17 +128,20 @@ def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
         # If more than the header is damaged, its mark is kept for the first trial.
         whole = len(reading.records) > 1 and reading.records[1].number == 1
         reading.records[: 1 if whole else 0] = [header]
-        told = "what the header said is taken from the run's sidecar"
+        told = "the content of its header is taken from the run's sidecar"
         problems.append(Problem(file=file, place="line 1", what=told))
     if plan is None:
         reason = str(reading.damage[0]) if reading.damage else "no header"
         problems.append(
             Problem(
                 file=file,
-                what=f"its first record is damaged ({reason}): what run it is cannot be told "
-                "from it; nothing of it is used"
+                what=f"its first record is damaged ({reason}), so the run cannot be "
+                "identified; the journal is not used"
                 if reading.records
-                else "its first record is torn: it holds nothing; the run can be begun anew",
+                else (
+                    "its first record is incomplete: the journal is empty, and the run can be "
+                    "started again"
+                ),
             )
         )
         return None

@@ -59,5 +59,5 @@ def _read(dataset: Path) -> dict[str, list[Path]]:
         return {SOURCES: [], INTO: []}
     except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
         raise UserError(
-            f"{path}: cannot be read ({error}); expected the lists that slipscale data merge writes"
+            f"{path}: cannot be read ({error}); expected the lists written by slipscale data merge"
         ) from None

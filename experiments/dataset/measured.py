@@ -36,32 +36,33 @@ MEASURED: Mapping[str, Column] = {
     SPEED: Column(
         value=_value(SPEED),
         kind="number",
-        description="Mean speed of the finger while it explored the surface: length of its way, "
-        "divided by the time that it touched",
+        description="Mean speed of the finger while it explored the surface: path length "
+        "divided by contact time",
         units="mm/s",
     ),
     STROKES: Column(
         value=_value(STROKES),
         kind="number",
-        description="How often the finger went one way for 5 mm or more while it explored",
+        description="Number of strokes of 5 mm or more in one direction during the exploration",
     ),
     COEFFICIENT: Column(
         value=_value(COEFFICIENT),
         kind="number",
-        description="Coefficient of friction measured while the finger slid in the exploration: "
-        "median of the size of the lateral force divided by the normal force",
+        description="Coefficient of friction measured while the finger slid during the "
+        "exploration: median of the lateral force's magnitude divided by the "
+        "normal force",
     ),
     NORMAL_FORCE: Column(
         value=_value(NORMAL_FORCE),
         kind="number",
-        description="Mean normal force while the finger slid in the exploration",
+        description="Mean normal force while the finger slid during the exploration",
         units="N",
     ),
     "drive_voltage_v_peak": Column(
         value=_value("drive_voltage_v_peak"),
         kind="number",
-        description="Drive voltage at the plate once the surface had settled (a texture: at its "
-        "mean), peak",
+        description="Peak drive voltage at the plate once the surface had settled (for a "
+        "texture, at its mean)",
         units="V",
     ),
     "plate_temperature_c": Column(

@@ -44,13 +44,13 @@ SENSOR = "sensor"
 FLAGS: Mapping[str, str] = {
     VOIDED: "voided by the operator; not to be analysed",
     TIMED_OUT: "the time limit ran out before an answer",
-    FAULT: "the rig failed in this trial; the surface was presented again",
+    FAULT: "the rig failed in this trial; the surface was presented once more",
     PAUSED: "the operator paused in this trial",
     REPRESENTED: "the surface was presented and explored again before the answer",
-    RESUMED: "the run was interrupted in this trial and taken up again",
-    SENSOR: "what was measured of the finger cannot be a finger's (a wrong column, unit or wire), "
-    "or a tenth of the readings could not be read",
-    DAMAGED: "a record of this trial or next to it is damaged in the journal; not to be analysed",
+    RESUMED: "the run was interrupted in this trial and resumed",
+    SENSOR: "the measurements cannot come from a finger (a wrong column, unit or wire), or a "
+    "tenth of the readings could not be read",
+    DAMAGED: "a journal record of this trial, or next to it, is damaged; not to be analysed",
 }
 # Part of the names of columns that hold what the plate reads back.
 READBACK = "readback"
@@ -63,32 +63,34 @@ FLAG_SEPARATOR = ";"
 SIDECAR = "Slipscale"
 NOTES: Mapping[str, str] = {
     "study": "name of the study",
-    "protocol": "name of the protocol, where the study gives the task a label of its own",
+    "protocol": "name of the protocol, if the study gives the task its own label",
     "study_hash": "SHA-256 of the study file's text",
-    "seed": "seed of all orders",
-    "mode": "participant, or pilot: the study was tried out, these are not data",
-    "language": "what the participant read; a language of the study's own stands in `code/`",
-    "texts_hash": "SHA-256 of all texts that the participant could read; n/a where the journal is "
-    "older",
-    "complete": "whether the run came to its end",
-    "answered_by": "person, simulated or scripted; what plate it was is another entry",
+    "seed": "random seed of all orders",
+    "mode": "participant, or pilot: a trial of the study, not data",
+    "language": (
+        "language of the participant's texts; texts in the study's own languages are in `code/`"
+    ),
+    "texts_hash": "SHA-256 of all texts that the participant could read; n/a if the journal "
+    "is older",
+    "complete": "whether the run was completed",
+    "answered_by": "person, simulated or scripted; the plate is a separate entry",
     "masking_noise": "on, or absent",
-    "headphone_test": "what came of the headphone test: passed, failed, not done (and why), broken "
-    "off; how many tones were right, in which ear each noise was heard, what the operator decided; "
-    "left out where the study has none",
-    "quantity": "what the levels are in: name, unit, convention, and what was judged; left out: "
-    "the vibration amplitude in µm peak to peak",
-    "plate_spec": "the plate as it was named on the command line",
-    "plate": "what the plate says of itself, its calibration included",
-    "contact": "what measured the finger's place and forces, and how textures were made; n/a "
-    "where nothing did",
-    "software": "versions of all that the data can depend on",
+    "headphone_test": "result of the headphone test: passed, failed, not done (and why), "
+    "broken off; number of correct tones, the ear in which each noise was "
+    "heard, the operator's decision; omitted if the study has no such test",
+    "quantity": "what the levels are: name, unit, convention, and what was judged; omitted "
+    "for the vibration amplitude in µm peak to peak",
+    "plate_spec": "the plate as named on the command line",
+    "plate": "what the plate reports about itself, including its calibration",
+    "contact": "sensors of the finger's position and forces, and how textures were made; n/a "
+    "if there were none",
+    "software": "versions of all software that the data can depend on",
     "started_utc": "when the run began; n/a for a pilot",
-    "resumes": "each time the run was gone on with: when, plate, noise, software; n/a for a pilot",
+    "resumes": "each time the run was resumed: when, plate, noise, software; n/a for a pilot",
     "voided": "each voided trial and the operator's reason",
-    "notes": "what the operator noted during the run, and when; left out where there is nothing",
-    "damaged": "what of the journal could not be used, by line",
-    "journal": "the journal's number of records and their running hash; n/a for a pilot",
+    "notes": "the operator's notes during the run, with times; omitted if there are none",
+    "damaged": "journal lines that could not be used",
+    "journal": "number of records in the journal, and their running hash; n/a for a pilot",
 }
 
 TABLE_NAME = re.compile(
@@ -218,7 +220,7 @@ def _interval_columns(number: int) -> dict[str, Column]:
 
 def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
     """Return the columns that every task has."""
-    modulated = ("; of a texture the largest", "; of a texture its mean")
+    modulated = ("; for a texture, the largest", "; for a texture, its mean")
     largest, mean = modulated if protocol.textures else ("", "")
 
     def answered(record: TrialRecord, field: str) -> Any:
@@ -287,12 +289,12 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
         "response_time_source": Column(
             value=lambda record: answered(record, "time_source"),
             kind="label",
-            description="Where the response time was taken",
+            description="Source of the response time",
             levels={
                 "ptb": "the key event's own time stamp",
-                "window": "when the window was told of the key",
-                "operator": "when the operator, who typed what the participant said, handed it "
-                "in: the response time holds their hearing and typing",
+                "window": "when the window was notified of the key",
+                "operator": "when the operator submitted an answer that the participant "
+                "spoke: the response time includes hearing and typing",
                 "simulated": "drawn by a simulated participant",
                 "scripted": "set by a script",
             },
@@ -300,7 +302,9 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
         "rejected_entries": Column(
             value=lambda record: "; ".join(answered(record, "rejected") or ()) or None,
             kind="text",
-            description="Entries that were no answer and were asked again, separated by '; '",
+            description=(
+                "Rejected entries, after which the question was asked again, separated by '; '"
+            ),
         ),
         "repeats": Column(
             value=lambda record: record.trial.repeats,
@@ -310,7 +314,7 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
         "flag": Column(
             value=lambda record: FLAG_SEPARATOR.join(record.flags) or None,
             kind="label",
-            description=f"What happened in the trial, separated by '{FLAG_SEPARATOR}': "
+            description=f"Events in the trial, separated by '{FLAG_SEPARATOR}': "
             + ", ".join(f"{flag} ({meaning})" for flag, meaning in FLAGS.items()),
         ),
     }
@@ -327,8 +331,8 @@ def session_columns() -> dict[str, Column]:
         COMPLETE: Column(
             value=lambda _: None,
             kind="label",
-            description="Whether every run of the session came to its end",
-            levels={"yes": "complete", "no": "interrupted, or still going on"},
+            description="Whether every run of the session was completed",
+            levels={"yes": "complete", "no": "interrupted, or still running"},
         ),
     }
 
@@ -346,8 +350,8 @@ def questionnaire_columns(
         The columns for session and run that the table has.
     """
     which = {
-        SESSION: "Which of the participant's sessions it was asked in",
-        RUN: "Which run of the session it was asked in",
+        SESSION: "The participant's session in which the question was asked",
+        RUN: "The run of the session in which the question was asked",
     }
     return {
         name: Column(value=lambda _: None, kind="label", description=meaning)
@@ -386,13 +390,15 @@ def person_columns(questions: Mapping[str, Mapping[str, str]] | None = None) -> 
             description="Whether these are data",
             levels={
                 "participant": "a person's answers, to be analysed",
-                "pilot": "a pilot run: simulated, or a person who tried the study out",
+                "pilot": (
+                    "a pilot run: simulated, or answered by a person who tried out the study"
+                ),
             },
         ),
         COMPLETE: Column(
             value=lambda _: None,
             kind="label",
-            description="Whether every run came to its end",
-            levels={"yes": "complete", "no": "interrupted, or still going on"},
+            description="Whether every run was completed",
+            levels={"yes": "complete", "no": "interrupted, or still running"},
         ),
     }

@@ -48,7 +48,7 @@ def verify(dataset: Path) -> list[Problem]:
             problems += _compare(dataset, name, content)
     for path in strays(dataset, files.keys()):
         file = path.relative_to(dataset).as_posix()
-        problems.append(Problem(file=file, what="no journal gives it"))
+        problems.append(Problem(file=file, what="is not in any journal"))
     return problems
 
 
@@ -56,7 +56,7 @@ def _compare(dataset: Path, name: PurePosixPath, content: Content) -> list[Probl
     """Return the differences between a file and the content that the journals give."""
     path = dataset / name
     if not path.is_file():
-        return [Problem(file=str(name), what="is not there; slipscale data build writes it")]
+        return [Problem(file=str(name), what="is missing; slipscale data build writes it")]
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -67,9 +67,9 @@ def _compare(dataset: Path, name: PurePosixPath, content: Content) -> list[Probl
         problems = list(_entries(str(name), text, content))
     else:
         same = text == content
-        problems = [] if same else [Problem(file=str(name), what="differs from the journals'")]
+        problems = [] if same else [Problem(file=str(name), what="differs from the journals")]
     if len(problems) > TOLD:
-        more = Problem(file=str(name), what=f"{len(problems) - TOLD} differences more")
+        more = Problem(file=str(name), what=f"{len(problems) - TOLD} more differences")
         problems = [*problems[:TOLD], more]
     return problems
 
@@ -79,11 +79,11 @@ def _rows(name: str, text: str, expected: str) -> Iterator[Problem]:
     try:
         there = _cells(text)
     except csv.Error as error:
-        yield Problem(file=name, what=f"is no table ({error})")
+        yield Problem(file=name, what=f"is not a table ({error})")
         return
     header, *rows = _cells(expected)
     if not there or there[0] != header:
-        yield Problem(file=name, place="row 1", what="other columns than the journal gives")
+        yield Problem(file=name, place="row 1", what="has other columns than the journal")
         return
     for number, (row, right) in enumerate(zip_longest(there[1:], rows), start=2):
         place = f"row {number}"
@@ -92,11 +92,13 @@ def _rows(name: str, text: str, expected: str) -> Iterator[Problem]:
         elif right is None:
             yield Problem(file=name, place=place, what=f"is not in the journal ({_short(row)})")
         elif len(row) != len(right):
-            yield Problem(file=name, place=place, what=f"{len(row)} cells for {len(right)}")
+            yield Problem(
+                file=name, place=place, what=(f"{len(row)} cells instead of {len(right)}")
+            )
         else:
             for column, cell, wanted in zip(header, row, right, strict=True):
                 if cell != wanted:
-                    what = f"{column} is {cell[:40]!r}; the journal says {wanted[:40]!r}"
+                    what = f"{column} is {cell[:40]!r}; the journal has {wanted[:40]!r}"
                     yield Problem(file=name, place=place, what=what)
 
 
@@ -117,7 +119,7 @@ def _entries(name: str, text: str, content: dict[str, Any]) -> Iterator[Problem]
         return
     for entry, wanted in _settled(json.loads(json.dumps(content))).items():
         if entry in there and there[entry] != wanted:
-            yield Problem(file=name, place=entry, what="differs from the journal's")
+            yield Problem(file=name, place=entry, what="differs from the journal")
 
 
 def _settled(content: Any) -> dict[str, Any]:

@@ -120,15 +120,18 @@ def _todo(dataset: Path, participant: str) -> Pending:
     for folder in (dataset, *todo.copies):
         if any(is_being_written(path) for path in _journals_of(folder, participant)):
             raise UserError(
-                f"--participant {participant}: a session of theirs runs now; end it first"
+                f"--participant {participant}: a session of this participant is running; end "
+                "it first"
             )
     return todo
 
 
 def _nothing_of(dataset: Path, participant: str) -> UserError:
     labels = sorted({path.parent.name.removeprefix("sub-") for path in journals(dataset)})
-    known = expected_one_of(participant, labels) if labels else "it holds no participants"
-    return UserError(f"--participant {participant}: {dataset} holds nothing of them; {known}")
+    known = expected_one_of(participant, labels) if labels else "it contains no participants"
+    return UserError(
+        f"--participant {participant}: {dataset} contains no data from this participant; {known}"
+    )
 
 
 def _merged_sets(dataset: Path) -> list[Path]:
@@ -143,8 +146,9 @@ def _check_there(lists: dict[Path, Path]) -> None:
     for copy, file in lists.items():
         if not copy.is_dir():
             raise UserError(
-                f"the copy {copy} is not there, and may hold data of the participant: connect its "
-                f"disk; if it is gone for good, remove its line from {file}"
+                f"the copy {copy} is not available, and may contain data from the "
+                "participant: connect its disk; if it no longer exists, remove its line from "
+                f"{file}"
             )
 
 

@@ -95,8 +95,8 @@ def entries(dataset: Path) -> list[dict[str, Any]]:
         return []
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise UserError(
-            f"{dataset / RECORD}: cannot be read ({error}); expected the list that slipscale data "
-            "withdraw writes"
+            f"{dataset / RECORD}: cannot be read ({error}); expected the list written by "
+            "slipscale data withdraw"
         ) from None
     return list(found)
 

@@ -129,8 +129,8 @@ class Journal:
                 return journal
             journal.close()
             raise UserError(
-                f"this run exists already: {path}; name another participant, session or run, or "
-                "go on with it: slipscale resume"
+                f"this run already exists: {path}; name another participant, session or run, "
+                "or resume it: slipscale resume"
             ) from None
         except OSError as error:
             raise UserError(f"journal {path}: {error.strerror}") from None
@@ -276,13 +276,14 @@ class Journal:
             break
         else:
             raise UserError(
-                f"journal {gone}: it has been removed or renamed, or its disk is gone, and no "
-                f"other place can be written; {len(self.records)} records were in it"
+                f"journal {gone}: it has been removed or renamed, or its disk has been "
+                "disconnected, and nothing can be written elsewhere; it had "
+                f"{len(self.records)} records"
             )
         self.moved(self.path)
         self.tell(
-            f"THE JOURNAL HAS GONE: {gone} was removed or renamed, or its disk is gone. "
-            f"All until now and what follows is in {self.path}"
+            f"THE JOURNAL IS MISSING: {gone} was removed or renamed, or its disk was "
+            f"disconnected. All records, earlier and later, are in {self.path}"
         )
 
     def _take_stock(self) -> None:

@@ -45,7 +45,7 @@ def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
     """Return a journal's plan and records; raise `UserError` if it is not a run's journal."""
     records, _ = read_records(path)
     if not records:
-        raise UserError(f"journal {path}: holds nothing; begin the run anew with slipscale run")
+        raise UserError(f"journal {path}: is empty; start the run again with slipscale run")
     _, damage = checked(records)
     if damage:
         raise damaged(path, damage[0])

@@ -159,11 +159,9 @@ def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
     }
     for line in found:
         if chosen[line.record.number] is not line:
-            reason = f"record {line.record.number} stands in line"
+            reason = f"record {line.record.number} is also in line"
             there = chosen[line.record.number].place + 1
-            reading.damage.append(
-                Damage(line=line.place + 1, reason=f"{reason} {there} too: repeated")
-            )
+            reading.damage.append(Damage(line=line.place + 1, reason=f"{reason} {there}: repeated"))
     return [line for line in found if chosen[line.record.number] is line]
 
 
@@ -180,7 +178,7 @@ def _report_moved(chosen: list[_Line], reading: Reading) -> None:
         if length == wanted:
             wanted -= 1
         else:
-            reason = f"record {line.record.number} is not in its place: moved"
+            reason = f"record {line.record.number} is out of place: moved"
             reading.damage.append(Damage(line=line.place + 1, reason=reason))
 
 
@@ -194,12 +192,14 @@ def _put_in_order(chosen: list[_Line], wrong: list[int], reading: Reading) -> No
             before = None
             reading.mark()
             if missing > sum(place < each < line.place for each in wrong):
-                reason = f"expected record {expected}, found {record.number}: one or more removed"
+                reason = (
+                    f"expected record {expected}, found {record.number}: one or more were removed"
+                )
                 reading.damage.append(Damage(line=line.place + 1, reason=reason))
         if before is None or follows(record, line.covered, before):
             reading.records.append(record)
         else:
-            reason = "it does not follow from the records before it: edited, or one of them was"
+            reason = "it does not follow from the records before it: it or one of them was edited"
             reading.damage.append(Damage(line=line.place + 1, reason=reason))
             reading.mark()
         expected, place, before = record.number + 1, line.place, record.hash
@@ -229,7 +229,7 @@ def damaged(path: Path, damage: Damage) -> UserError:
     """Return the error that describes a journal's damage."""
     return UserError(
         f"journal {path}, line {damage.line}: damaged or not a journal ({damage.reason}); "
-        "expected one record of JSON a line, as the session wrote it"
+        "expected one JSON record per line, as the session wrote it"
     )
 
 

@@ -244,7 +244,7 @@ class _Order:
         if (record.kind == "header") != (first and record.number == 0):
             return "a run has one header, its first record"
         if self._ended:
-            return "it stands after the end of the run"
+            return "it comes after the end of the run"
         if record.kind == "begin":
             return self._begins(record)
         if record.kind == "done":
@@ -263,12 +263,12 @@ class _Order:
         step = record.data["step"]
         what, self._open = self._open, None
         if what is None or step != self._over or not self.sure:
-            return f"step {step} is done, but its beginning is not there"
+            return f"step {step} is done, but never began"
         self._over += 1
         answer, expected = record.data["answer"], STEPS[what["type"]][1]
         given = None if answer is None else answer["type"]
         if given != (expected.__name__ if expected else None):
-            return f"{given} is no answer to {what['type']}"
+            return f"{given} is not a valid answer to {what['type']}"
         return ""
 
 
@@ -301,7 +301,7 @@ def _check_reply(data: dict[str, Any]) -> None:
 def _check_step(what: dict[str, Any]) -> None:
     _fit(_Step, what)
     if what["type"] not in STEPS:
-        raise UserError(f"no step is called {what['type'][:40]!r}")
+        raise UserError(f"unknown step {what['type'][:40]!r}")
     _fit(STEPS[what["type"]][0], what)
     if what["trial"] is not None:
         _fit(Trial, what["trial"])
@@ -321,7 +321,7 @@ def _check_answer(answer: dict[str, Any]) -> None:
     kinds = {kind.__name__: kind for kind in (Reply, Adjusted, Presented, Voided)}
     kind = answer.get("type")
     if not isinstance(kind, str) or kind not in kinds:
-        raise UserError("the answer is of no known type")
+        raise UserError("unknown type of answer")
     _fit(kinds[kind], {name: v for name, v in answer.items() if name != "type"})
 
 

@@ -169,7 +169,7 @@ def texts_hash(texts: Texts) -> str:
 def _unknown(key: str, shipped: Texts) -> str:
     """Return the error message for an unknown key."""
     near = get_close_matches(key, shipped, n=3) or sorted(shipped)
-    return f"there is no such text; there are: {', '.join(near)}"
+    return f"unknown text; expected a text such as {', '.join(near)}"
 
 
 def blanks(text: str) -> set[str] | None:

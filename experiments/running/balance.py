@@ -32,13 +32,13 @@ def order_balance(
     """
     pairs = list(permutations(surfaces, 2))
     if not pairs:
-        return "one surface: there is no order to balance"
+        return "one surface: no order to balance"
     if options.randomisation != "williams":
         follows = Counter(chain.from_iterable(pairwise(chain.from_iterable(run)) for run in runs))
         counts = [follows[pair] for pair in pairs]
         return (
-            f"{options.randomisation}: each order is drawn by itself, balanced on average; here "
-            f"a surface follows another {_times(min(counts), max(counts))}"
+            f"{options.randomisation}: orders are drawn independently and are balanced on "
+            f"average; here a surface follows another {_times(min(counts), max(counts))}"
         )
     blocks = [block for run in runs for block in run]
     follows = Counter(chain.from_iterable(map(pairwise, blocks)))
@@ -49,12 +49,12 @@ def order_balance(
     group = williams_group(
         len(surfaces), options.repetitions, no_immediate_repeat=options.no_immediate_repeat
     )
-    filled = f"{_many(len(blocks), 'block')} of {_many(len(runs), 'run')}"
+    filled = f"{_many(len(blocks), 'block')} in {_many(len(runs), 'run')}"
     if len(by_count) == 1:
         each = _times(next(iter(by_count)))
         return (
             f"williams: {filled} are balanced over squares of {rows} rows; within blocks each "
-            f"surface follows each other one {each}"
+            f"surface follows every other one {each}"
         )
     usual = max(by_count, key=lambda count: (len(by_count[count]), count))
     unequal = "; ".join(
@@ -64,9 +64,9 @@ def order_balance(
     )
     others = "transition" if len(by_count[usual]) == 1 else "transitions"
     return (
-        f"williams: {filled} do not fill whole squares of {rows} rows; within blocks {unequal}; "
-        f"the other {len(by_count[usual])} {others} {_times(usual)}; "
-        f"{group} participants, or a multiple of {group}, would be balanced"
+        f"williams: {filled} do not fill complete squares of {rows} rows; within blocks "
+        f"{unequal}; the other {len(by_count[usual])} {others} {_times(usual)}; {group} "
+        f"participants, or a multiple of {group}, would be balanced"
     )
 
 

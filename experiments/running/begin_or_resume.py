@@ -39,9 +39,9 @@ def plate_for(plan: RunPlan, spec: str, clock: Clock) -> PlateDriver:
         driver.adopt(quantity, wanted.level)
     if (made := driver.limits.quantity).makes != quantity.makes:
         raise UserError(
-            f"plate '{spec}' makes {made.name} in {made.unit_in_full}, the study's levels are "
-            f"{quantity.name} in {quantity.unit_in_full}; expected a plate file and a study with "
-            "the same [quantity]"
+            f"plate '{spec}' makes {made.name} in {made.unit_in_full}, but the study's levels "
+            f"are {quantity.name} in {quantity.unit_in_full}; expected a plate file and a "
+            "study with the same [quantity]"
         )
     driver.limits = driver.limits.held_to(
         tolerance=wanted.tolerance, deviation_level=wanted.tolerance_level

@@ -40,8 +40,8 @@ def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]
     other = sorted({plan.stem for plan, _ in begun if plan.study_text != text})
     if other:
         yield (
-            f"the study '{study.name}' has changed since {', '.join(other)}: give the new one "
-            "another name or another folder, unless the change is meant"
+            f"the study '{study.name}' has changed since {', '.join(other)}: unless the "
+            "change is intended, give the new study another name or use another folder"
         )
     if not begun:
         return
@@ -49,7 +49,7 @@ def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]
     spec = with_plate_file(plate, study.plate.file)
     was = str(header.data["plate_spec"])
     if was != spec:
-        yield f"the plate was '{was}' in {last.stem}, and is '{spec}' now"
+        yield f"the plate was '{was}' in {last.stem}, but is now '{spec}'"
     now = datetime.now(UTC)
     try:
         then = datetime.fromisoformat(str(header.data["started_utc"])).astimezone(UTC)

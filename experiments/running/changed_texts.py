@@ -23,13 +23,13 @@ def changed_texts(plan: RunPlan, records: list[Record]) -> Iterator[str]:
     began = records[0].data.get("texts_hash")
     if began and began != texts_hash(texts):
         yield (
-            "words on the screen differ from those that the run began with: this is another "
-            "version of Slipscale; the journal notes it"
+            "some words on the screen differ from those at the beginning of the run, because "
+            "the version of Slipscale differs; the journal records this"
         )
     with suppress(UserError):
         study, text = read_study(plan.study_name)
         if study.name == plan.study.name and replace(plan, study_text=text).texts() != texts:
             yield (
-                f"{plan.study_name}: its texts in '{plan.language}' have changed since the run "
-                "began; it goes on with those it began with"
+                f"{plan.study_name}: its texts in '{plan.language}' have changed since the "
+                "run began; the run continues with the earlier texts"
             )

@@ -125,7 +125,7 @@ def try_sources(specs: ContactSpecs, seed: int) -> list[str]:
             each.source.begin()
         clock.sleep(TRIED_S)
         told = [f"{kind}: {_readings(each.source)}" for kind, each in opened.items()]
-    return told + [f"{kind}: {spec}, not to be tried without a session" for kind, spec in
+    return told + [f"{kind}: {spec}, cannot be tested without a session" for kind, spec in
                    later.items()]  # fmt: skip
 
 
@@ -136,7 +136,7 @@ def _readings(source: ContactSource) -> str:
         return "no finger on the plate"
     pairs = zip(source.quantities, samples[-1].values, strict=True)
     last = ", ".join(f"{name} {value:.3g}" for name, value in pairs)
-    return f"{len(samples) / TRIED_S:.0f} readings a second, the last {last}"
+    return f"{len(samples) / TRIED_S:.0f} readings per second, the last {last}"
 
 
 def require_virtual(specs: ContactSpecs) -> None:

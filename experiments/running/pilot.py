@@ -136,11 +136,14 @@ def claim(folder: Path, plans: list[RunPlan]) -> None:
         if path in known and (not holds_records(path) or _same(read_plan(path)[0], known[path])):
             continue
         raise UserError(
-            f"--out {folder}: holds another pilot or a participant's data ({path.name}); "
-            "expected a new folder, or one with an interrupted pilot of the same study and seed"
+            f"--out {folder}: contains another pilot or a participant's data ({path.name}); "
+            "expected a new folder, or one with an interrupted pilot of the same study and "
+            "seed"
         )
     if not journals(folder):
-        raise UserError(f"--out {folder}: is not empty; expected a new folder or a pilot's own")
+        raise UserError(
+            f"--out {folder}: is not empty; expected a new folder or the pilot's own folder"
+        )
 
 
 def _entries(folder: Path) -> Iterator[Path]:
@@ -240,8 +243,8 @@ def run_simulated(
             return
         if not begun.population:
             raise UserError(
-                f"journal {path}: its simulated people are of an earlier Slipscale, which this one "
-                "no longer has; begin the pilot anew, in another folder"
+                f"journal {path}: its simulated people are from an earlier version of "
+                "Slipscale and no longer available; start the pilot again in another folder"
             )
         clock = VirtualClock(elapsed_s(records))
         opened = Journal.reopen(path, clock, synced=synced)

@@ -157,8 +157,10 @@ def check_folder(planned: PlannedSession) -> Finding:
         return Finding(
             name="folder",
             passed=False,
-            detail=f"{folder}: {free_mb} MB are free, but {ENOUGH_MB} MB cannot be taken ({full})",
-            remedy="have the quota or the limit of file sizes raised, or choose another disk",
+            detail=(
+                f"{folder}: {free_mb} MB are free, but {ENOUGH_MB} MB cannot be written ({full})"
+            ),
+            remedy="ask for a higher quota or file-size limit, or choose another disk",
         )
     check_mode(folder, "pilot" if planned.pilot or is_mock(planned.plate) else "participant")
     if planned.backup:
@@ -176,13 +178,13 @@ def _notes(planned: PlannedSession, *, locked: bool) -> Iterator[str]:
     """Yield notes on the folder and its journals that do not prevent a session."""
     if not locked:
         yield (
-            "its file system has no locks: only a lock file keeps a second session from the same "
-            "run; better record to a local disk and copy afterwards"
+            "its file system does not support locks: only a lock file prevents two sessions "
+            "from writing the same run; record to a local disk and copy the data afterwards"
         )
     _, problems = read_runs(planned.out)
     if problems:
         files = ", ".join(sorted({problem.file for problem in problems}))
-        yield f"damaged: {files}; slipscale data verify {planned.out} says where"
+        yield f"damaged: {files}; for details: slipscale data verify {planned.out}"
     try:
         study, text = read_study(planned.study)
     except UserError:
@@ -217,7 +219,7 @@ def check_participant(planned: PlannedSession) -> Finding:
     return Finding(
         name="participant",
         passed=False,
-        detail=f"{planned.participant} has a run already ({state}): {path}",
+        detail=f"{planned.participant} already has a run ({state}): {path}",
         remedy=remedy(path, state),
     )
 
@@ -255,7 +257,9 @@ def check_plate(planned: PlannedSession) -> Finding:
         # A note (such as an old calibration) does not prevent a session, but should be read.
         passed=None if notes else True,
         detail=f"{name}; {told}; {made.settle_time_s * 1000:.0f} ms; {textures}"
-        + ("; only computed: nobody feels it, a run on it is a pilot" if unfelt else ""),
+        + (
+            "; simulated: participants cannot feel it, and a run on it is a pilot" if unfelt else ""
+        ),
         remedy="; ".join(notes),
     )
 
@@ -278,9 +282,9 @@ def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
     # With so few readings, the standard deviation itself is uncertain by a quarter.
     if deviation_level > 1.25 * limit_level:
         yield (
-            f"its readings scatter by {deviation_level:.3f} {quantity.unit} (standard deviation), "
-            f"more than {limit_level:.3f}: a session would take that for faults; average more of "
-            "the sensor's signal, or look for what shakes the plate"
+            f"its readings scatter by {deviation_level:.3f} {quantity.unit} (standard "
+            f"deviation), more than {limit_level:.3f}: a session would treat this as faults; "
+            "average the sensor's signal over a longer time, or find what shakes the plate"
         )
 
 
@@ -318,18 +322,21 @@ def check_display(planned: PlannedSession) -> Finding:
             name="display",
             passed=False,
             detail=f"screen {planned.screen}, {size}: the window has no keyboard focus",
-            remedy="close what lies over the participant's screen, then click on it once",
+            remedy=(
+                "close any window that covers the participant's screen, then click on the "
+                "screen once"
+            ),
         )
     seen = f"screen {planned.screen}, {size}, keyboard focus"
     if not stamped:
         return Finding(
             name="display",
             passed=None,
-            detail=f"{seen}; key presses are not stamped by their device",
-            remedy="response times will be the window's, some 10 ms late and less regular, and "
-            "marked so; see docs/explanation/response-times.md",
+            detail=f"{seen}; key presses have no time stamps from their device",
+            remedy="response times will be measured by the window, about 10 ms late and less "
+            "regular, and marked accordingly; see docs/explanation/response-times.md",
         )
-    return Finding(name="display", passed=True, detail=f"{seen}, key presses stamped")
+    return Finding(name="display", passed=True, detail=f"{seen}, key presses have time stamps")
 
 
 def check_sound(planned: PlannedSession) -> Finding:
@@ -344,7 +351,7 @@ def check_sound(planned: PlannedSession) -> Finding:
             name="sound",
             passed=None if missing else True,
             detail="the study has no masking noise"
-            + ("; no audio device: the headphone test is left out" if missing else ""),
+            + ("; no audio device: the headphone test will be skipped" if missing else ""),
             remedy=missing or "",
         )
     # Generates the same noise as a session; raises an error if its peaks would clip.
@@ -357,7 +364,7 @@ def check_sound(planned: PlannedSession) -> Finding:
         name="sound",
         passed=False if required else None,
         detail="no audio device"
-        + ("; the headphone test is left out" if study.headphone_test else "")
+        + ("; the headphone test will be skipped" if study.headphone_test else "")
         + ("" if required else "; the study allows a session without masking noise"),
         remedy=remedy,
     )
@@ -376,9 +383,9 @@ def check_markers(planned: PlannedSession) -> Finding:
             name="markers",
             passed=False,
             detail="; ".join(lost),
-            remedy="check the recorder's cable and driver, or leave --markers out",
+            remedy="check the recorder's cable and driver, or omit --markers",
         )
-    detail = f"sent a begin and an end on {told}" if told else "none are asked for"
+    detail = f"sent a start and an end marker to {told}" if told else "none are requested"
     return Finding(name="markers", passed=True, detail=detail)
 
 
@@ -430,7 +437,7 @@ def check(
             continue
         studyless = findings and findings[0].passed is False and name in NEED_STUDY
         if studyless:
-            finding = Finding(name=name, passed=False, detail="not looked at: the study has faults")
+            finding = Finding(name=name, passed=False, detail=("not checked: the study has faults"))
         else:
             try:
                 finding = look(planned)

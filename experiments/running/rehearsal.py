@@ -83,8 +83,8 @@ def bounded(steps: Steps, plan: RunPlan) -> Steps:
         if count > (MOST_STEPS_OF_A_TRIAL if trial else MOST_STEPS_BETWEEN):
             where = f"{named[trial.task]}, trial {trial.number}" if trial else "between trials"
             raise UserError(
-                f"{where}: more than {count - 1:,} steps and no end; expected the protocol to end "
-                "the trial (EndTrial) after a limited number of tries"
+                f"{where}: no end after {count - 1:,} steps; expected the protocol to end the "
+                "trial (EndTrial) after a limited number of attempts"
             )
         answer = yield step
 
@@ -135,13 +135,14 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
             task = step.trial.task if step.trial else getattr(step, "task", "")
             if task and task not in beside and quantity.named(step.name) not in declared[task]:
                 raise UserError(
-                    f"{named[task]} asks for '{step.name}', which its table has no column "
-                    "for: the answer would be missing from the data set; expected it to be declared"
+                    f"{named[task]} asks for '{step.name}', but its table has no such column: "
+                    "the answer would be missing from the data set; expected the column to be "
+                    "declared"
                 )
         if isinstance(step, EndTrial) and step.trial.number > most[step.trial.task]:
             raise UserError(
-                f"{named[step.trial.task]} goes on after {most[step.trial.task]} trials, the "
-                "most that it says it has: a rule that never stops needs a cap"
+                f"{named[step.trial.task]} continues after {most[step.trial.task]} trials, "
+                "its declared maximum; add a limit to its stopping rule"
             )
         yield step
         # Consent is given, since the run would otherwise end. The operator decides to continue.
@@ -231,8 +232,8 @@ def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Stimulus]:
             low, high = bounds.get(task, (0.0, float("inf")))
             if not low <= step.surface.level <= high:
                 raise UserError(
-                    f"{named[task]} presents {short(step.surface.level)}, and says "
-                    f"that it presents {low:g} to {high:g}; expected it to declare every level"
+                    f"{named[task]} presents {short(step.surface.level)}, but declares "
+                    f"{low:g} to {high:g}; expected it to declare every level"
                 )
     return found
 
@@ -249,10 +250,11 @@ def check_supported(plan: RunPlan, plate: PlateDriver) -> None:
         held_level = plate.limits.allowed_level(at_level)
         if finest_level < held_level:
             raise UserError(
-                f"task '{protocol.task}' presents differences down to {q.short(finest_level)}, and "
-                f"this plate is held to within {q.short(held_level)} at {q.short(at_level)}; "
-                "present larger ones, or give the study's [plate] a tolerance and a "
-                f"{q.named('tolerance_level')} that the plate can keep"
+                f"task '{protocol.task}' presents differences down to "
+                f"{q.short(finest_level)}, but the plate's tolerance is {q.short(held_level)} "
+                f"at {q.short(at_level)}; present larger differences, or give the study's "
+                f"[plate] a tolerance and a {q.named('tolerance_level')} that the plate can "
+                "keep"
             )
 
 

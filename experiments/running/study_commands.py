@@ -54,12 +54,12 @@ def new(path: Path, template: str, title: str, authors: tuple[str, ...] = ()) ->
     is replaced, because it contains nothing of the user's.
     """
     if path.exists():
-        raise UserError(f"{path} exists already; name a new file")
+        raise UserError(f"{path} already exists; name a new file")
     document = tomlkit.parse(study_text(template))
     document["name"] = _label(path.stem)
     document["title"] = title
     document["authors"] = list(authors)
-    began = f"# Begun from the study '{template}':\n"
+    began = f"# Based on the study '{template}':\n"
     write_file(path, f"#:schema {SCHEMA_FILE}\n{began}{tomlkit.dumps(document)}")
     write_file(path.with_name(SCHEMA_FILE), schema())
     return f"wrote {path}: edit it, then slipscale study validate {shlex.quote(str(path))}"
@@ -85,12 +85,13 @@ def texts(name: str, language: str, path: Path) -> str:
     """
     check_own_code(language)
     if path.exists():
-        raise UserError(f"{path} exists already; name a new file")
+        raise UserError(f"{path} already exists; name a new file")
     study = parse_study(with_room_for(study_text(name), name, language), name)
     write_file(path, template(study, language))
     return (
-        f"wrote {path}: write the texts, lay it beside the study file and name it there: "
-        f'texts_files = ["{path.name}"] and language = "{language}"; then slipscale study validate'
+        f"wrote {path}: translate the texts, put the file next to the study file and name it "
+        f'there: texts_files = ["{path.name}"] and language = "{language}"; then run '
+        "slipscale study validate"
     )
 
 
@@ -107,8 +108,8 @@ def validate(name: str) -> str:
     check_screens(plan)
     textures = f", {len(study.textures)} textures" if study.textures else ""
     said = (
-        f"{name}: no fault ({len(study.tasks)} tasks, {len(study.levels)} {study.quantity.levels}"
-        f"{textures})"
+        f"{name}: no faults ({len(study.tasks)} tasks, {len(study.levels)} "
+        f"{study.quantity.levels}{textures})"
     )
     return "\n".join([said, *_textures(study), *balance(name, study, text)])
 
@@ -178,7 +179,7 @@ def show(name: str, participant: str, session: str = "", run: str = "01") -> str
         f"surfaces of participant {participant}, {q.unit_in_short} (unblinds you)",
     ]
     if any(protocol.possible_levels for protocol, _ in plan.tasks()):
-        lines.append("where they follow the answers: as if the first were always chosen")
+        lines.append("if they depend on the answers: as if the first were always chosen")
     lines += [f"  {task:<22} {order}" for task, order in orders(plan).items()]
     return "\n".join(lines)
 

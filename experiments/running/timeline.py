@@ -266,7 +266,7 @@ def lines(found: Timeline) -> list[str]:
         f"surfaces that vibrate: {exposures.p50:.0f} ({exposures.p5:.0f} to {exposures.p95:.0f})"
     )
     told.append(
-        f"longest vibration without silence: {longest.p50:.0f} s, at p95 {longest.p95:.0f} s (the "
+        f"longest continuous vibration: {longest.p50:.0f} s, at p95 {longest.p95:.0f} s (the "
         f"plate's limit: {found.on_time_limit_s:g} s)"
     )
     told.append(
@@ -275,8 +275,8 @@ def lines(found: Timeline) -> list[str]:
     )
     if found.longest_on_s.p95 > found.on_time_limit_s or found.duty.p95 > found.duty_limit:
         told.append(
-            "WARNING: beyond the plate's limits it goes silent by itself; add rests, or "
-            "limit the exploration"
+            "WARNING: beyond its limits the plate switches itself off; add rests, or limit "
+            "the exploration"
         )
     if found.cost_each and found.cost_total:
         each, total = found.cost_each, found.cost_total

@@ -176,7 +176,7 @@ class Interruptions:
         """Mark a question about the run or the participant to be repeated."""
         question = request.question
         if question is None or not self._progress.was_asked(question):
-            self._progress.say("there is no such question to ask again")
+            self._progress.say("this question cannot be asked again")
         elif (what := step_record(question)) not in self._questions:
             self._journal.write("ask_again", what=what)
             self._questions.append(what)

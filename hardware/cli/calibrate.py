@@ -24,22 +24,24 @@ if TYPE_CHECKING:
 def add_arguments(parser: ArgumentParser) -> None:
     """Fill the parser."""
     parser.add_argument(
-        "--plate", metavar="SPEC", help="of which plate (default: the laboratory folder's; mock)"
+        "--plate",
+        metavar="SPEC",
+        help=("the plate to calibrate (default: the laboratory folder's; mock)"),
     )
     source = parser.add_mutually_exclusive_group()
     source.add_argument(
         "--prompt",
         action="store_true",
-        help="ask for each reading of the vibrometer instead of the plate's own readback",
+        help="ask for vibrometer readings instead of using the plate's readback",
     )
     source.add_argument(
         "--csv",
         "--from-csv",
         type=Path,
         metavar="FILE",
-        help="fit readings made elsewhere; columns sweep (coarse, fine or voltage), frequency_hz, "
-        "voltage_v, and one of amplitude_um_pp, velocity_mm_s_peak, trace (an oscilloscope's CSV "
-        "file); the plate is not touched",
+        help="fit readings made elsewhere; columns: sweep (coarse, fine or voltage), "
+        "frequency_hz, voltage_v, and one of amplitude_um_pp, velocity_mm_s_peak, trace "
+        "(an oscilloscope's CSV file); the plate is not used",
     )
     parser.add_argument(
         "--mm-s-per-volt",
@@ -56,8 +58,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument("--by", required=True, help="who calibrates")
     parser.add_argument("--instrument", required=True, help="vibrometer: model and range")
-    parser.add_argument("--temperature", type=float, metavar="C", help="of the plate, in °C")
-    parser.add_argument("--point", default="", help="where on the plate was measured")
+    parser.add_argument(
+        "--temperature", type=float, metavar="C", help=("temperature of the plate, in °C")
+    )
+    parser.add_argument("--point", default="", help="measured point on the plate")
     parser.add_argument("--finger", action="store_true", help="a finger rested on the plate")
     parser.add_argument(
         "--centre",
@@ -71,49 +75,53 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=float,
         default=1_500.0,
         metavar="HZ",
-        help="half width of the sweep (default: 1500)",
+        help="half-width of the sweep (default: 1500)",
     )
     parser.add_argument(
         "--sweep-voltage",
         type=float,
         default=5.0,
         metavar="V",
-        help="during the frequency sweep (default: 5)",
+        help="voltage of the frequency sweep (default: 5)",
     )
     parser.add_argument(
         "--max-voltage",
         type=float,
         default=16.0,
         metavar="V",
-        help="largest of the voltage sweep (default: 16)",
+        help="largest voltage of the voltage sweep (default: 16)",
     )
     parser.add_argument(
         "--voltage-convention",
         default="V peak",
         choices=["V peak", "V peak-to-peak", "V RMS"],
-        help="what the voltages given and written are, at the plate (default: V peak)",
+        help="convention of all voltages, at the plate (default: V peak)",
     )
     parser.add_argument(
         "--amplifier-gain",
         type=float,
         metavar="G",
-        help="only compared: the plate's SPEC says it (scpi:RESOURCE,gain=G)",
+        help="only for comparison: the gain is set in the plate's SPEC (scpi:RESOURCE,gain=G)",
     )
     parser.add_argument(
         "--serial",
         default="",
-        help="with --csv: the serial number of the board or generator, as slipscale check says it",
+        help=(
+            "with --csv: the serial number of the board or generator, as printed by slipscale check"
+        ),
     )
     parser.add_argument(
-        "--plate-serial", default="", help="the plate's own number, where plates can be changed"
+        "--plate-serial", default="", help="the plate's own number, if plates can be exchanged"
     )
     parser.add_argument(
         "--changed-plate",
         action="store_true",
-        help="the plate, its amplifier or its wiring was changed: accept a gain that differs by "
-        "more than 20 %% from its last calibration",
+        help="the plate, its amplifier or its wiring was changed: accept a gain that differs "
+        "by more than 20 %% from the last calibration",
     )
-    parser.add_argument("--seed", type=int, default=0, help="of a simulated plate (default: 0)")
+    parser.add_argument(
+        "--seed", type=int, default=0, help=("random seed of a simulated plate (default: 0)")
+    )
     parser.set_defaults(of_folder=without_calibration)
 
 
@@ -197,18 +205,22 @@ def _check_plausible(calibration: Calibration, plate: PlateDriver, *, changed_pl
         faults += filter(None, [changed(calibration, plate.calibration)])
     if faults:
         raise UserError(
-            f"calibration: {'; '.join(faults)}. Check the unit of the readings, peak or peak to "
-            "peak, and the amplifier's gain; nothing was written. If the plate was changed: "
-            "--changed-plate, or other bounds under [expected] in its plate file"
+            f"calibration: {'; '.join(faults)}. Check the unit of the readings, peak or peak "
+            "to peak, and the amplifier's gain; nothing was written. If the plate was "
+            "changed: add --changed-plate, or set other bounds under [expected] in its plate "
+            "file"
         )
 
 
 def _check_out(path: Path) -> None:
     """Raise `UserError` if the file cannot be written, before anybody reads an instrument."""
     if path.exists():
-        raise UserError(f"--out {path}: exists already; data may rest on it, so name a new file")
+        raise UserError(
+            f"--out {path}: already exists, and data may depend on it; expected the name of a "
+            "new file"
+        )
     if not (path.parent.is_dir() and os.access(path.parent, os.W_OK)):
-        raise UserError(f"--out {path}: expected a folder that can be written, got {path.parent}")
+        raise UserError(f"--out {path}: expected a writable folder, got {path.parent}")
 
 
 def _open(arguments: Namespace) -> PlateDriver:
@@ -226,9 +238,9 @@ def _agreed_gain(plate: PlateDriver, given: float | None) -> float:
     """Return the driver's gain; an additional value must not differ from it."""
     if given is not None and not math.isclose(given, plate.amplifier_gain):
         raise UserError(
-            f"--amplifier-gain {given:g}: plate '{plate.name}' drives with a gain of "
-            f"{plate.amplifier_gain:g}; the gain belongs into the plate's SPEC "
-            "(scpi:RESOURCE,gain=...), from where drive and file take it"
+            f"--amplifier-gain {given:g}: plate '{plate.name}' has a gain of "
+            f"{plate.amplifier_gain:g}; set the gain in the plate's SPEC "
+            "(scpi:RESOURCE,gain=...), which defines it for the drive and for the file"
         )
     return plate.amplifier_gain
 
@@ -237,7 +249,7 @@ def _plate_serial(plate: PlateDriver, given: str) -> str:
     """Return the plate's own number; a value from the plate file must agree."""
     filed = plate.plate_file.identity.serial if plate.plate_file else ""
     if given and filed and given != filed:
-        raise UserError(f"--plate-serial {given}: the plate file says '{filed}'")
+        raise UserError(f"--plate-serial {given}: the plate file has '{filed}'")
     return given or filed
 
 
@@ -247,8 +259,8 @@ def _device(plate: PlateDriver, arguments: Namespace) -> Device:
 
     if not arguments.serial and not plate.simulated:
         raise UserError(
-            "--csv: expected --serial as well, the serial number of the board or generator that "
-            "drove the plate; slipscale check says it"
+            "--csv: expected --serial as well, the serial number of the board or generator "
+            "that drove the plate; slipscale check prints it"
         )
     return Device(backend=plate.name, serial=arguments.serial)
 
@@ -310,11 +322,11 @@ def prompted(plate: PlateDriver, drive: str) -> float:
         try:
             line = typed(f"{drive}: type the vibrometer's reading in µm peak to peak: ", alive)
         except EOFError:
-            raise UserError("--prompt: no more readings were typed; nothing was written") from None
+            raise UserError("--prompt: the readings ended too early; nothing was written") from None
         reading = _reading(line)
         if reading is not None:
             return reading
-        print(f"'{line}' is no reading; expected a number of µm, 0 or more")
+        print(f"'{line}' is not a reading; expected a number of µm, 0 or more")
 
 
 def _reading(text: str) -> float | None:

@@ -29,12 +29,12 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--guided",
         action="store_true",
-        help="a board: go on with a loaded plate and a second instrument, step by step",
+        help="for a board: continue step by step with a loaded plate and a second instrument",
     )
     parser.add_argument(
         "--long",
         action="store_true",
-        help="a board: check the longest on-time too, which takes that long (600 s)",
+        help="for a board: also check the longest on-time, which takes that long (600 s)",
     )
     parser.add_argument("--json", action="store_true", help="for programs")
     parser.set_defaults(of_folder=str)
@@ -110,7 +110,7 @@ def _told(verdicts: Iterable[Verdict], *, as_json: bool) -> int:
     if as_json:
         print(json.dumps([asdict(each) for each in told], indent=2))
     else:
-        print(f"{len(told)} rules, {departs} not kept")
+        print(f"{len(told)} rules, {departs} violated")
     return ANSWER_IS_NO if departs else DONE
 
 

@@ -24,17 +24,23 @@ def add_arguments(parser: ArgumentParser) -> None:
         "brief",
         nargs="?",
         type=Path,
-        help="TOML file of requirements and materials "
-        "(docs/explanation/plate-models.md); without it, the paper's",
+        help="TOML file with requirements and materials (docs/explanation/plate-models.md); "
+        "default: the paper's",
     )
     parser.add_argument("--out", type=Path, help="folder for design.json and the figures")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")
     parser.add_argument(
         "--fe",
         metavar="LENGTHxCOLUMNS",
-        help="solve one plate by finite elements too, e.g. 11x7: mode shape, resonance, amplitude",
+        help=(
+            "also solve one plate by finite elements, e.g. 11x7: mode shape, resonance, amplitude"
+        ),
     )
-    parser.add_argument("--fine", action="store_true", help="with --fe: a mesh ten times dearer")
+    parser.add_argument(
+        "--fine",
+        action="store_true",
+        help=("with --fe: use a finer mesh, which takes ten times as long"),
+    )
 
 
 def run(arguments: Namespace) -> int:
@@ -45,7 +51,7 @@ def run(arguments: Namespace) -> int:
     from slipscale.hardware.plate.design.verdict import judge  # noqa: PLC0415
 
     if arguments.fine and not arguments.fe:
-        raise UserError("--fine makes --fe's mesh finer: name a plate with --fe, e.g. --fe 11x7")
+        raise UserError("--fine refines the mesh of --fe: name a plate with --fe, e.g. --fe 11x7")
     brief = briefs.read(arguments.brief) if arguments.brief else briefs.Brief()
     found = design(brief)
     chosen = _candidate(found, arguments.fe) if arguments.fe else None
@@ -135,8 +141,8 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
             + " if asperities and film share the load (not validated);"
         ),
         (
-            "          the films of 2007 have a finger that rests, at any speed, on 1 cm² at any "
-            "force, and hardly depend on frequency"
+            "          the films of 2007 assume a finger that rests, at any speed, on 1 cm² "
+            "at any force, and hardly depend on frequency"
         ),
         "",
         (
@@ -164,7 +170,7 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
     if not admissible:
         lines += ["", f"No plate meets the brief: {_why_none(result)}."]
     for needed in sorted({each for c in admissible for each in c["beyond_shipped_limits"]}):
-        lines += ["", f"Beyond what a driver allows without a plate file: {needed}."]
+        lines += ["", f"Beyond the limits that apply without a plate file: {needed}."]
     if "finite_elements" in result:
         fe = result["finite_elements"]
         solution = fe["finite_elements"]
@@ -195,8 +201,8 @@ def _why_none(result: dict[str, Any]) -> str:
     if result["half_wave_min_mm"] > result["half_wave_max_mm"]:
         return "the amplitude needs a longer half wave than the frequency allows"
     if not any(c["beam_admissible"] for c in result["candidates"]):
-        return "no ceramic at hand gives a half wave between the bounds"
-    return "by finite elements none reaches the amplitude where the finger is"
+        return "no available ceramic gives a half wave between the bounds"
+    return "by finite elements, no plate reaches the amplitude at the finger's position"
 
 
 def _write(out: Path, brief: Brief, result: dict[str, Any], modes: Any) -> None:

@@ -35,10 +35,12 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--generator",
         choices=sorted(MAKES),
-        help="a simulated function generator instead of a board: prints the RESOURCE for "
-        "scpi:RESOURCE and the plate's voltage whenever that changes",
+        help="simulate a function generator instead of a board: print its RESOURCE for "
+        "scpi:RESOURCE, and the plate's voltage whenever it changes",
     )
-    parser.add_argument("--seed", type=int, default=0, help="of the simulated plate (default 0)")
+    parser.add_argument(
+        "--seed", type=int, default=0, help=("random seed of the simulated plate (default: 0)")
+    )
     parser.add_argument(
         "--finger",
         action="store_true",
@@ -48,23 +50,23 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--gain",
         type=float,
         metavar="UM_PER_V",
-        help="of the simulated plate without a finger, µm peak to peak per volt peak (default "
-        "2.3/15, the paper's)",
+        help="gain of the simulated plate without a finger, µm peak to peak per volt peak "
+        "(default: 2.3/15, the paper's)",
     )
     parser.add_argument(
         "--noise",
         type=float,
         default=0.005,
         metavar="UM",
-        help="standard deviation of the vibration sensor's readings in µm (default 0.005)",
+        help="standard deviation of the vibration sensor's readings in µm (default: 0.005)",
     )
     parser.add_argument(
         "--sensor",
         type=float,
         default=1.0,
         metavar="FACTOR",
-        help="what the vibration sensor reads of the true amplitude: 0.5 or 0 for a broken one "
-        "(default 1)",
+        help="ratio of the vibration sensor's reading to the true amplitude; 0.5 or 0 for a "
+        "broken sensor (default: 1)",
     )
     parser.add_argument(
         "--firmware",
@@ -77,27 +79,28 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=float,
         default=0.3,
         metavar="SECONDS",
-        help="an unplugged, busy, deaf or hot board comes back after so long "
-        "(default 0.3; 0: never)",
+        help="time after which an unplugged, busy, deaf or hot board returns (default: 0.3; "
+        "0: never)",
     )
     parser.add_argument(
         "--watchdog",
         type=float,
         default=500.0,
         metavar="MS",
-        help="the board silences itself when it has heard nothing for so long: 400 to 2000 "
-        "(default 500)",
+        help="silence after which the board switches the plate off: 400 to 2000 (default: 500)",
     )
     parser.add_argument(
         "--no-dtr",
         action="store_true",
-        help="the line does not tell the board that the host let go: its watchdog has to notice",
+        help=(
+            "the line does not signal that the host has closed it, so only the watchdog can notice"
+        ),
     )
     parser.add_argument(
         "--log",
         type=Path,
         metavar="FILE",
-        help="write what the simulated plate does, a line a millisecond: a new CSV file",
+        help="write what the simulated plate does to a new CSV file, one line per millisecond",
     )
 
 
@@ -130,8 +133,8 @@ def run(arguments: Namespace) -> int:
             only_emulated = {each.fault for each in orders} & set(EMULATED_ONLY)
             if only_emulated:
                 raise UserError(
-                    f"--fault: {', '.join(sorted(only_emulated))}: the reference firmware has no "
-                    "such fault, run it without --firmware"
+                    f"--fault: {', '.join(sorted(only_emulated))}: the reference firmware has "
+                    "no such fault; omit --firmware"
                 )
             folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="slipscale-firmware-"))
             firmware = partial(

@@ -33,7 +33,7 @@ SUBCOMMANDS: dict[str, tuple[str, str]] = {
     ),
     "emulate": (
         "slipscale.hardware.cli.emulate",
-        "emulate a driver board on a pseudo-terminal, to try things on",
+        "emulate a driver board on a pseudo-terminal, for experiments without a plate",
     ),
     "conform": (
         "slipscale.hardware.cli.conform",

@@ -19,10 +19,14 @@ def add_new(parser: ArgumentParser) -> None:
     parser.add_argument(
         "file", type=Path, metavar="FILE", help="a new TOML file, such as plates/NAME.toml"
     )
-    parser.add_argument("--backend", required=True, help="what drives it: serial, scpi, ...")
+    parser.add_argument(
+        "--backend", required=True, help=("backend that drives the plate: serial, scpi, ...")
+    )
     parser.add_argument("--serial", default="", help="the plate's own number")
     parser.add_argument(
-        "--device-serial", default="", help="of the board or generator, as slipscale check says it"
+        "--device-serial",
+        default="",
+        help=("serial number of the board or generator, as printed by slipscale check"),
     )
     parser.add_argument("--amplifier-gain", type=float, metavar="G", help="with scpi")
 
@@ -61,7 +65,9 @@ def add_sign(parser: ArgumentParser) -> None:
         action="store_true",
         help="acknowledge limits that are wider than the shipped ones",
     )
-    parser.add_argument("--by", default="", metavar="NAME", help="who answers for them")
+    parser.add_argument(
+        "--by", default="", metavar="NAME", help=("who is responsible for the wider limits")
+    )
 
 
 def sign(arguments: Namespace) -> int:

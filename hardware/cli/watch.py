@@ -34,20 +34,20 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=float,
         default=1.0,
         metavar="UM",
-        help="what to present, in µm peak to peak; the plate will vibrate (default: 1)",
+        help="amplitude to present, in µm peak to peak; the plate will vibrate (default: 1)",
     )
     parser.add_argument(
         "--seconds",
         type=positive_number,
         metavar="S",
-        help="end after so long (default: at Ctrl-C)",
+        help="stop after this time (default: at Ctrl-C)",
     )
     parser.add_argument(
         "--every",
         type=positive_number,
         default=0.1,
         metavar="S",
-        help="between two lines (default: 0.1)",
+        help="time between two lines (default: 0.1)",
     )
 
 

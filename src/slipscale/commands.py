@@ -46,7 +46,7 @@ GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
         ),
         "note": (
             "slipscale.experiments.cli.lab",
-            "write the operator's words into the running journal",
+            "write an operator's note into the running session's journal",
             "slipscale note plate cleaned",
         ),
     },
@@ -80,7 +80,7 @@ GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
     "Planning": {
         "pilot": (
             "slipscale.analysis.cli.pilot",
-            "simulate a whole study without plate and screen, then analyse it",
+            "simulate a whole study without a plate or screen, then analyse it",
             "slipscale pilot matching --participants 4",
         ),
         "power": (
@@ -102,7 +102,7 @@ GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
         ),
         "lab": (
             "slipscale.experiments.cli.lab",
-            "open the console of a laboratory folder; lab init makes one",
+            "open the console of a laboratory folder (lab init makes one)",
             "slipscale lab init our-lab --study matching",
         ),
         "next": (
@@ -112,7 +112,7 @@ GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
         ),
         "participants": (
             "slipscale.experiments.cli.lab",
-            "in a laboratory folder: list who is done and who is next",
+            "in a laboratory folder: list the participants and who is next",
             "slipscale participants",
         ),
     },
@@ -209,7 +209,7 @@ def dispatch(words: list[str]) -> int:
         from slipscale.faults.suggestions import did_you_mean  # noqa: PLC0415 - rarely needed
 
         meant = did_you_mean(words[0], COMMANDS, start="slipscale ")
-        told = f"slipscale: there is no command '{words[0]}'{meant}; for help: slipscale --help"
+        told = f"slipscale: unknown command '{words[0]}'{meant}; for help: slipscale --help"
         print(harmless(told), file=sys.stderr)
         return USER_FAULT
     return call(words[0], words[1:])

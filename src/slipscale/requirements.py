@@ -146,7 +146,7 @@ def check(name: str, args: Namespace) -> None:
     needs = [need for need in NEEDS if need.command == command and need.applies(options)]
     wrong = list(_missing_packages(module for need in needs for module in need.modules))
     wrong += [
-        f"needs the program '{program}'; install it, or put its folder into PATH"
+        f"needs the program '{program}'; install it, or add its folder to PATH"
         for need in needs
         for program in need.programs
         if shutil.which(program) is None
@@ -217,7 +217,7 @@ def _forbidden_ports(command: str, options: Mapping[str, object]) -> Iterator[st
                 from slipscale.hardware.errors import NoPermission  # noqa: PLC0415
 
                 remedy = NoPermission.remedy.rstrip(".")
-                yield f"--{option} {spec}: you may not open {port}. {remedy}"
+                yield f"--{option} {spec}: no permission to open {port}. {remedy}"
 
 
 def _written(
@@ -262,5 +262,5 @@ def unwritable(path: Path) -> str:
     if there != path and not there.is_dir():
         return f"{there} is a file; expected a folder, name another one"
     if not os.access(there, os.W_OK):
-        return f"you may not write to {there}; correct its permissions, or name another folder"
+        return f"no permission to write to {there}; correct it, or name another folder"
     return ""

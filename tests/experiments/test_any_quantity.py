@@ -110,8 +110,8 @@ def test_a_resumed_run_and_the_tables_of_its_journal_have_the_same_levels(tmp_pa
 @pytest.mark.parametrize(
     "old, new, said",
     [
-        ("voltages_v_peak", "amplitudes_um_pp", "amplitudes_um_pp: there is no such key"),
-        ("voltages_v_peak", "levels", "levels: there is no such key"),
+        ("voltages_v_peak", "amplitudes_um_pp", "amplitudes_um_pp: unknown key"),
+        ("voltages_v_peak", "levels", "levels: unknown key"),
         ("voltages_v_peak", "voltages_v_peek", r"did you mean 'voltages_v_peak'"),
         ("120.0]", "140.0]", "140.0 is beyond the plate's 130.0 V peak"),
         ("voltage_v_peak = 130.0\n", "", "plate.voltage_v_peak: is missing; its default is in µm"),

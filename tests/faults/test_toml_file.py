@@ -45,7 +45,7 @@ def test_every_fault_is_told_with_line_key_value_and_what_was_expected():
         "  line 1, count: expected a whole number",
         "  line 2, name of item 1 of part: is missing",
         "  line 3, mass_g of item 1 of part: expected a number above 0, got -1",
-        "  line 4, mas of item 1 of part: there is no such key (did you mean 'mass_g'?)",
+        "  line 4, mas of item 1 of part: unknown key (did you mean 'mass_g'?)",
         "  line 7, mass_g of item 2 of part: expected a number above 0, got 0",
     ]
 
@@ -59,7 +59,7 @@ def test_a_bare_number_can_keep_its_decimals():
     "text, said",
     [
         ("count = ", "x.toml: line 1 is not TOML: expected a value: words in"),
-        (f"anything = {'[' * 5000}{']' * 5000}", "brackets within brackets too often"),
+        (f"anything = {'[' * 5000}{']' * 5000}", "too many nested brackets"),
         (f"\nanything = {'[' * 50}{']' * 50}", "line 2, anything: .* at most 20 deep"),
         (f"\nanything.{'a.' * 5000}a = 1", "line 2, anything: .* at most 20 deep"),
         (f"\ncount = {'9' * 5000}", "line 2: expected numbers of at most 300 digits"),

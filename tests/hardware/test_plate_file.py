@@ -251,7 +251,7 @@ def test_a_calibration_takes_the_plates_number_from_its_file(file, capsys):
     spec = ["--plate", f"mock:plate={file}", "--out", str(out)]
     words = ["plate", "calibrate", "--by", "A", "--instrument", "B", *spec]
     assert commands.main([*words, "--plate-serial", "P-8"]) == 2
-    assert "the plate file says 'P-7'" in capsys.readouterr().err
+    assert "the plate file has 'P-7'" in capsys.readouterr().err
     assert commands.main(words) == 0
     assert read_calibration(out).device.plate == "P-7"
 
@@ -268,7 +268,7 @@ def test_its_calibration_comes_with_it(file):
 def test_a_calibration_whose_name_no_file_can_have_is_refused(file):
     file.write_text(f'{file.read_text()}[calibration]\nfile = "a\\u0000b"\n')
     commands.main(["plate", "sign", str(file)])
-    with pytest.raises(UserError, match="no file's name has a null character"):
+    with pytest.raises(UserError, match="a file name cannot contain a null character"):
         open_plate_file(file)
 
 

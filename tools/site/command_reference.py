@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 INTRODUCTION = """# Command line
 
-Each command, as its own `--help` says it. Exit status: 0 done; 1 it ran and the answer is no; 2 the
-input is wrong; 3 the rig failed; 130 interrupted.
+The text of each command's `--help`. Exit status: 0 success; 1 the command ran, but the answer is
+no; 2 the input is wrong; 3 the rig failed; 130 interrupted.
 """
 
 

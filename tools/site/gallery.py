@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 INTRODUCTION = """# Studies
 
-The studies that come with Slipscale, by name: `slipscale pilot NAME` tries one on simulated
-participants. To make one your own, `slipscale study new mine.toml`, and see
+The studies that come with Slipscale. `slipscale pilot NAME` runs a study with simulated
+participants. To write your own study, start with `slipscale study new mine.toml`, and see
 [every key of a study file](../reference/study-file.md).
 """
 PRACTICE, MAIN = "#9aa5a4", "#00796b"
@@ -61,12 +61,12 @@ slipscale pilot {name}
 slipscale study show {name} --participant 01
 ```
 
-## What participant 01 gets
+## The trials of participant 01
 
 ![Amplitude of each trial, in the order of presentation]({name}.svg)
 
-Grey: practice. Every participant has an order of their own; the same seed gives the same orders on
-every machine.
+Grey: practice. Each participant has a different order; the same seed gives the same orders on every
+machine.
 
 ```text
 {show(name, "01")}

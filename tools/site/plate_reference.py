@@ -13,10 +13,11 @@ from tools.site.tables import table
 
 INTRODUCTION = """# Plates: SPEC
 
-A SPEC says which plate a command uses: `BACKEND` or `BACKEND:ADDRESS`, where the address is a port
-or a resource, then options, separated by commas: `serial:/dev/ttyACM0,attention=9`.
-`slipscale plate list` lists the backends that are installed, a laboratory's own among them, and the
-ports on which a plate may be. What follows is what each shipped backend says of itself.
+A SPEC selects the plate that a command uses: `BACKEND` or `BACKEND:ADDRESS`, followed by options.
+The address is a port or a resource, and commas separate the options:
+`serial:/dev/ttyACM0,attention=9`. `slipscale plate list` lists the installed backends, including
+your own, and the ports to which a plate may be connected. The sections below are the documentation
+of each shipped backend.
 """
 
 

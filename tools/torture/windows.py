@@ -275,7 +275,7 @@ def _begun(journal: Path) -> int:
 
 
 def _of_server(journal: Path, status: int, said: str) -> str:
-    if status != RIG_FAULT or _tracebacks(said) or "To go on: slipscale resume" not in said:
+    if status != RIG_FAULT or _tracebacks(said) or "To continue: slipscale resume" not in said:
         return f"status {status}: {said[-400:]}"
     left = [path.name for path in journal.parent.glob("*.l*") if path != journal]
     last = read_plan(journal)[1][-1].kind

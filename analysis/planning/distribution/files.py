@@ -51,7 +51,8 @@ def claim(folder: Path) -> None:
     try:
         if folder.exists() and any(folder.iterdir()) and not (folder / PAGE).exists():
             raise UserError(
-                f"--out {folder}: is not empty; expected a new folder, or an earlier {PAGE}'s own"
+                f"--out {folder}: is not empty; expected a new folder, or the folder of an "
+                f"earlier {PAGE}"
             )
     except OSError as error:
         raise UserError(f"--out {folder}: {error.strerror}") from None
@@ -153,14 +154,14 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
             html.figure(
                 svg(figures["table3"], salt="table3"),
                 "Each cell of Table III: median, and the range from 5 to 95 % of the studies. "
-                "Diamonds: the paper, in its own study.",
+                "Diamonds: the paper, from its own study.",
                 "Median and range of means, maximum deviations and standard deviations",
             ),
             _cells(found),
             html.figure(
                 svg(figures["fig15"], salt="fig15"),
                 f"Means against amplitude, of the first {CURVES} studies at most.",
-                "Curves of mean estimates that rise with amplitude, one a study",
+                "Curves of mean estimates that rise with amplitude, one per study",
             ),
         ]
     other = html.ReportSection("Other results")
@@ -168,8 +169,8 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
         other.blocks.append(
             html.figure(
                 svg(figures["results"], salt="results"),
-                f"Studies that gave each value, of the first {PANELS} results at most: the line is "
-                "the median, the band holds 5 to 95 %.",
+                f"Number of studies that gave each value, for at most the first {PANELS} "
+                "results: the line is the median, the band contains 5 to 95 %.",
                 "Histograms of results over studies",
             )
         )
@@ -217,8 +218,8 @@ def _conclusions(found: Distribution) -> html.ReportSection:
         html.TableColumn(title="95 % Monte Carlo interval"),
     ]
     caption = (
-        "Share of all studies in which each holds: a p below the study's level after the "
-        "correction named. A study that could not be analysed counts as one in which it does not."
+        "Share of all studies in which each conclusion holds: p is below the study's level "
+        "after the stated correction. Studies that could not be analysed count as not holding."
     )
     section.blocks.append(html.table(columns, rows, caption))
     return section

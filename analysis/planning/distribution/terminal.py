@@ -35,24 +35,25 @@ def values(spread: Spread) -> tuple[str, str, str, str]:
 def sentences(found: Distribution) -> list[str]:
     """Return what was simulated and how to view one of the studies, one sentence each."""
     number = len(found.results)
-    how = f"by full sessions, since {found.sessions}" if found.sessions else "question by question"
+    how = f"as full sessions, since {found.sessions}" if found.sessions else "question by question"
     whose = f"of people like population “{found.population}”"
     first = found.results[0].seed
     lines = [
         (
-            f"{number} studies of {found.participants} participants each, {whose}, were simulated "
-            f"{how}, and each was analysed as slipscale analyse would. Nobody took part."
+            f"{number} studies of {found.participants} participants each, {whose}, were "
+            f"simulated {how}, and analysed as by slipscale analyse. No person took part."
         ),
         (
-            f"All seeds follow from {found.seed}. Each study can be seen whole: slipscale pilot "
-            f"with --seed {first} is the first; the seeds stand in studies.csv."
+            f"All seeds are derived from {found.seed}. Any study can be repeated in full: "
+            f"slipscale pilot with --seed {first} gives the first; the seeds are listed in "
+            "studies.csv."
         ),
     ]
     if found.study == biet2007.STUDY and found.amplitudes_um_pp:
         lines.append(_paper(found))
     lines += [
-        f"{count} of {number} studies could not be analysed and count as ones in which nothing "
-        f"holds: {reason}."
+        f"{count} of {number} studies could not be analysed and count as studies in which no "
+        f"conclusion holds: {reason}."
         for reason, count in found.refused.items()
     ]
     return lines

@@ -209,9 +209,7 @@ def sentence(design: Design, row: Row) -> str:
     )
     parts = [first]
     if condition.lapses or condition.dropout:
-        parts.append(
-            f"of whom {condition.lapses:.0%} of answers lapse and {condition.dropout:.0%} drop out"
-        )
+        parts.append(f"with {condition.lapses:.0%} lapses and {condition.dropout:.0%} dropout")
     alarms = row.false_alarms.get(row.decisive[0])
     if alarms:
         parts.append(

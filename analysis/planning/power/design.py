@@ -137,11 +137,11 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
     places = [n for n, (each, _) in enumerate(counts) if isinstance(each, MagnitudeEstimation)]
     if not places:
         raise UserError(
-            f"{study.name}: no magnitude_estimation among its tasks, the one protocol whose power "
-            "is planned; nothing to plan"
+            f"{study.name}: none of its tasks is a magnitude_estimation, the only protocol "
+            "for which power can be computed"
         )
     if len(study.levels) < 2:  # noqa: PLR2004
-        raise UserError(f"{study.name}: one amplitude; two or more are needed to tell apart")
+        raise UserError(f"{study.name}: has one amplitude; expected two or more")
     place = places[0]
     options = counts[place][0]
     before, after = _around(counts, place)

@@ -193,7 +193,7 @@ def conditions(axes: dict[str, tuple[Any, ...]]) -> list[Condition]:
         if each.lapses + each.dropout >= 1:
             raise UserError(
                 f"--lapses {each.lapses:g} and --dropout {each.dropout:g} together leave no "
-                "answer that was meant; expected less than 1"
+                "genuine answers; expected a sum below 1"
             )
     return found
 

@@ -55,7 +55,7 @@ def write_power(folder: Path, design: Design, found: Sequence[Row], target: floa
         page.write_text(_page(design, found, target), encoding="utf-8")
     except OSError as error:
         raise UserError(
-            f"--out {folder}: {error.strerror}; nothing computed is lost if a --cache was named"
+            f"--out {folder}: {error.strerror}; if a --cache was named, nothing computed is lost"
         ) from None
     return page
 
@@ -106,8 +106,9 @@ def _page(design: Design, found: Sequence[Row], target: float) -> str:
         blocks.append(
             html.figure(
                 svg(catch_figure(found), salt="catch"),
-                "What catch steps tell: how precisely false alarms are known, and the least d' "
-                "that is claimed. Bands: 95 % Monte Carlo intervals of the means.",
+                "Effect of catch steps: how precisely the false-alarm rate is known, and the "
+                "smallest d' that can be claimed. Bands: 95 % Monte Carlo intervals of the "
+                "means.",
                 "Two panels of curves over the number of catch steps",
             )
         )

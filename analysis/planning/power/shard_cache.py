@@ -52,8 +52,8 @@ class ShardCache:
             told = None
         if told != {"version": VERSION}:
             raise UserError(
-                f"--cache {folder}: its shards are of another version of Slipscale; expected a new "
-                "folder, or one of this version"
+                f"--cache {folder}: its shards come from another version of Slipscale; "
+                "expected a new folder, or one from this version"
             )
 
     def path(self, shard: Shard) -> Path:
@@ -87,8 +87,8 @@ class ShardCache:
             _write(self.path(shard), f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}")
         except OSError as error:
             raise UserError(
-                f"--cache {self.folder}: cannot write ({error.strerror}); the shards that are "
-                "there are whole: free some space and give the same command again"
+                f"--cache {self.folder}: cannot write ({error.strerror}); the existing shards "
+                "are complete: free some space and run the same command again"
             ) from None
 
 

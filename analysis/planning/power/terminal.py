@@ -107,20 +107,20 @@ def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
         lines.append(f"{line}.")
     if found[0].steps:
         lines.append(
-            "Catch steps: half the interval of the share of yes at them, and the lower bound of "
-            "d', each the mean over studies."
+            "Catch steps: half-width of the interval of the share of yes at them, and the "
+            "lower bound of d', each the mean over studies."
         )
     best = next((row for row in found if row.weakest.value >= target), found[-1])
     lines.append(f"For the application: {sentence(design, best)}")
     refused = max(row.unusable.value for row in found)
     if refused:
         lines.append(
-            f"Up to {refused:.1%} of the studies could not be normalised; they count as "
-            "having found nothing."
+            f"Up to {refused:.1%} of the studies could not be normalised; they count as not "
+            "significant."
         )
     lines.append(
-        f"Tests: {PRIMARY_TESTS[design.choices.primary]}; normalised by {design.rule}; excluded: "
-        f"{', '.join(design.choices.exclusions) or 'nobody'}. How people are is assumed: see "
-        "docs/explanation/simulated-people.md."
+        f"Tests: {PRIMARY_TESTS[design.choices.primary]}; normalised by {design.rule}; "
+        f"excluded: {', '.join(design.choices.exclusions) or 'nobody'}. For the assumptions "
+        "about people, see docs/explanation/simulated-people.md."
     )
     return lines

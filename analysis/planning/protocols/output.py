@@ -59,9 +59,10 @@ def sentences(found: Sequence[ProtocolPrecision], minutes: float, population: st
     """Return what was compared, and the conclusions."""
     said = [
         (
-            f"Compared: the same simulated people (population '{population}'), {minutes:.1f} "
-            "minutes of each in the median, as many trials as fit. Shown: half the width of the "
-            "95 % interval of the group's value, in % of that value; the smaller, the more precise."
+            f"Comparison with the same simulated people (population '{population}') for a "
+            f"median of {minutes:.1f} minutes each, with as many trials as fit. Shown: "
+            "half-width of the 95 % interval of the group's value, in % of that value; "
+            "smaller is more precise."
         )
     ]
     for quantity, size, rows in _groups(found):
@@ -70,8 +71,8 @@ def sentences(found: Sequence[ProtocolPrecision], minutes: float, population: st
             said.append(f"{quantity}, {size} participants: no study gives an interval.")
             continue
         line = (
-            f"{quantity}, {size} participants: {best.study.name} knows it to "
-            f"± {best.half_width_percent:.0f} %"
+            f"{quantity}, {size} participants: {best.study.name} determines it to ± "
+            f"{best.half_width_percent:.0f} %"
         )
         others = [
             f"{row.study.name} to ± {row.half_width_percent:.0f} %"
@@ -81,7 +82,8 @@ def sentences(found: Sequence[ProtocolPrecision], minutes: float, population: st
         said.append(f"{', '.join([line, *others])}.")
     if len({row.study.quantity for row in found}) > 1:
         said.append(
-            "An exponent and a threshold answer different questions: compare within one of them."
+            "Exponents and thresholds answer different questions: compare exponents with "
+            "exponents, and thresholds with thresholds."
         )
     return said
 
@@ -205,8 +207,8 @@ def protocols_figure(found: Sequence[ProtocolPrecision], minutes: float) -> Figu
     furthest = max((row.high for row in found if math.isfinite(row.high)), default=1.0)
     panels[-1, 0].set_xlim(0, 1.1 * furthest)
     panels[-1, 0].set_xlabel(
-        f"Half-width of the 95 % interval in % of the value, {minutes:.0f} minutes a participant\n"
-        "(mean; line: 5 to 95 % of simulated studies)"
+        f"Half-width of the 95 % interval in % of the value, {minutes:.0f} minutes per "
+        "participant\n(mean; line: 5 to 95 % of simulated studies)"
     )
     if len(sizes) > 1:
         handles, labels = panels[0, 0].get_legend_handles_labels()

@@ -167,7 +167,7 @@ def filling(study: ProtocolStudy, minutes: float, population: Population) -> Pro
         least = once - (study.number - 1) * each
         raise UserError(
             f"--minutes {minutes:g}: {study.name} takes about {least:.1f} minutes with "
-            f"{study.amount} = 1; expected that or more"
+            f"{study.amount} = 1; expected at least that"
         )
     return study.with_number(number)
 

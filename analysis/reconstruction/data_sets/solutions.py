@@ -99,7 +99,7 @@ class Solutions:
                 return str(error)
         if self.listed_apart and self._unfiltered > LISTED:
             return (
-                f"quartiles are compared data set by data set, and without them there are "
+                "quartiles must be compared for each data set, and without them there are "
                 f"{self._unfiltered:,}, more than {LISTED:,}"
             )
         return ""

@@ -50,8 +50,8 @@ def impossible(
 def why_not(extent: tuple[float, float]) -> str:
     """Return why a test is impossible if its statistic lies in an interval (NaN: undefined)."""
     if isnan(extent[0]):
-        return "it is not defined for any data set: nothing varies that it divides by"
-    return "no sums, sums of squares and products of whole ratings print it"
+        return "it is undefined for every data set: its denominator does not vary"
+    return "no sums, sums of squares and products of whole ratings give the printed value"
 
 
 def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Array, ...]:

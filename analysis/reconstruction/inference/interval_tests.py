@@ -61,7 +61,7 @@ def answer(test: PrintedTest, columns: Sequence[IntervalColumn]) -> PrintedTestA
         low <= extent[1] * (1 + SLACK) + SLACK and high >= extent[0] * (1 - SLACK) - SLACK
         for low, high in allowed
     ):
-        reason = "no mean, SD and correlation that are printed so give it"
+        reason = "no combination of the printed mean, SD and correlation gives the printed value"
         return _said(test, chosen, "impossible", reason, extent=extent)
     for seed in range(PATHS):
         for window in allowed:

@@ -33,7 +33,7 @@ def of_pairs(case: Case) -> PrintedTestAnswer:
     empty = next((row for row in rows if not row.moments), None)
     if empty is not None:
         label = empty.solutions.column.label
-        return case.said("impossible", f"no ratings print column '{label}'")
+        return case.said("impossible", f"no ratings give the printed column '{label}'")
     found = cross_products.choices(rows)
     extent = _extent(case.test, found) if found.complete else (-inf, inf)
     parts = _wanted(case.test, found)
@@ -52,7 +52,7 @@ def of_pairs(case: Case) -> PrintedTestAnswer:
         if shown or shown is None:
             break
     if shown == () and found.complete:
-        reason = "no pairing of any data set prints it: all were tried"
+        reason = "no pairing of any data set gives the printed value: all were tried"
         return impossible(case, rows, reason, extent, pairs)
     correlation = _correlations(found, parts) if case.test.of_two else None
     return case.said(

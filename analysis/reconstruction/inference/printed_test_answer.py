@@ -115,9 +115,9 @@ class Case:
         )
 
 
-SHOWN = "the ratings below print it"
-TOO_MANY = "too many sums and sums of squares print the columns to examine all of them"
-UNFOUND = "its bounds allow it, but no ratings that print it were found"
+SHOWN = "the ratings below give the printed value"
+TOO_MANY = "too many sums and sums of squares fit the columns to examine all of them"
+UNFOUND = "its bounds allow it, but no ratings that give the printed value were found"
 
 
 def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[T]:

@@ -53,5 +53,5 @@ def answer(test: PrintedTest, columns: Sequence[Solutions]) -> PrintedTestAnswer
             return case.said("not decided", solutions.targets.refused)
         if not solutions.targets.wanted:
             label = solutions.column.label
-            return case.said("impossible", f"no ratings print column '{label}'")
+            return case.said("impossible", f"no ratings give the printed column '{label}'")
     return of_pairs(case) if test.kind in PAIRED else of_independent_groups(case)

@@ -77,7 +77,7 @@ def _impossible_shares(column: Column) -> Iterator[str]:
             yield f"GRIM: no count out of {column.n} is {printed.text} % (rating {value})"
     fewest = sum(least for _, least, _ in occurrences(column))
     if fewest > column.n:
-        yield f"the ratings told of are {fewest} or more, and n is {column.n}"
+        yield f"the stated frequencies cover {fewest} or more ratings, but n is {column.n}"
 
 
 def _occurrences(column: Column, printed: Printed) -> range:

@@ -61,7 +61,7 @@ class IntervalColumn:
         """Yield the assumptions behind every answer on the column."""
         kind = "logarithms of positive values" if self.logarithms else "continuous values"
         yield f"{kind}, any number between two others is possible"
-        yield f"n = {self.n} counts no missing values"
+        yield f"n = {self.n} contains no missing values"
 
 
 def interval_column(summary: Summary, scale: OpenScale) -> IntervalColumn:
@@ -73,7 +73,7 @@ def interval_column(summary: Summary, scale: OpenScale) -> IntervalColumn:
         The column has entries that require whole ratings, or has no SD, SE or confidence interval.
     """
     if more := sorted(summary.model_fields_set - KNOWN):
-        raise ValueError(f"leave out {', '.join(more)}: continuous values have only a mean and SD")
+        raise ValueError(f"omit {', '.join(more)}: continuous values have only a mean and SD")
     if summary.geometric_mean is not None and summary.log_sd is not None:
         return _of_logarithms(summary, scale)
     mean = inf, -inf
@@ -147,7 +147,7 @@ def _column(
     elif inside[0] > inside[1]:
         reason = "the mean lies outside the scale"
     elif sd[0] > (most := _largest_sd(inside, scale, summary.n)) * (1 + 1e-9):
-        reason = f"on this scale the SD beside this mean is at most {most:.4g}"
+        reason = f"on this scale, the SD for this mean is at most {most:.4g}"
     return IntervalColumn(
         label=summary.label,
         n=summary.n,

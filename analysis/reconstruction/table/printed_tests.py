@@ -62,15 +62,15 @@ class PrintedTest(Record):
             ),
             (
                 self.p_below is not None and self.p_below.value <= 0,
-                "p_below is 0 or less, which no p is below",
+                "p_below is 0 or less, but no p can be below 0",
             ),
             (
                 self.kind == "rm_f" and bool(self.p or self.p_below),
-                "leave out the p of a repeated-measures F: it depends on its correction",
+                "omit the p of a repeated-measures F: it depends on the correction",
             ),
             (
                 self.kind in OF_F and self.sides == 1,
-                "p of an F has one tail by definition: leave out sides",
+                "the p of an F has one tail by definition: omit sides",
             ),
             (
                 self.d is not None and self.kind not in ("paired_t", "independent_t"),

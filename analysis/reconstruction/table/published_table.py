@@ -71,7 +71,7 @@ class OpenScale(Record):
     @model_validator(mode="after")
     def _whole_steps(self) -> OpenScale:
         if self.continuous and {"step", "items"} & self.model_fields_set:
-            raise ValueError("continuous values have no step: leave out step and items")
+            raise ValueError("continuous values have no step: omit step and items")
         if self.step <= 0:
             raise ValueError(f"step is {self.step}, expected a number above 0")
         if self.maximum is None:
@@ -201,16 +201,14 @@ class Summary(Record):
         if not (self.mean or self.mean_percent or self.sum or self.geometric_mean):
             raise ValueError("expected a mean, a mean_percent, a sum or a geometric_mean")
         if self.geometric_mean and (self.mean or self.mean_percent or self.sum or self.sd):
-            raise ValueError(
-                "geometric_mean and log_sd describe logarithms: leave out mean, sum and sd"
-            )
+            raise ValueError("geometric_mean and log_sd describe logarithms: omit mean, sum and sd")
         if bool(self.ci_low) != bool(self.ci_high):
             raise ValueError("expected both ends of the confidence interval, or none")
         told = [value for value, _ in (*self.frequencies, *self.percentages)]
         told += [*self.present, *self.absent]
         for value, times in Counter(told).items():
             if times > 1:
-                raise ValueError(f"the rating {value} is told of {times} times")
+                raise ValueError(f"the frequency of the rating {value} is given {times} times")
         return self
 
     @property
@@ -252,8 +250,8 @@ class Column(Summary):
         if self.scale.too_fine(self.n):
             most = isqrt(LARGEST_SQUARES // self.n)
             raise ValueError(
-                f"the scale has {self.scale.steps:,} steps of {self.scale.step}; expected at most "
-                f"{most:,} beside n = {self.n:,}"
+                f"the scale has {self.scale.steps:,} steps of {self.scale.step}; expected at "
+                f"most {most:,} for n = {self.n:,}"
             )
         told = [value for value, _ in (*self.frequencies, *self.percentages)]
         for value in (*told, *self.present, *self.absent):
@@ -291,7 +289,7 @@ def close(summary: Summary, scale: OpenScale) -> Column:
         if high is None:
             high = max(origin + step * ceil((mean.high + farthest - origin) / step), low + step)
         if (high - low) / step > WIDEST_OPEN:
-            raise ValueError("expected a scale: without one ratings may be almost any numbers")
+            raise ValueError("expected a scale: without one, ratings may be almost any number")
     grid = Scale(minimum=low, maximum=high, step=scale.step).model_copy(
         update={"items": scale.items}
     )

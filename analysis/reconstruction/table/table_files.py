@@ -93,7 +93,7 @@ class _File(Record):
         """Yield inconsistencies between tables that are each valid."""
         kinds = {self.continuous(entry) for entry in self.column}
         if len(kinds) > 1:
-            words = "whole ratings and continuous values (or logarithms) need a file each"
+            words = "whole ratings and continuous values (or logarithms) need separate files"
             yield ("column",), {"msg": words}
         for place, entry in enumerate(self.column):
             try:
@@ -108,7 +108,7 @@ class _File(Record):
             for label in test.columns:
                 if label not in labels:
                     known = ", ".join(repr(known) for known in labels)
-                    words = f"there is no column {label!r}; expected some of {known}"
+                    words = f"unknown column {label!r}; expected some of {known}"
                     yield ("test", place, "columns"), {"msg": words}
 
     def labels(self) -> list[str]:
@@ -180,7 +180,7 @@ def read_rows(path: Path) -> list[Row]:
         The file cannot be read or is not CSV, or its header is wrong.
     """
     if path.suffix.lower() != ".csv":
-        raise UserError(f"{path}: expected a CSV file, a row for each column of a published table")
+        raise UserError(f"{path}: expected a CSV file, one row per column of a published table")
     return _csv_rows(_text_of(path), str(path))
 
 
@@ -190,7 +190,7 @@ def _text_of(path: Path) -> str:
     except (OSError, UnicodeDecodeError) as error:
         known = expected_one_of(path, sorted(p.stem for p in SHIPPED.glob("*.toml")))
         raise UserError(
-            f"{path}: cannot be read ({error}); a TOML or CSV file, or {known}"
+            f"{path}: cannot be read ({error}); expected a TOML or CSV file, or {known}"
         ) from None
 
 
@@ -231,7 +231,7 @@ def _csv_rows(text: str, source: str) -> list[Row]:
     except csv.Error as error:
         raise UserError(f"{source} is not CSV: {error}") from None
     if len(rows) < 2:  # noqa: PLR2004 - the header and a row
-        raise UserError(f"{source} has no rows; expected a header and one row a column")
+        raise UserError(f"{source} has no rows; expected a header and one row per column")
     (first, header), *rows = rows
     names = [name.strip() for name in header]
     found = [_row(names, line, cells, place) for place, (line, cells) in enumerate(rows, 1)]
@@ -243,7 +243,7 @@ def _csv_rows(text: str, source: str) -> list[Row]:
 def _row(names: list[str], line: int, cells: list[str], place: int) -> Row:
     kept = tuple(cells)
     if len(cells) != len(names):
-        counts = f"expected {len(names)} cells, as the header has, found {len(cells)}"
+        counts = f"expected {len(names)} cells, as in the header, found {len(cells)}"
         return Row(line, kept, None, ((line, f"line {line}: {counts}"),))
     entry = {name: c.strip() for name, c in zip(names, cells, strict=True) if c.strip()}
     try:
@@ -276,7 +276,7 @@ def _wrong_names(names: list[str]) -> Iterator[str]:
         if name not in KNOWN:
             yield f"{name or 'a column without a name'}: expected one of {', '.join(KNOWN)}"
         elif names.count(name) > 1:
-            yield f"{name}: is there {names.count(name)} times; expected it once"
+            yield f"{name}: occurs {names.count(name)} times; expected it once"
     for name in NEEDED:
         if name not in names:
             yield f"{name}: is missing"

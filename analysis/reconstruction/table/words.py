@@ -54,7 +54,7 @@ def assumptions(column: Column) -> Iterator[str]:
     scale = column.scale
     stated = " (no step is stated)" if "step" in column.assumed else ""
     yield f"ratings are whole steps of {scale.step}{stated}"
-    yield f"n = {column.n} counts no missing ratings"
+    yield f"n = {column.n} contains no missing ratings"
     far = {"minimum": scale.minimum, "maximum": scale.maximum}
     if derived := [f"{name} {float(far[name]):g}" for name in far if name in column.assumed]:
         yield f"the scale ends where the SD allows no rating ({' and '.join(derived)})"

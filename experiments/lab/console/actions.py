@@ -97,7 +97,7 @@ class Actions:
             The action does not exist, the data sent do not fit it, or it is not possible now.
         """
         if name not in self._table:
-            raise UserError("there is no such action")
+            raise UserError("unknown action")
         form, action = self._table[name]
         return action(read_form(form, sent))
 

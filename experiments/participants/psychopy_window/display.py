@@ -103,7 +103,7 @@ def check_screen(number: int) -> None:
     there = screens()
     if not 0 <= number < len(there):
         known = ", ".join(f"{n} ({size})" for n, size in enumerate(there))
-        raise UserError(f"screen {number}: there is no such screen; there are: {known}")
+        raise UserError(f"screen {number}: no such screen; expected one of {known}")
 
 
 class Pointer:

@@ -127,8 +127,8 @@ def test_an_interrupted_pilot_tells_the_command_that_completes_it(
     out = tmp_path / f"my {'long ' * 20}pilot"
     interrupt(monkeypatch, after=1)
     assert commands.main([*words, "--out", str(out)]) == 130
-    said = next(line for line in capsys.readouterr().out.splitlines() if "To go on: " in line)
-    command = shlex.split(said.partition("To go on: ")[2])
+    said = next(line for line in capsys.readouterr().out.splitlines() if "To continue: " in line)
+    command = shlex.split(said.partition("To continue: ")[2])
     assert command[0] == "slipscale"
     assert commands.main(command[1:]) == 0
     tables = [path.relative_to(whole) for path in sorted(whole.glob("sub-*/beh/*.tsv"))]

@@ -148,7 +148,7 @@ def test_too_many_data_sets_to_list_are_bounded_by_sums_and_sums_of_squares(caps
     )
     assert commands.main(["reconstruct", str(tmp_path / "t.csv"), *PAIRED]) == 0
     said = capsys.readouterr().out
-    assert "these bounds are from sums and sums of squares alone" in said
+    assert "these bounds use only sums and sums of squares" in said
     # By hand: 20 over 24/√14, SDs of 12 in opposite order; and its square.
     assert "paired t(13) of b minus a: 3.118 to infinite" in said
     assert "(bounds, perhaps not attained)" in said
@@ -160,7 +160,7 @@ def test_too_many_data_sets_to_list_are_bounded_by_sums_and_sums_of_squares(caps
     [
         (["nowhere.toml"], "cannot be read"),
         (["biet2007_table3", "--sample", "0"], "expected 1 or more"),
-        (["biet2007_table3", "--long"], "give --sample N, too"),
+        (["biet2007_table3", "--long"], "expected --sample N as well"),
         (["biet2007_table3", "--sample", "1", "--conclusions"], "choose one"),
         (["biet2007_table3", "--memory-gib", "0.0001"], "needs about"),
         (["biet2007_table3", "--minutes", "0"], "0 min are allowed"),

@@ -81,7 +81,7 @@ def test_verdicts_on_other_rows_are_not_gone_on_with(table, tmp_path, capsys):
     before = (tmp_path / "out.csv").read_bytes()
     table.write_text(table.read_text().replace("4.21", "4.25"))
     assert batch(table, tmp_path / "out.csv") == 2
-    assert "holds no verdicts on these rows" in capsys.readouterr().err
+    assert "does not contain verdicts on these rows" in capsys.readouterr().err
     (tmp_path / "letter").write_text("Dear Sir")
     assert batch(table, tmp_path / "letter") == 2
     assert (tmp_path / "letter").read_text() == "Dear Sir"
@@ -92,8 +92,8 @@ def test_verdicts_on_other_rows_are_not_gone_on_with(table, tmp_path, capsys):
     "words, said",
     [
         (["--workers", "0"], "expected 1 or more"),
-        (["--sample", "3"], "leave out --sample"),
-        (["--json", "--conclusions"], "leave out --json, --conclusions"),
+        (["--sample", "3"], "omit --sample"),
+        (["--json", "--conclusions"], "omit --json, --conclusions"),
     ],
 )
 def test_what_does_not_go_with_a_batch_is_refused(table, tmp_path, capsys, words, said):

@@ -263,7 +263,7 @@ def test_axes_are_lists_and_ranges(axis, words, values):
 
 def test_lapses_and_dropout_that_leave_nobody_are_refused():
     axes = {"participants": (8,), "lapses": (0.5,), "dropout": (0.5,)}
-    with pytest.raises(UserError, match="together leave no answer"):
+    with pytest.raises(UserError, match="together leave no genuine answers"):
         conditions(axes)
 
 
@@ -341,7 +341,7 @@ def test_a_protocol_without_simulated_ratings_is_refused(capsys, tmp_path):
     file = tmp_path / "only.toml"
     file.write_text(first + rest[rest.index("[[about_you]]") :])
     assert commands.main(["power", str(file)]) == 2
-    assert "no magnitude_estimation among its tasks" in capsys.readouterr().err
+    assert "none of its tasks is a magnitude_estimation" in capsys.readouterr().err
 
 
 def test_the_command_says_how_many_and_exits_1_where_none_suffices(capsys):

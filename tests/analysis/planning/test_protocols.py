@@ -113,8 +113,8 @@ def test_the_comparison_is_told_in_words_and_written(capsys, tmp_path):
     assert commands.main([*words, *more, "--out", str(tmp_path)]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "…" not in said
-    assert "the same simulated people (population 'biet2007'), 4.0 minutes" in said
-    assert "exponent, 3 participants: biet2007 knows it to ±" in said
+    assert "the same simulated people (population 'biet2007') for a median of 4.0 minutes" in said
+    assert "exponent, 3 participants: biet2007 determines it to ±" in said
     assert "answer different questions" in said
     with (tmp_path / "protocols.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
@@ -133,9 +133,9 @@ def test_the_comparison_is_told_in_words_and_written(capsys, tmp_path):
         (["--protocols", "detection_threshold", "--minutes", "1"], "--minutes 1: "),
         (["--protocols", "detection_threshold", "--minutes", "-3"], "--minutes -3"),
         (["--protocols", "detection_threshold", "--minutes", "nan"], "--minutes nan"),
-        (["--minutes", "5"], "--minutes 5: expected --protocols beside it"),
-        (["--protocols", "detection_threshold", "--effect", "0.5"], "--effect says nothing"),
-        (["--protocols", "detection_threshold", "--looks", "3"], "--looks says nothing"),
+        (["--minutes", "5"], "--minutes 5: expected --protocols as well"),
+        (["--protocols", "detection_threshold", "--effect", "0.5"], "--effect cannot be combined"),
+        (["--protocols", "detection_threshold", "--looks", "3"], "--looks cannot be combined"),
         (["--protocols", "detection_threshold", "--participants", "2"], "--participants 2"),
     ],
 )

@@ -116,7 +116,7 @@ def test_a_cache_of_another_version_is_refused_and_left_alone(tmp_path, capsys):
     (tmp_path / MARK).write_text(json.dumps({"version": 0}))
     words = ["power", "--participants", "6", "--studies", "5", "--cache", str(tmp_path)]
     assert commands.main(words) == 2
-    assert "of another version of Slipscale" in capsys.readouterr().err
+    assert "from another version of Slipscale" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == [MARK]
 
 
@@ -128,7 +128,7 @@ def test_a_full_disk_is_said_in_a_sentence_and_leaves_no_part(tmp_path, monkeypa
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(Path, "write_text", full)
-    with pytest.raises(UserError, match="free some space and give the same command again"):
+    with pytest.raises(UserError, match="free some space and run the same command again"):
         run_grid(grid(studies=10), cache=cache)
     assert [path.name for path in tmp_path.iterdir()] == [MARK]
 

@@ -138,7 +138,7 @@ def test_more_catch_steps_tell_false_alarms_more_precisely():
 def test_what_catch_steps_tell_is_written_as_figure_and_columns(capsys, tmp_path):
     words = ["power", "biet2007", "--participants", "4,5", "--catch-steps", "1,2"]
     assert commands.main([*words, "--studies", "2", "--out", str(tmp_path)]) in {0, 1}
-    assert "Catch steps: half the interval" in capsys.readouterr().out
+    assert "Catch steps: half-width of the interval" in capsys.readouterr().out
     assert (tmp_path / "catch_steps.svg").stat().st_size > 1000
     with (tmp_path / "power.csv").open(encoding="utf-8") as file:
         found = list(csv.DictReader(file))

@@ -123,8 +123,8 @@ CHANGES = {
         "study",
         "study_2.toml cannot be read",
     ),
-    "study gone": (lambda root: study(root).unlink(), "study", "hold no study file"),
-    "seed": (with_seed, "study", "Runs have seed 9; planned: 3."),
+    "study gone": (lambda root: study(root).unlink(), "study", "contain no study file"),
+    "seed": (with_seed, "study", "Some runs have seed 9; planned: 3."),
     "fewer": (
         without_a_participant,
         "participants",
@@ -142,7 +142,7 @@ CHANGES = {
         "dates",
         "4 of 4 runs began before the plan was frozen",
     ),
-    "no date": (of_people("n/a"), "dates", "4 runs do not say when they began."),
+    "no date": (of_people("n/a"), "dates", "4 runs have no start time."),
     "exclusions": (
         lambda root: edited(study(root), "[analysis]", '[analysis]\nexclusions = ["zeros"]'),
         "exclusions",
@@ -156,12 +156,12 @@ CHANGES = {
     "test more": (
         lambda root: edited(study(root), '"friedman"', '"friedman", "page_trend"'),
         "tests",
-        "page_trend was computed and not planned.",
+        "page_trend was computed but not planned.",
     ),
     "test less": (
         lambda root: edited(study(root), ', "power_law"', ""),
         "tests",
-        "power_law was planned and has no result: not chosen in the study file.",
+        "power_law was planned but has no result: not chosen in the study file.",
     ),
     "primary": (
         lambda root: edited(study(root), "[analysis]", '[analysis]\nprimary = "logarithms"'),
@@ -176,17 +176,17 @@ CHANGES = {
     "code book": (
         lambda root: edited(root / "data" / "words.toml", '"slip"', '"slid"'),
         "options",
-        "The code book words.toml is not the one that was frozen.",
+        "The code book words.toml differs from the frozen one.",
     ),
     "page": (
         lambda root: edited(root / "plan" / "plan.html", "whatever they show", "or so"),
         "bundle",
-        "plan.html is not as it was frozen: its SHA-256 differs.",
+        "plan.html has changed since it was frozen: its SHA-256 differs.",
     ),
     "file gone": (
         lambda root: (root / "plan" / "population.json").unlink(),
         "bundle",
-        "population.json is gone from the bundle.",
+        "population.json is missing from the bundle.",
     ),
     "file more": (
         lambda root: (root / "plan" / "more.txt").write_text("more"),
@@ -227,12 +227,12 @@ def tables_swapped(root):
 
 
 TAMPERED = {
-    "a changed estimate": (another_estimate, "row 2: estimate is '77'; the journal says"),
+    "a changed estimate": (another_estimate, "row 2: estimate is '77'; the journal has"),
     "a deleted row": (a_row_less, "row 10: is missing"),
     "swapped tables": (tables_swapped, "estimate is"),
     "a removed journal": (
         lambda root: next((root / "data" / "sourcedata").rglob("*sub-01*.jsonl")).unlink(),
-        "no journal gives it",
+        "is not in any journal",
     ),
     "removed journals": (
         lambda root: shutil.rmtree(root / "data" / "sourcedata"),
@@ -262,7 +262,7 @@ def test_runs_after_the_date_are_none(copied):
 
 def test_a_task_that_was_named_is_a_deviation(copied):
     status, found = analysed(copied, "--task", "magnitudeestimation")
-    assert (status, found) == (1, [("options", "--task was given; the plan names no such option.")])
+    assert (status, found) == (1, [("options", "--task was used, but is not in the plan.")])
 
 
 def test_options_of_the_command_are_deviations(copied, capsys):
@@ -271,7 +271,7 @@ def test_options_of_the_command_are_deviations(copied, capsys):
     expected = [
         ("normalisation", "Estimates were normalised by none; planned: scale_top."),
         ("options", "analysis.equivalence_ratio was 1.5; planned: 1.25."),
-        ("options", "--in-session was given; the plan names no such option."),
+        ("options", "--in-session was used, but is not in the plan."),
     ]
     assert (status, found) == (1, expected)
     told = capsys.readouterr().err
@@ -301,7 +301,7 @@ def with_own(root, found):
 
 def test_an_analysis_of_another_package_is_one_more_test(frozen):
     assert with_own(frozen, OwnResult(sentences=("It drifts.",), numbers={})) == [
-        ("tests", "own_drift was computed and not planned."),
+        ("tests", "own_drift was computed but not planned."),
         ("versions", "lab 2; planned: none."),
     ]
     assert ("versions", "lab 2; planned: none.") in with_own(frozen, NotComputed("no data"))
@@ -333,18 +333,18 @@ def manifest(root):
 
 REFUSED = {
     "nothing": (lambda root: shutil.rmtree(root / "plan"), "plan", "no such file or folder"),
-    "no manifest": (lambda root: manifest(root).unlink(), "plan", "it holds no manifest.json"),
+    "no manifest": (lambda root: manifest(root).unlink(), "plan", "it has no manifest.json"),
     "a text": (
         lambda root: (root / "plan.zip").write_text("my plan"),
         "plan.zip",
-        "not a bundle, or cut short",
+        "not a bundle, or truncated",
     ),
-    "cut short": (cut, "plan.zip", "not a bundle, or cut short"),
-    "damaged": (damaged_inside, "plan.zip", "not a bundle, or cut short or damaged"),
+    "cut short": (cut, "plan.zip", "not a bundle, or truncated"),
+    "damaged": (damaged_inside, "plan.zip", "not a bundle, or truncated or damaged"),
     "not JSON": (
         lambda root: manifest(root).write_text("{"),
         "plan",
-        "damaged or edited (it is no JSON)",
+        "damaged or edited (it is not JSON)",
     ),
     "edited": (
         lambda root: edited(manifest(root), '"participants": 4', '"participants": 3'),
@@ -364,7 +364,7 @@ REFUSED = {
     "study edited": (
         lambda root: edited(root / "plan" / "study" / "study.toml", "seed = 3", "seed = 4"),
         "plan",
-        "is not the file that was frozen",
+        "not the file that was frozen",
     ),
     "another study": (
         lambda root: [
@@ -372,7 +372,7 @@ REFUSED = {
             for path in (root / "data").glob("sub-*/**/*_beh.json")
         ],
         "plan",
-        "is of study 'small'; the data are of 'other'",
+        "is for study 'small', but the data are from 'other'",
     ),
 }
 

@@ -78,7 +78,7 @@ def test_the_page_says_tests_corrections_choices_and_versions(frozen):
         "Holm, within the family",
         "scale_top: each estimate over its participant&#39;s declared scale top, times 100",
         "Data are collected from 4 participants, whatever they show",
-        "Nobody is excluded by a rule",
+        "No rule excludes participants",
         "study/files/words.toml",
     ):
         assert words in page
@@ -160,7 +160,7 @@ def test_the_power_is_computed_or_taken_in(frozen, tmp_path, capsys):
 @pytest.mark.parametrize(
     "options, sentence",
     [
-        (["--out", "."], "exists already; a plan is frozen once"),
+        (["--out", "."], "already exists; a plan is frozen once"),
         (["--out", "new", "--notes", "none.md"], "--notes none.md: No such file"),
         (["--out", "new", "--power", "none"], "expected the folder that slipscale power --out"),
         (["--out", "new", "--power", "odd"], "power.json is not a result of slipscale power"),

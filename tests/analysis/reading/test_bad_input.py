@@ -281,7 +281,7 @@ def test_files_of_windows_editors_begin_with_a_mark(dataset, tmp_path):
 
 def test_keys_that_do_not_exist_are_spoken_of_plainly(dataset):
     folder = dataset(choices="foo = 1\nconfidence = 'high'")
-    with pytest.raises(UserError, match=r"line 2, analysis.foo: there is no such key") as error:
+    with pytest.raises(UserError, match=r"line 2, analysis.foo: unknown key") as error:
         load(folder)
     assert "got 'high'" in str(error.value)
 

@@ -84,7 +84,7 @@ def test_levels_stay_apart_whatever_the_unit(tmp_path, factor):
 
 def test_metres_in_a_column_of_micrometres_are_refused(table_by_hand):
     path = table_by_hand("participant_id,amplitude_um_pp,estimate\na,0.0000012,3\na,0,1\n")
-    with pytest.raises(UserError, match=r"1.2e-06 µm is less than.*another unit: name it"):
+    with pytest.raises(UserError, match=r"1.2e-06 µm is less than.*for another unit, name it"):
         load(path)
 
 
@@ -185,7 +185,7 @@ def test_what_map_writes_is_what_load_reads(tmp_path):
         ({"columns": {"participant": "a", "response": "b"}, "levels": {"x": 1}}, "either levels"),
         ({"columns": {"participant": "a"}, "levels": {"x": 1, "y": 1}}, "another level"),
         ({"columns": {"participant": "a"}, "levels": {"x": -1}}, "expected 0"),
-        ({"column": {}}, "there is no such key"),
+        ({"column": {}}, "unknown key"),
     ],
 )
 def test_a_mapping_that_does_not_fit_says_why(table, words):

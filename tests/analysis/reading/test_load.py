@@ -209,7 +209,7 @@ def test_journals_without_tables_and_rows_edited_by_hand_are_named(piloted, tmp_
     problems = load(folder).problems
     assert (  # row 1 is the header, rows 2 to 5 are practice
         f"{table.relative_to(folder).as_posix()}: row 6: phase is 'practice'; "
-        "the journal says 'main'"
+        "the journal has 'main'"
     ) in problems
     assert sum("sub-02" in each and "data build writes it" in each for each in problems) == 4
 
@@ -223,11 +223,11 @@ def test_a_damaged_trial_is_left_out_and_its_journal_named(piloted, tmp_path):
     lines[place] = lines[place].replace(b'"Reply"', b'"Rep1y"')
     journal.write_bytes(b"".join(lines))
     # The table still has the answer: building leaves it, and says so.
-    assert any("it was left as it is" in each.what for each in build_dataset(folder))
+    assert any("the table was left unchanged" in each.what for each in build_dataset(folder))
     kept = load(folder)
     assert kept.counts["analysed"] == whole.counts["analysed"]
     assert any(f"line {place + 1}: damaged" in each for each in kept.problems)
-    assert any("estimate is" in each and "the journal says 'n/a'" in each for each in kept.problems)
+    assert any("estimate is" in each and "the journal has 'n/a'" in each for each in kept.problems)
     # Without the table the answer is lost.
     for table in folder.glob("sub-01/beh/*magnitudeestimation*.tsv"):
         table.unlink()

@@ -109,11 +109,11 @@ def test_a_standard_error_and_an_interval_give_the_same_sd():
 @pytest.mark.parametrize(
     "old, new, said",
     [
-        ("continuous = true", "continuous = true\nstep = 1", "no step: leave out step"),
+        ("continuous = true", "continuous = true\nstep = 1", "no step: omit step"),
         ("sd = 2.0", "", "expected an sd, an se or a confidence interval"),
-        ("sd = 2.0", "sd = 2.0\nmedian = 5", "leave out median"),
+        ("sd = 2.0", "sd = 2.0\nmedian = 5", "omit median"),
         ("mean = 5.0", "geometric_mean = 5.0", "both geometric_mean and log_sd"),
-        ("sd = 2.0", "geometric_mean = 4.0\nlog_sd = 0.1", "leave out mean, sum and sd"),
+        ("sd = 2.0", "geometric_mean = 4.0\nlog_sd = 0.1", "omit mean, sum and sd"),
     ],
 )
 def test_what_continuous_values_cannot_have_is_refused(old, new, said):

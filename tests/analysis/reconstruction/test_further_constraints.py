@@ -146,7 +146,7 @@ def test_samples_hold_the_quartiles(column, all_multisets):
 
 def test_quartiles_of_too_many_data_sets_are_refused(column):
     solutions = Solutions(column(30, "50.00", "10.00", lower_quartile="42"))
-    assert "compared data set by data set, and without them there are 2,031," in solutions.refused
+    assert "compared for each data set, and without them there are 2,031," in solutions.refused
 
 
 @pytest.mark.parametrize(
@@ -228,7 +228,11 @@ def test_one_end_of_a_scale_is_enough():
             'ci_low = "1"',
             "expected both ends of the confidence interval",
         ),
-        ('sd = "1.50"', 'sd = "1"\npresent = [3, 3]', "the rating 3 is told of 2 times"),
+        (
+            'sd = "1.50"',
+            'sd = "1"\npresent = [3, 3]',
+            "the frequency of the rating 3 is given 2 times",
+        ),
         ('sd = "1.50"', 'sd = "1"\nabsent = ["2.5"]', "the rating 5/2 is not on the scale"),
         (
             'sd = "1.50"',

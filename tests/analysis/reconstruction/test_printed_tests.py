@@ -146,7 +146,7 @@ def test_constant_columns_have_no_statistic_to_print(column, kind):
     flat = [Solutions(column(5, mean, "0.00", maximum=6)) for mean in ("2.00", "3.00")]
     one = answer(PrintedTest(kind=kind, statistic="0.00"), flat)
     assert one.verdict == "impossible"
-    assert "not defined" in one.reason
+    assert "undefined" in one.reason
 
 
 def test_identical_columns_do_not_print_a_t_of_zero(column):
@@ -238,7 +238,7 @@ def test_tests_are_read_with_the_table():
         (
             '"column 2"]',
             '"b"]',
-            r"line 15, columns of item 1 of test: there is no column 'b'",
+            r"line 15, columns of item 1 of test: unknown column 'b'",
         ),
         (
             'statistic = "1.93"',
@@ -252,14 +252,14 @@ def test_tests_are_read_with_the_table():
         ),
         ('statistic = "1.93"', 'p_below = "0"', "line 13, item 1 of test: p_below is 0 or less"),
         ('["a", "column 2"]', '["a"]', "expected two or more different columns"),
-        ('kind = "paired_t"', 'kind = "rm_f"\np = ".01"', "leave out the p"),
+        ('kind = "paired_t"', 'kind = "rm_f"\np = ".01"', "omit the p"),
         ('kind = "paired_t"', 'kind = "rm_f"\nd = "1.0"', "d belongs to paired_t or independent_t"),
         (
             'kind = "paired_t"',
             'kind = "paired_t"\npartial_eta_squared = "0.5"',
             "partial_eta_squared belongs to one_way_f or rm_f",
         ),
-        ('kind = "paired_t"', 'kind = "rm_f"\nsides = 1', "leave out sides"),
+        ('kind = "paired_t"', 'kind = "rm_f"\nsides = 1', "omit sides"),
     ],
 )
 def test_a_wrong_test_is_refused_with_its_line(old, new, said):

@@ -75,13 +75,13 @@ def test_what_is_not_printed_is_named_as_assumed():
         ("minimum = 0", "minimum = 0\nstep = 3", "does not divide"),
         ("minimum = 0", "minimum = 0\nstep = 0", "expected a number above 0"),
         ("minimum = 0", 'minimum = 0\nstep = "1/0"', "such as 1, 0.5 or 1/3, got '1/0'"),
-        ("minimum = 0", "minimum = 0\nstop = 3", "line 4, scale.stop: there is no such key"),
+        ("minimum = 0", "minimum = 0\nstop = 3", "line 4, scale.stop: unknown key"),
         ('label = "a"', 'label = "a"\nsd_convention = "robust"', "'sample' or 'population'"),
         ('label = "a"', 'label = "a"\nrounding = "up"', "'half_even' or 'truncated', got 'up'"),
         (
             'label = "a"',
             'label = "a"\nmode = 3',
-            "line 7, mode of item 1 of column: there is no such key",
+            "line 7, mode of item 1 of column: unknown key",
         ),
         ('label = "a"', 'label = "a"\namplitude_um_pp = [1]', "line 7, .*expected a number"),
         ("\n[scale]", "column = [1, 2]\n[scale]", "is not TOML"),
@@ -115,7 +115,7 @@ def test_every_fault_of_a_csv_file_is_told_at_once_with_its_line():
         "  line 3, mean: expected a decimal number such as 12.75, got 'x'",
         "  line 3, n: expected 2 or more, got '1'",
         "  line 3, scale: step 3 does not divide the scale from 0 to 10; expected a whole number",
-        "  line 5: expected 7 cells, as the header has, found 6",
+        "  line 5: expected 7 cells, as in the header, found 6",
     ]
     for line, beginning in zip(lines, expected, strict=True):
         assert line.startswith(beginning)
@@ -125,7 +125,7 @@ def test_every_fault_of_a_csv_file_is_told_at_once_with_its_line():
     "text, said",
     [
         ("label,n,mean,sd,scale_maximum\n" + "a" * 200_000, "is not CSV: field larger than"),
-        ("n,n,mean,sd,scale_maximum\n1,2,3,4,5", "line 1, n: is there 2 times"),
+        ("n,n,mean,sd,scale_maximum\n1,2,3,4,5", "line 1, n: occurs 2 times"),
         ("n,mean,sd,scale_maximum\n", "has no rows"),
         ("", "has no rows"),
     ],

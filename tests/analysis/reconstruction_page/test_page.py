@@ -111,12 +111,12 @@ def test_the_page_opens_with_a_verdict_and_what_to_ask(tmp_path, capsys):
     assert (
         commands.main(["reconstruct", str(tmp_path / "t.csv"), "--html", str(tmp_path / "p")]) == 1
     )
-    assert "Verdict: No ratings print column 'bad'." in capsys.readouterr().out
+    assert "Verdict: No ratings give the printed column 'bad'." in capsys.readouterr().out
     page = (tmp_path / "p").read_text(encoding="utf-8")
     first = page[: page.index("<h2>good</h2>")]
-    assert "No ratings print column &#39;bad&#39;." in first
+    assert "No ratings give the printed column &#39;bad&#39;." in first
     assert "ratings are whole steps of 1 (no step is stated)" in first
-    assert "What to ask the authors" in first
+    assert "Questions for the authors" in first
     assert "GRIM" in first
 
 
@@ -125,8 +125,8 @@ def test_a_consistent_table_has_nothing_to_ask(tmp_path, capsys):
     assert (
         commands.main(["reconstruct", str(tmp_path / "t.csv"), "--html", str(tmp_path / "p")]) == 0
     )
-    assert "Verdict: Ratings exist that print every column." in capsys.readouterr().out
-    assert "What to ask" not in (tmp_path / "p").read_text(encoding="utf-8")
+    assert "Verdict: Ratings exist that give every printed column." in capsys.readouterr().out
+    assert "Questions for" not in (tmp_path / "p").read_text(encoding="utf-8")
 
 
 def test_no_axis_goes_beyond_the_scale(column, listed):

@@ -88,7 +88,7 @@ def test_a_new_study_is_valid_and_never_overwrites(capsys, tmp_path):
     status, out, _ = run(capsys, "study", "validate", str(path))
     assert (status, "no fault" in out) == (0, True)
     status, _, err = run(capsys, "study", "new", str(path))
-    assert (status, "exists already" in err) == (2, True)
+    assert (status, "already exists" in err) == (2, True)
 
 
 def test_a_full_disk_leaves_no_half_a_study_file(capsys, tmp_path, monkeypatch):
@@ -167,7 +167,7 @@ def test_a_pilot_refuses_a_folder_that_holds_anything_else(tmp_path):
         small(tmp_path)
     other = small(tmp_path / "other")
     plans = pilot_plans("biet2007", participants=2, seed=99, language=None)
-    with pytest.raises(UserError, match="holds another pilot"):
+    with pytest.raises(UserError, match="contains another pilot"):
         run_pilot(other, plans, tell=lambda _: None)
     assert read_plan(other / "sourcedata/sub-01/sub-01_run-01_journal.jsonl")[0].seed == 2007
 
@@ -191,14 +191,14 @@ def test_check_opens_the_window_as_a_session_does_and_tells_of_unstamped_keys(
     display, tmp_path, monkeypatch
 ):
     planned = PlannedSession(study="biet2007", plate="mock", out=tmp_path, full_screen=False)
-    assert "key presses stamped" in check_display(planned).detail
+    assert "key presses have time stamps" in check_display(planned).detail
 
     def deny(_clock):
         raise RuntimeError("not allowed to listen")
 
     monkeypatch.setattr(keyboard, "Stamps", deny)
     found = check_display(planned)
-    assert (found.passed, "not stamped" in found.detail) == (None, True)
+    assert (found.passed, "no time stamps" in found.detail) == (None, True)
     assert "docs/explanation/response-times.md" in found.remedy
 
 
@@ -217,7 +217,7 @@ print(found.passed, found.detail, found.remedy)
         [sys.executable, "-c", program, tmp_path], capture_output=True, text=True, check=True
     )
     assert done.stdout.startswith("False")
-    assert "100 MB cannot be taken (File too large)" in done.stdout
+    assert "100 MB cannot be written (File too large)" in done.stdout
     assert "quota" in done.stdout
     assert list(tmp_path.iterdir()) == []
 

@@ -40,7 +40,7 @@ def test_a_run_that_went_on_replaces_its_beginning(dataset, tmp_path):
 def test_another_run_in_its_place_is_never_overwritten(dataset, tmp_path):
     first, _ = copies(dataset, tmp_path / "disk")
     first.write_bytes(b"another laboratory's\n")
-    with pytest.raises(UserError, match="holds another run"):
+    with pytest.raises(UserError, match="contains another run"):
         copies(dataset, tmp_path / "disk")
     assert first.read_bytes() == b"another laboratory's\n"
 
@@ -63,7 +63,7 @@ def test_a_medium_that_gives_back_something_else_is_told(dataset, tmp_path, monk
 def test_a_folder_that_cannot_be_a_backup_is_refused(dataset, tmp_path, place):
     if place != "gone":
         (tmp_path / place).mkdir(parents=True)
-    with pytest.raises(UserError, match=r"no such folder|lies in the data set itself"):
+    with pytest.raises(UserError, match=r"no such folder|is inside the data set"):
         copies(dataset, tmp_path / place)
 
 
@@ -93,5 +93,5 @@ def test_a_list_of_backups_that_cannot_be_read_is_told(dataset):
 
 def test_the_folder_that_the_data_set_lies_in_is_no_backup_of_it(dataset):
     """The copy would be the journal itself."""
-    with pytest.raises(UserError, match="would be its own copy"):
+    with pytest.raises(UserError, match="contains the data set itself"):
         back_up(dataset, journals(dataset)[0], dataset.parent)

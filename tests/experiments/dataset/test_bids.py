@@ -65,7 +65,7 @@ def test_a_person_who_answers_on_the_mock_is_not_called_simulated(dataset):
     assert "People answered" in readme
     assert "imulated" not in readme
     levels = json.loads((dataset / "participants.json").read_text(encoding="utf-8"))["mode"]
-    assert "a person who tried the study out" in levels["Levels"]["pilot"]
+    assert "a person who tried out the study" in levels["Levels"]["pilot"]
 
 
 def test_simulated_participants_are_called_so(laboratory):
@@ -146,7 +146,7 @@ def test_a_damaged_journal_does_not_keep_the_next_participant_waiting(laboratory
     assert mode_of(laboratory.folder) == "pilot"
     (problem,) = build_dataset(laboratory.folder)
     assert problem.file == "sourcedata/sub-01/sub-01_run-01_journal.jsonl"
-    assert problem.what == "damaged: the checksum does not fit"
+    assert problem.what == "damaged: the checksum does not match"
 
 
 def test_sessions_have_a_table_of_their_own(laboratory, plan, record_runs):

@@ -75,7 +75,7 @@ def test_a_pilots_table_that_would_shrink_is_left_and_named(dataset):
     path.write_bytes(b"".join(lines[: len(lines) // 2]))
     problems = build_dataset(dataset)
     (told,) = [each for each in problems if each.file == TABLE]
-    assert f"holds {len(before.splitlines()) - 1} rows, and its journal gives" in told.what
+    assert f"has {len(before.splitlines()) - 1} rows, but its journal gives" in told.what
     assert (dataset / TABLE).read_bytes() == before
     assert TABLE in {each.file for each in verify(dataset)}
 
@@ -105,6 +105,8 @@ def test_a_merge_is_refused_while_a_source_holds_rows_without_a_journal(
 ):
     other = record_runs(tmp_path / "other", "03", study_text=study_text("biet2007") + QUESTIONNAIRE)
     journals(dataset)[0].unlink()
-    with pytest.raises(UserError, match=r"participants\.tsv: sub-01: no journal gives this row"):
+    with pytest.raises(
+        UserError, match=r"participants\.tsv: sub-01: this row is not in any journal"
+    ):
         merge(dataset, other, tmp_path / "both")
     assert not (tmp_path / "both").exists()

@@ -38,7 +38,7 @@ def test_every_decision_is_kept_and_the_last_one_counts(dataset):
 @pytest.mark.parametrize(
     "label, reason, excluded, complaint",
     [
-        ("09", "x", True, "holds nothing of them"),
+        ("09", "x", True, "contains no data from this participant"),
         ("01", "  ", True, "expected a reason"),
         ("01", "x", False, "is not excluded by hand"),
         ("02", "x", True, "is excluded already"),
@@ -72,7 +72,9 @@ def test_a_merge_takes_decisions_along_and_refuses_two_that_differ(tmp_path, rec
     merge(dataset, other, tmp_path / "both")
     assert list(excluded_by_hand(tmp_path / "both")) == ["02", "03"]
     exclude(other, "02", "another reason")
-    with pytest.raises(UserError, match=rf"sub-02/{RECORD}: is not the same in both"):
+    with pytest.raises(
+        UserError, match=rf"sub-02/{RECORD}: your file differs between the two data sets"
+    ):
         merge(dataset, other, tmp_path / "again")
 
 

@@ -54,10 +54,13 @@ def test_the_same_run_in_both_is_taken_once_and_the_longer(folders):
 @pytest.mark.parametrize(
     "changes, complaint",
     [
-        ({"mode": "participant"}, "holds pilot data.*participant data"),
+        ({"mode": "participant"}, "contains pilot data.*participant data"),
         ({"seed": 1}, "was run with seeds 1, 2007"),
-        ({"study_text": TEXT.replace("repetitions = 1", "repetitions = 2")}, "is not the same in"),
-        ({"study_text": TEXT.replace('"biet2007"', '"other"')}, "holds the study biet2007"),
+        (
+            {"study_text": TEXT.replace("repetitions = 1", "repetitions = 2")},
+            "the study files differ",
+        ),
+        ({"study_text": TEXT.replace('"biet2007"', '"other"')}, "contains the study biet2007"),
     ],
 )
 def test_what_contradicts_is_refused_and_nothing_is_written(folders, changes, complaint):
@@ -69,13 +72,13 @@ def test_what_contradicts_is_refused_and_nothing_is_written(folders, changes, co
 
 def test_two_people_under_one_number_are_refused(folders):
     one, other, both = folders(["01"], ["01"], seed=5)
-    with pytest.raises(UserError, match=r"2 contradictions(?s:.*)two people under one number"):
+    with pytest.raises(UserError, match=r"2 contradictions(?s:.*)two people with the same number"):
         merge(one, other, both)
 
 
 def test_one_person_under_two_labels_is_refused(folders):
     one, other, both = folders(["01"], ["001"])
-    with pytest.raises(UserError, match="001 and 01 would pass for one person"):
+    with pytest.raises(UserError, match="001 and 01 would be taken for the same person"):
         merge(one, other, both)
 
 
@@ -92,7 +95,7 @@ def test_who_withdrew_from_one_must_be_gone_from_both(folders):
 def test_a_person_with_runs_in_both_is_noted(folders):
     one, other, both = folders(["01"], ["01"], run="02")
     assert merge(one, other, both).notes == (
-        "participant 01 has runs in both; they are taken for one person's",
+        "participant 01 has runs in both data sets; they are treated as the same person",
     )
 
 
@@ -100,7 +103,7 @@ def test_files_that_people_wrote_come_along_or_contradict(folders):
     one, other, both = folders(["01"], ["02"])
     (one / "code/verbal_codes.tsv").write_text("mine\n")
     (other / "code/verbal_codes.tsv").write_text("theirs\n")
-    with pytest.raises(UserError, match=r"verbal_codes\.tsv: is not the same in both"):
+    with pytest.raises(UserError, match=r"verbal_codes\.tsv: your file differs"):
         merge(one, other, both)
     (other / "code/verbal_codes.tsv").unlink()
     merge(one, other, both)
@@ -112,10 +115,10 @@ def test_a_folder_in_use_or_without_journals_is_refused(folders, tmp_path, capsy
     words = ["data", "merge", str(one), str(other), "--out", str(both)]
     with Journal.reopen(journals(other)[0], VirtualClock()):
         assert main(words) == 2
-        assert "a session of it runs now" in capsys.readouterr().err
+        assert "a session is running" in capsys.readouterr().err
     assert main(["data", "merge", str(tmp_path), str(other), "--out", str(both)]) == 2
     assert "no journals" in capsys.readouterr().err
     assert main(words) == 0
-    assert "2 runs, of" in capsys.readouterr().out
+    assert "2 runs from" in capsys.readouterr().out
     assert main(words) == 2
     assert "is not empty" in capsys.readouterr().err

@@ -60,9 +60,7 @@ def test_a_cell_edited_by_hand_is_named_by_file_and_row(dataset):
     was, cells[7] = cells[7], "99.5"
     rows[4] = "\t".join(cells)
     table.write_text("\n".join(rows), encoding="utf-8")
-    assert told(verify(dataset)) == [
-        f"{TABLE}: row 5: estimate is '99.5'; the journal says {was!r}"
-    ]
+    assert told(verify(dataset)) == [f"{TABLE}: row 5: estimate is '99.5'; the journal has {was!r}"]
 
 
 def test_rows_removed_and_rows_added_are_named(dataset):
@@ -84,8 +82,8 @@ def test_a_participant_edited_and_a_table_without_journal_are_named(dataset):
     stray.parent.mkdir(parents=True)
     shutil.copy(dataset / TABLE, stray)
     assert told(verify(dataset)) == [
-        "participants.tsv: row 2: complete is 'no'; the journal says 'yes'",
-        f"{stray.relative_to(dataset).as_posix()}: no journal gives it",
+        "participants.tsv: row 2: complete is 'no'; the journal has 'yes'",
+        f"{stray.relative_to(dataset).as_posix()}: is not in any journal",
     ]
 
 
@@ -172,7 +170,9 @@ def test_a_run_without_its_header_is_read_with_what_its_sidecar_says(dataset, lo
     lines = lines_of(dataset)
     put(dataset, one_flipped_bit(lines, 0) if lost == 1 else lines[lost:])
     problems = told(build_dataset(dataset))
-    assert f"{JOURNAL}: line 1: what the header said is taken from the run's sidecar" in problems
+    assert (
+        f"{JOURNAL}: line 1: the content of its header is taken from the run's sidecar" in problems
+    )
     assert any("damaged" in problem for problem in problems)
     same = [path.read_bytes() == content for path, content in tables.items()]
     assert sum(same) == (2 if lost == 1 else 1)
@@ -232,7 +232,7 @@ def test_a_cut_tail_is_found_and_building_keeps_the_tables(dataset):
     before = (dataset / TABLE).read_bytes()
     put(dataset, lines[:-10])
     expected = (
-        f"{JOURNAL}: its end is missing: {len(lines) - 10} records, and there were {len(lines)} "
+        f"{JOURNAL}: its end is missing: it has {len(lines) - 10} records, but had {len(lines)} "
         "when its tables were made"
     )
     assert expected in told(verify(dataset))
@@ -269,7 +269,7 @@ def test_a_journal_forged_with_all_its_hashes_is_told_by_the_sidecar(dataset):
         forged.append(encode(chained(record, before)))
         before = chained(record, before).hash
     put(dataset, forged)
-    assert "are not those that its tables were made from" in told(verify(dataset))[0]
+    assert "differ from those from which its tables were made" in told(verify(dataset))[0]
 
 
 def test_a_journal_under_another_participants_name_is_not_taken_for_hers(dataset):

@@ -56,7 +56,7 @@ def test_the_number_is_never_offered_again_and_a_replacement_takes_the_place(dat
     assert withdrawn(dataset) == ["01"]
     assert participants(dataset) == ["01", "02"]
     for label in ("01", "1"):
-        with pytest.raises(UserError, match="who replaces them is participant R01"):
+        with pytest.raises(UserError, match="the replacement is participant R01"):
             check_alike(dataset, label)
     check_alike(dataset, replacement("01"))
     assert plan(participant=replacement("01")).row == plan(participant="01").row
@@ -127,7 +127,7 @@ def test_a_withdrawal_that_is_killed_at_any_step_can_be_ended(
     assert not kept.exists()
     assert not list(tmp_path.rglob("sub-01*"))
     assert withdrawn(dataset) == ["01"]
-    with pytest.raises(UserError, match="holds nothing of them"):
+    with pytest.raises(UserError, match="contains no data from this participant"):
         withdraw(dataset, "01")
 
 
@@ -175,7 +175,9 @@ def test_a_withdrawal_from_a_merged_set_names_the_source_that_holds_them(merged,
 def test_a_merged_set_that_is_gone_is_named_before_anything_is_removed(merged):
     dataset, _, both = merged
     shutil.rmtree(both)
-    with pytest.raises(UserError, match=r"both is not there.*remove its line from .*merged\.json"):
+    with pytest.raises(
+        UserError, match=r"both is not available.*remove its line from .*merged\.json"
+    ):
         withdraw(dataset, "01")
     assert len(journals(dataset)) == 2
 
@@ -208,7 +210,7 @@ def test_nobody_withdraws_while_their_session_runs(dataset, plan):
     path = plan().journal_path(dataset)
     with (
         Journal.reopen(path, VirtualClock()),
-        pytest.raises(UserError, match="a session of theirs runs now"),
+        pytest.raises(UserError, match="a session of this participant is running"),
     ):
         withdraw(dataset, "01")
     assert path.exists()

@@ -106,10 +106,10 @@ def test_damage_in_the_middle_is_refused_with_its_line(tmp_path):
 @pytest.mark.parametrize(
     "order, line, reason",
     [
-        ((0, 2, 1, 3), 2, "record 2 is not in its place: moved"),
-        ((0, 1, 1, 2), 3, "record 1 stands in line 2 too: repeated"),
-        ((0, 2, 3), 2, "expected record 1, found 2: one or more removed"),
-        ((1, 2, 3), 1, "expected record 0, found 1: one or more removed"),
+        ((0, 2, 1, 3), 2, "record 2 is out of place: moved"),
+        ((0, 1, 1, 2), 3, "record 1 is also in line 2: repeated"),
+        ((0, 2, 3), 2, "expected record 1, found 2: one or more were removed"),
+        ((1, 2, 3), 1, "expected record 0, found 1: one or more were removed"),
     ],
 )
 def test_lines_in_another_order_missing_or_repeated_are_refused(tmp_path, order, line, reason):
@@ -169,7 +169,7 @@ def test_two_edited_lines_cost_two_records(long_journal):
 def test_a_last_line_that_is_whole_but_wrong_is_refused_not_cut_off(tmp_path, damaged):
     path = written(tmp_path / "a.jsonl", "header", "begin")
     path.write_bytes(path.read_bytes() + damaged)
-    with pytest.raises(UserError, match=r"line 3: damaged .*\(the checksum does not fit\)"):
+    with pytest.raises(UserError, match=r"line 3: damaged .*\(the checksum does not match\)"):
         read_records(path)
 
 
@@ -178,9 +178,7 @@ def test_a_foreign_file_is_refused(tmp_path):
     path.write_text("hello\nworld\n")
     with pytest.raises(UserError, match="line 1: damaged or not a journal") as refusal:
         read_records(path)
-    assert str(refusal.value).endswith(
-        "expected one record of JSON a line, as the session wrote it"
-    )
+    assert str(refusal.value).endswith("expected one JSON record per line, as the session wrote it")
 
 
 @pytest.mark.parametrize("kind, form", [("header", 3), ("header", 1), ("done", 2)])
@@ -268,7 +266,7 @@ def test_a_new_file_s_name_is_durable_before_the_first_record(tmp_path, monkeypa
 def test_an_existing_run_is_never_overwritten_and_is_named(tmp_path):
     path = written(tmp_path / "a.jsonl", "header")
     before = path.read_bytes()
-    with pytest.raises(UserError, match=rf"{path}; .*go on with it: slipscale resume$"):
+    with pytest.raises(UserError, match=rf"{path}; .*resume it: slipscale resume$"):
         Journal.create(path, VirtualClock())
     assert path.read_bytes() == before
 

@@ -82,7 +82,7 @@ def test_two_that_begin_at_once_do_not_both_write(path, no_locks):
     """Where another has just claimed the lock file, and not named it yet, nobody else may."""
     claimed = path.with_name(f"{path.name}.lock.new")
     claimed.touch()
-    with pytest.raises(UserError, match="another session is just beginning to write it"):
+    with pytest.raises(UserError, match="another session is about to write it"):
         Journal.reopen(path, VirtualClock())
     assert claimed.exists()
 

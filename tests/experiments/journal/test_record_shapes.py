@@ -32,7 +32,7 @@ def test_every_record_that_a_session_writes_has_its_shape(records):
     "kind, data, reason",
     [
         ("begin", {}, "step: is missing"),
-        ("begin", {"step": 0, "what": {"type": "Jump", "trial": None}}, "no step is called 'Jump'"),
+        ("begin", {"step": 0, "what": {"type": "Jump", "trial": None}}, "unknown step 'Jump'"),
         ("done", {"step": 0, "answer": {"type": "Reply", "value": [1]}}, "value"),
         ("done", {"step": 0, "answer": {"type": "Reply", "mood": 1}}, "Reply has no 'mood'"),
         ("void", {"task": "a", "trial": "1", "reason": ""}, "trial: expected a whole number"),

@@ -103,7 +103,7 @@ def test_the_command_line_comes_first(folder, capsys):
 def test_a_fault_in_it_is_one_sentence_in_every_command(folder, capsys, command):
     (folder / FILE).write_text('study = "biet2007"\nplatte = "mock"\n')
     assert main([command]) == 2
-    assert "line 2, platte: there is no such key" in capsys.readouterr().err
+    assert "line 2, platte: unknown key" in capsys.readouterr().err
 
 
 def test_it_counts_only_where_it_lies(folder, monkeypatch):

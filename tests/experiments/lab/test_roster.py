@@ -70,7 +70,7 @@ def test_a_session_that_runs_now_is_known_and_nobody_else_begins(
         monkeypatch.chdir(tmp_path)
         init(tmp_path, {"data": ".", "plate": "serial:COM9"}, None)
         assert main(["next", "--yes"]) == 2
-        assert "a session runs now" in capsys.readouterr().err
+        assert "a session is running" in capsys.readouterr().err
     assert roster(folder).people[0].state == "interrupted"
 
 
@@ -103,8 +103,10 @@ def test_who_the_analysis_excluded_is_told_with_the_rule(recorded, monkeypatch, 
             excluded(folder, flags)
         assert main(["participants"]) == 0
         said.append(capsys.readouterr().out)
-    assert "known after slipscale analyse (the study's rules: zeros, faults)" in said[0]
-    assert "nobody is excluded by the analysis of 20" in said[1]
+    assert (
+        "run slipscale analyse to see who is excluded (the study's rules: zeros, faults)" in said[0]
+    )
+    assert "excludes nobody" in said[1]
     assert "participant 02 is excluded by zeros (analysis of 20" in said[2]
     assert main(["participants", "--json"]) == 0
     people = json.loads(capsys.readouterr().out)["people"]
@@ -177,7 +179,7 @@ def test_next_begins_the_next_participant_on_the_folders_plate(lab, tmp_path, re
 
 def test_next_asks_first(lab, monkeypatch, capsys):
     assert main(["next"]) == 2
-    assert "say --yes" in capsys.readouterr().err
+    assert "add --yes" in capsys.readouterr().err
     monkeypatch.setattr("sys.stdin", type("Terminal", (), {"isatty": lambda _: True})())
     monkeypatch.setattr("builtins.input", lambda _: "")
     assert main(["next"]) == 1
@@ -209,15 +211,15 @@ def test_participants_says_who_is_where(lab, tmp_path, record_runs, capsys):
     cut(tmp_path / "data", "02")
     assert main(["participants"]) == 0
     out = capsys.readouterr().out
-    assert "2 of 12 planned have begun, 1 are done" in out
-    assert "participant 02: To go on: slipscale resume data/sourcedata/sub-02" in out
+    assert "2 of 12 planned participants have begun, 1 are done" in out
+    assert "participant 02: To continue: slipscale resume data/sourcedata/sub-02" in out
     assert "next: participant 03" in out
 
 
 def test_participants_counts_the_runs_without_a_backup(lab, tmp_path, record_runs, capsys):
     record_runs(tmp_path / "data", "01", mode="participant")
     assert main(["participants"]) == 0
-    assert "1 run has no whole backup: sub-01_run-01" in capsys.readouterr().out
+    assert "1 run has no complete backup: sub-01_run-01" in capsys.readouterr().out
 
 
 def test_next_says_what_changed_since_the_last_participant(lab, tmp_path, record_runs, capsys):
@@ -237,4 +239,4 @@ def test_without_a_laboratory_folder_they_say_how_to_make_one(
 
 def test_a_note_without_a_session_is_refused(lab, capsys):
     assert main(["note", "a", "door"]) == 2
-    assert "no session runs in data and pilots/rehearsals" in capsys.readouterr().err
+    assert "no session is running in data and pilots/rehearsals" in capsys.readouterr().err

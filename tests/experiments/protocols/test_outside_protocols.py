@@ -149,7 +149,7 @@ def test_a_question_repeated_until_a_simulated_person_would_never_end_is_refused
             yield EndTrial(trial=trial)
         yield EndBlock(screen=Instruct(text="over"))
 
-    with pytest.raises(UserError, match="trial 1: more than 1,000 steps and no end"):
+    with pytest.raises(UserError, match="trial 1: no end after 1,000 steps"):
         pilot(GRIP, steps=until_even, simulated={"grip": lambda *_: 50.0}, begun=True)
 
 
@@ -167,14 +167,14 @@ def test_validate_finds_a_protocol_that_never_ends(pilot, tmp_path):
     with pytest.raises(UserError, match="no end"):
         pilot(GRIP, steps=repeating)
     (file,) = tmp_path.glob("outside0.toml")
-    with pytest.raises(UserError, match="trial 1: more than 1,000 steps and no end"):
+    with pytest.raises(UserError, match="trial 1: no end after 1,000 steps"):
         validate(str(file))
 
 
 def test_a_study_may_replace_a_text_that_a_protocol_brings(pilot):
     text = STUDY.replace("[[tasks]]", '[texts.en.grip]\ninstructions = "Press."\n\n[[tasks]]')
     assert "Press." in (pilot(GRIP, text) / "task-grip_beh.json").read_text()
-    with pytest.raises(UserError, match=r"grip\.instructoins: there is no such text"):
+    with pytest.raises(UserError, match=r"grip\.instructoins: unknown text"):
         pilot(GRIP, text.replace("instructions", "instructoins"))
 
 
@@ -194,20 +194,23 @@ def test_a_study_may_replace_a_text_that_a_protocol_brings(pilot):
         ),
         (
             {"steps": lambda o, c: steps(o, c, count=3)},
-            "goes on after 2 trials, the most that it says it has",
+            "continues after 2 trials, its declared maximum",
         ),
         (
             {"possible_levels": lambda _o, _c: (0.5, 1.0)},
-            "presents 1.2 µm p-p, and says that it presents 0.5 to 1",
+            "presents 1.2 µm p-p, but declares 0.5 to 1",
         ),
         ({"possible_levels": lambda _o, _c: (0.5, 3.0)}, "3.0 is beyond the plate's 2.5 µm p-p"),
-        ({"finest_level": lambda _o, _c: (0.04, 1.2)}, "is held to within 0.06 µm p-p at 1.2"),
+        (
+            {"finest_level": lambda _o, _c: (0.04, 1.2)},
+            "the plate's tolerance is 0.06 µm p-p at 1.2",
+        ),
         ({"steps": lambda o, c: steps(o, c, level=2.6)}, "2.6 µm p-p is outside"),
         (
             {"steps": repeating},
-            "trial 1: more than 1,000 steps and no end",
+            "trial 1: no end after 1,000 steps",
         ),
-        ({"steps": lambda *_: forever()}, "more than 10,000 steps and no end"),
+        ({"steps": lambda *_: forever()}, "no end after 10,000 steps"),
         (
             {"trials": broken},
             r"trials raised KeyError: 'lost' \(module .*protocols, line",
@@ -265,7 +268,7 @@ def test_two_packages_that_give_the_same_name_are_refused(monkeypatch):
     monkeypatch.setattr(plug_ins, "entry_points", lambda **_: points)
     plug_ins.installed.cache_clear()
     try:
-        with pytest.raises(UserError, match=r"'grip' .* is there twice, as ourlab.* and theirlab"):
+        with pytest.raises(UserError, match=r"'grip' .* is provided by both ourlab.* and theirlab"):
             plug_ins.installed("slipscale.protocols")
     finally:
         plug_ins.installed.cache_clear()

@@ -35,7 +35,7 @@ def test_study_plate_and_clock_are_compared_with_the_last_run(tmp_path, record_r
     monkeypatch.setattr(changed_since, "datetime", Past)
     study, plate, clock = changes(tmp_path, STUDY, TEXT + "# later", "serial:/dev/ttyACM0")
     assert "the study 'biet2007' has changed since sub-01, sub-02" in study
-    assert plate == "the plate was 'mock' in sub-02, and is 'serial:/dev/ttyACM0' now"
+    assert plate == "the plate was 'mock' in sub-02, but is now 'serial:/dev/ttyACM0'"
     assert clock.startswith("this computer's date, 2001-01-01 00:00 UTC, is before the beginning")
 
 

@@ -25,7 +25,7 @@ def test_a_file_system_without_locks_is_told(planned, monkeypatch):
     monkeypatch.setattr(portalocker, "lock", refuse)
     finding = check_folder(planned)
     assert finding.passed is None
-    assert "has no locks" in finding.remedy
+    assert "does not support locks" in finding.remedy
 
 
 @pytest.mark.parametrize("place", [0, 30])

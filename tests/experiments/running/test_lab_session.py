@@ -92,7 +92,7 @@ def test_a_second_session_of_the_same_run_is_refused_before_the_plate_moves(no_w
     plan = a_plan()
     with (
         Journal.create(plan.journal_path(tmp_path), VirtualClock()),
-        pytest.raises(UserError, match=r"already \(running now\).*end it where it runs"),
+        pytest.raises(UserError, match=r"already has a run \(running now\).*end it there"),
     ):
         begin(tmp_path, plan, SETTING)
 
@@ -120,7 +120,7 @@ def test_a_run_that_another_process_writes_is_running_and_not_interrupted(window
         assert "another session is writing it" in capsys.readouterr().err
         other.kill()
     assert main(["run", *words]) == 2
-    assert f"interrupted): {path}; To go on: slipscale resume {path}" in capsys.readouterr().err
+    assert f"interrupted): {path}; To continue: slipscale resume {path}" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("place", ["tell", "__enter__"])
@@ -188,9 +188,9 @@ def test_a_label_that_means_the_same_as_one_there_is_refused(window, tmp_path):
     stopped(tmp_path, window)
     for alike in ("1", "001"):
         plan = make_plan("biet2007", participant=alike, pilot=True)
-        with pytest.raises(UserError, match=f"{alike}: there is a participant 01 already"):
+        with pytest.raises(UserError, match=f"{alike}: .* already has a participant 01"):
             begin(tmp_path, plan, SETTING)
-        with pytest.raises(UserError, match="there is a participant 01 already"):
+        with pytest.raises(UserError, match="already has a participant 01"):
             check_participant(
                 PlannedSession(study="", plate="mock", out=tmp_path, participant=alike)
             )
@@ -234,7 +234,7 @@ def test_a_participants_run_never_goes_on_with_a_plate_that_nobody_feels(
     with monkeypatch.context() as real:
         real.setattr(MockPlate, "simulated", False)
         path = stopped(tmp_path, window, plan=a_plan(pilot=False))
-    with pytest.raises(UserError, match="a participant's run cannot go on"):
+    with pytest.raises(UserError, match="a participant's run cannot be resumed"):
         go_on(path, SETTING)
 
 
@@ -243,7 +243,7 @@ def test_a_participants_run_on_an_emulated_board_is_refused_with_its_remedy(
 ):
     board = emulate()
     setting = Setting(plate=f"serial:{board.port}")
-    with pytest.raises(UserError, match=r"EMULATED-1: it is only computed.*say --pilot"):
+    with pytest.raises(UserError, match=r"EMULATED-1: the plate is simulated.*add --pilot"):
         begin(tmp_path, a_plan(pilot=False), setting)
     assert list((tmp_path / "sourcedata").iterdir()) == []
 
@@ -257,7 +257,7 @@ def test_a_rehearsal_on_an_emulated_board_is_a_pilot(window, tmp_path, emulate):
 def test_another_study_does_not_come_into_a_folder_unnoticed(window, tmp_path):
     stopped(tmp_path, window)
     other = make_plan("textures_demo", participant="02", pilot=True)
-    with pytest.raises(UserError, match=r"holds the study biet2007.*--add-study"):
+    with pytest.raises(UserError, match=r"contains the study biet2007.*--add-study"):
         begin(tmp_path, other, SETTING)
     found = check_folder(PlannedSession(study="textures_demo", plate="mock", out=tmp_path))
     assert (found.passed, "--add-study" in found.remedy) == (None, True)
@@ -281,7 +281,7 @@ def test_pilots_and_participants_lie_apart_unless_a_folder_is_named(window, tmp_
 
 def test_a_pilot_among_participants_is_refused_with_both_ways_out(window, tmp_path, monkeypatch):
     stopped(tmp_path, window)
-    with pytest.raises(UserError, match=r"holds pilot data.*--out data\), or.*add --pilot"):
+    with pytest.raises(UserError, match=r"contains pilot data.*--out data\), or.*add --pilot"):
         begin(tmp_path, a_plan(pilot=False), SETTING)
 
 
@@ -298,7 +298,7 @@ def test_a_backup_that_is_not_there_costs_nothing_but_is_said_aloud(window, tmp_
     setting = Setting(plate="mock", backup=tmp_path / "unplugged")
     path = stopped(tmp_path / "data", window, setting=setting)
     first, *_, last = capsys.readouterr().err.splitlines()
-    assert first.startswith("NO BACKUP of this run unless that changes: --backup")
+    assert first.startswith("NO BACKUP of this run unless you correct this: --backup")
     assert last.startswith("NO BACKUP of this run: --backup")
     assert read_plan(path)[1][-1].kind == "stop"
     found = check_folder(
@@ -409,7 +409,7 @@ def tracking_of(tmp_path, plate, port="COM3", spec="vibrometer:"):
 def test_a_simulated_plate_needs_no_tracking_and_one_that_follows_by_itself_refuses_it(tmp_path):
     assert tracking_of(tmp_path, SimpleNamespace(simulated=True, tracks=False)) is None
     board = SimpleNamespace(simulated=False, tracks=False, name="serial")
-    with pytest.raises(UserError, match="backend 'serial' follows its resonance by itself"):
+    with pytest.raises(UserError, match="backend 'serial' tracks its resonance itself"):
         tracking_of(tmp_path, board)
 
 

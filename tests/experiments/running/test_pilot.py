@@ -47,7 +47,7 @@ def test_a_pilot_begun_by_a_version_with_other_people_is_not_gone_on_with(labora
     laboratory.run(old)
     path = old.journal_path(laboratory.folder)
     path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:20]))
-    with pytest.raises(UserError, match="begin the pilot anew"):
+    with pytest.raises(UserError, match="start the pilot again"):
         run_simulated(laboratory.folder, plan(), "mock")
 
 

@@ -29,7 +29,7 @@ def test_a_damaged_journal_is_called_so_and_another_run_is_the_remedy(path, plac
     path.write_bytes(b"".join(lines))
     state = run_state(path)
     assert state == "damaged"
-    assert "slipscale data verify says where" in remedy(path, state)
+    assert "for details: slipscale data verify" in remedy(path, state)
     assert "--run" in remedy(path, state)
 
 

@@ -40,21 +40,21 @@ def study(tmp_path):
 @pytest.mark.parametrize("say", [validate, lambda name: show(name, "01")])
 def test_rows_that_participants_do_not_fill_are_told(study, say):
     said = say(study())
-    assert "12 blocks of 12 runs do not fill whole squares of 10 rows" in said
+    assert "12 blocks in 12 runs do not fill complete squares of 10 rows" in said
     assert "10 participants, or a multiple of 10, would be balanced" in said
 
 
 def test_filled_rows_are_told(study):
     said = validate(study(participants=20))
-    assert "20 blocks of 20 runs are balanced over squares of 10 rows" in said
-    assert "each surface follows each other one 4 times" in said  # 20 x 4 pairs, 20 transitions
+    assert "20 blocks in 20 runs are balanced over squares of 10 rows" in said
+    assert "each surface follows every other one 4 times" in said  # 20 x 4 pairs, 20 transitions
 
 
 def test_unequal_transitions_are_named():
     options = MagnitudeEstimation(protocol="magnitude_estimation", randomisation="williams")
     said = order_balance(options, "abc", [["abc"], ["abc"], ["bca"]])
     assert said == (
-        "williams: 3 blocks of 3 runs do not fill whole squares of 6 rows; within blocks "
+        "williams: 3 blocks in 3 runs do not fill complete squares of 6 rows; within blocks "
         "c then a comes 1 time; a then b comes 2 times; b then c comes 3 times; "
         "the other 3 transitions 0 times; 6 participants, or a multiple of 6, would be balanced"
     )
@@ -67,12 +67,12 @@ def test_catch_trials_on_a_line_do_not_count_for_the_balance_of_its_order(tmp_pa
     )
     path.write_text(line)
     said = validate(str(path))
-    assert "visualanalogue, williams: 20 blocks of 20 runs are balanced" in said
-    assert "each surface follows each other one 4 times" in said
+    assert "visualanalogue, williams: 20 blocks in 20 runs are balanced" in said
+    assert "each surface follows every other one 4 times" in said
 
 
 def test_rules_that_draw_each_order_by_itself_are_balanced_on_average(study):
-    assert "blocked: each order is drawn by itself, balanced on average" in validate(
+    assert "blocked: orders are drawn independently and are balanced on average" in validate(
         study(rule="blocked")
     )
 

@@ -229,7 +229,7 @@ def test_a_test_that_is_broken_off_says_so(laboratory, plan):
         ("needed = 7", "expected needed to be no more than trials"),
         ("level_db = 3.0", "expected 0"),
         ("trials = 0", "expected 1"),
-        ("loud = 1", "there is no such key"),
+        ("loud = 1", "unknown key"),
     ],
 )
 def test_what_is_wrong_with_the_test_is_told_with_its_place(keys, told):

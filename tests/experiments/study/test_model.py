@@ -62,11 +62,11 @@ def test_every_fault_is_told_at_once_with_line_key_and_what_was_expected():
     for part in (
         "bad.toml has 8 faults",
         "line 2, name: expected letters, digits and _, beginning with a letter, got 'two words'",
-        "line 3, titel: there is no such key (did you mean 'title'?)",
+        "line 3, titel: unknown key (did you mean 'title'?)",
         "line 4, language: expected one of en, fr, got 'xx'",
         "line 5, amplitudes_um_pp: 9.0 is beyond the plate's 2.5 µm p-p",
         "line 9, repetitions of item 1 of tasks: expected 1 or more, got 0",
-        "line 10, practise of item 1 of tasks: there is no such key",
+        "line 10, practise of item 1 of tasks: unknown key",
         (
             "line 13, protocol of item 2 of tasks: expected one of constant_stimuli, "
             "descending_difference"
@@ -130,7 +130,7 @@ def test_faults_between_keys_are_told_at_once_too_each_with_its_line():
         "  line 5, seed: expected 0 or more, got -1",
         "  line 6, amplitudes_um_pp: 3.0 is beyond the plate's 2.5 µm p-p",
         "  line 6, amplitudes_um_pp: expected them to be all different",
-        "  line 7, texts.en.session.wellcome: there is no such text; there are: session.welcome, ",
+        "  line 7, texts.en.session.wellcome: unknown text; expected a text such as session.w",
         "  line 8, texts.fr.session.welcome: its braces cannot be filled in; those there are: none",
         "  line 11, texts.Klingon: expected a language's code, such as de or pt-BR",
         "  line 13, item 1 of textures: 2.7 is beyond the plate's 2.5 µm p-p",
@@ -144,7 +144,7 @@ def test_faults_between_keys_are_told_at_once_too_each_with_its_line():
             "  line 28, modulus of item 3 of tasks: standard_um_pp and modulus go "
             "together: give both, or neither"
         ),
-        "  line 31, practise of item 3 of tasks: there is no such key",
+        "  line 31, practise of item 3 of tasks: unknown key",
         "  line 37, prompt of item 2 of about_you: 'shoe_size' needs a prompt of its own",
         "  line 42, name of item 3 of about_you: there is a 'sex' already",
     ]

@@ -146,7 +146,7 @@ def test_a_text_that_comes_with_a_newer_slipscale_is_asked_for_and_no_old_run_is
     "changes, told",
     [
         ({"session__rest": ""}, "1 texts are missing: session.rest"),
-        ({"session__wellcome": "Hallo"}, r"texts\.de\.session\.wellcome: there is no such text"),
+        ({"session__wellcome": "Hallo"}, r"texts\.de\.session\.wellcome: unknown text"),
         ({"window__progress": "{done} sind vorbei"}, r"window\.progress: {total} is missing in it"),
         ({"window__progress": "{done} {total} {x}"}, r"line \d+, window\.progress: its braces"),
         ({"comparing__options": "das erste | das zweite"}, "expected 3 answers"),

@@ -276,7 +276,7 @@ def test_who_takes_consent_back_ends_the_run_for_good(plan, laboratory):
     assert "took their consent back" in laboratory.records(made, "stop")[0].data["reason"]
     build_dataset(laboratory.folder)
     assert "\tno\t" in (laboratory.folder / "participants.tsv").read_text()
-    with pytest.raises(UserError, match=r"took their consent back.*slipscale data withdraw"):
+    with pytest.raises(UserError, match=r"withdrew consent.*slipscale data withdraw"):
         go_on(made.journal_path(laboratory.folder), Setting(plate="serial:/dev/null"))
 
 

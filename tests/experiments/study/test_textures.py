@@ -100,7 +100,7 @@ def test_every_fault_of_the_textures_is_told_at_once():
         ),
         "finger_speed_mm_s of item 4 of textures: expected a number above 0, got 0.0",
         "name of item 5 of textures: expected letters, digits and _",
-        "wave_form of item 5 of textures: there is no such key",
+        "wave_form of item 5 of textures: unknown key",
         "finger_speed_mm_s of item 6 of textures: is missing",
     ):
         assert part in message
@@ -156,8 +156,8 @@ def test_estimation_presents_textures_among_the_surfaces_and_the_descent_does_no
 def test_the_sidecar_says_what_the_columns_hold_for_a_texture():
     described = columns(load_protocol("magnitude_estimation"))
     assert "texture" in described["texture"].description
-    assert described["amplitude_um_pp"].description.endswith("of a texture the largest")
-    assert described["amplitude_readback_um_pp"].description.endswith("of a texture its mean")
+    assert described["amplitude_um_pp"].description.endswith("for a texture, the largest")
+    assert described["amplitude_readback_um_pp"].description.endswith("for a texture, its mean")
 
 
 def test_a_texture_feels_like_its_mean_and_not_like_its_largest_amplitude(laboratory, plan):

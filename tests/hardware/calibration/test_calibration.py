@@ -249,7 +249,7 @@ def test_volts_of_the_file_are_volts_peak_to_the_driver(calibration):
         (lambda text: text.replace("by = ", "# by = "), "made.by: is missing"),
         (lambda text: text.replace("frequency_hz = ", "frequency_hz = nan # ", 1), "resonance"),
         (lambda text: text.replace("voltage_max_v = 16.0", "voltage_max_v = 99.0"), "beyond"),
-        (lambda text: text.replace("[gain]", "[gian]"), "gian: there is no such key"),
+        (lambda text: text.replace("[gain]", "[gian]"), "gian: unknown key"),
         (lambda text: text.replace("[device]", "[device"), "is not TOML"),
         (lambda text: text.replace('"V peak"', '"volts"'), "drive.voltage_convention"),
     ],
@@ -364,7 +364,10 @@ def test_a_file_that_cannot_be_written_is_told_before_anything_is_measured(
     monkeypatch.setattr(calibrate, "typed", lambda *_: pytest.fail("a reading was asked for"))
     known = tmp_path / "plate.toml"
     known.write_text("data rest on it")
-    for out, complaint in ((known, "exists already"), (tmp_path / "no" / "x.toml", "a folder")):
+    for out, complaint in (
+        (known, "already exists"),
+        (tmp_path / "no" / "x.toml", "writable folder"),
+    ):
         assert commands.main([*WORDS, "--prompt", "--out", str(out)]) == 2
         assert complaint in capsys.readouterr().err
     assert known.read_text() == "data rest on it"
@@ -385,7 +388,7 @@ def test_readings_typed_at_a_prompt_give_the_calibration(tmp_path, monkeypatch, 
     monkeypatch.setattr(calibrate, "typed", type_it)
     out = tmp_path / "plate.toml"
     assert commands.main([*WORDS, "--prompt", "--out", str(out)]) == 0
-    assert "'two or so' is no reading" in capsys.readouterr().out
+    assert "'two or so' is not a reading" in capsys.readouterr().out
     assert read_calibration(out).resonance.frequency_hz == pytest.approx(30_500, abs=1)
 
 
@@ -407,9 +410,9 @@ def test_a_gain_beside_the_drivers_is_refused_before_anything_is_driven(tmp_path
     out = tmp_path / "plate.toml"
     spec = ["--plate", "scpi:TCPIP::127.0.0.1::9::SOCKET,gain=1"]
     assert commands.main([*WORDS, *spec, "--amplifier-gain", "20", "--out", str(out)]) == 2
-    assert "drives with a gain of 1; the gain belongs into" in capsys.readouterr().err
+    assert "has a gain of 1; set the gain in" in capsys.readouterr().err
     assert commands.main([*WORDS, "--amplifier-gain", "20", "--out", str(out)]) == 2
-    assert "plate 'mock' drives with a gain of 1" in capsys.readouterr().err
+    assert "plate 'mock' has a gain of 1" in capsys.readouterr().err
     assert not out.exists()
 
 

@@ -45,7 +45,7 @@ def test_every_subcommand_has_help(name, capsys):
 
 def test_an_unknown_subcommand_is_the_users_fault(capsys):
     assert commands.main(["plate", "polish"]) == 2
-    assert "no subcommand 'polish', expected one of list, new" in capsys.readouterr().err
+    assert "unknown subcommand 'polish', expected one of list, new" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -183,7 +183,7 @@ def test_what_would_take_hours_asks_first(monkeypatch, many):
     monkeypatch.setattr(
         ManyStudies, "compute", lambda _self, number: StudyResult(number=number, seed=0)
     )
-    with pytest.raises(UserError, match=r"2\.7 hours here \(100\.0 s a study\).*--yes"):
+    with pytest.raises(UserError, match=r"2\.7 hours here \(100\.0 s per study\).*--yes"):
         list(results(many, 100))
 
 
@@ -218,10 +218,10 @@ def test_the_command_writes_page_figures_and_tables(tmp_path, study, capsys):
     [
         (["--times", "0"], "--times 0: expected 1 to 1000000"),
         (["--times", "2", "--jobs", "0"], "--jobs 0: expected 1 or more"),
-        (["--jobs", "2"], "--jobs is for many studies"),
-        (["--yes"], "--yes is for many studies"),
-        (["--times", "2", "--plate", "mock:faults=0.1"], "leave out --plate, or --times"),
-        (["--times", "2", "--force", "simulated"], "leave out --force, or --times"),
+        (["--jobs", "2"], "--jobs applies to many studies"),
+        (["--yes"], "--yes applies to many studies"),
+        (["--times", "2", "--plate", "mock:faults=0.1"], "omit --plate, or --times"),
+        (["--times", "2", "--force", "simulated"], "omit --force, or --times"),
         (["--times", "2", "--participants", "0"], "--participants 0: expected 1 or more"),
         (["--times", "2", "--out", "."], "is not empty"),
     ],

@@ -36,7 +36,7 @@ UNUSABLE = {
     ),
     "a key of it is unknown": (
         lambda lab: (lab / "slipscale.toml").write_text("platte = 1"),
-        "there is no such key",
+        "unknown key",
     ),
     "the study is gone": (
         lambda lab: (lab / "slipscale.toml").write_text('study = "s.toml"'),

@@ -15,7 +15,7 @@ from slipscale.experiments.lab.console.jobs import Job
 from slipscale.experiments.session.mailbox import mailbox_of
 
 ALL = ("/", "/live", "/study", "/data", "/pilot")
-WARNING = "NO BACKUP of this run unless that changes: --backup /media/x: no such folder"
+WARNING = "NO BACKUP of this run unless you correct this: --backup /media/x: no such folder"
 
 
 @pytest.fixture(autouse=True)
@@ -75,7 +75,7 @@ def test_a_session_whose_journal_has_gone_is_steered_where_it_goes_on(
         journal.write("note", text="it goes on")
         assert journal.path.is_relative_to(home)
         page = visitor.see("/live")
-        assert "THE JOURNAL HAS GONE" in page
+        assert "THE JOURNAL IS MISSING" in page
         assert "Pause" in words_of(page)
         token = re.search(r"token&#34;: &#34;(\w+)", page)[1]
         assert visitor.ask("ask", token=token, what="pause")[0] == 200

@@ -144,7 +144,7 @@ def test_a_population_without_them_is_written_as_it_always_was():
         ("faulty", r"raised ZeroDivisionError: nothing felt \(module .*test_behaviour, line"),
         ("wordy", "answered 'a lot' to 'estimate', not a number of 0 or more"),
         ("instant", "takes -1.0 for a step, expected seconds"),
-        ("misnumbered", "its population is none: trial_to_tral: there is no such key"),
+        ("misnumbered", "its population is none: trial_to_tral: unknown key"),
         ("nobody", "expected a class derived from Behaviour"),
     ],
 )
@@ -167,4 +167,4 @@ def test_a_name_that_is_not_there_is_told_with_those_that_are():
 
 def test_power_does_not_pretend_to_simulate_their_code(capsys):
     assert commands.main(["power", "--population", "modest", "--participants", "4"]) == 2
-    assert "not by the code of 'modest'" in capsys.readouterr().err
+    assert "not from the code of 'modest'" in capsys.readouterr().err
