@@ -78,7 +78,7 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
     if told:
         many = "1 contradiction" if len(told) == 1 else f"{len(told)} contradictions"
         lines = "".join(f"\n  {sentence}" for sentence in told)
-        raise UserError(f"{one} and {other} cannot be joined, {many}:{lines}")
+        raise UserError(f"{one} and {other} cannot be merged, {many}:{lines}")
     for folder in sources:  # before it contains data: withdrawals must reach it, too
         note_merged(folder, out)
     try:
@@ -111,7 +111,7 @@ def _check_source(folder: Path) -> None:
         raise UserError(f"{folder}: no journals; expected a data set's folder")
     for path in found:
         if is_being_written(path):
-            raise UserError(f"{path}: a session of it runs now; end it first")
+            raise UserError(f"{path}: a session is running; end it first")
     for sentence in unfinished(folder):
         raise UserError(f"{folder}: {sentence}")
 
@@ -124,7 +124,7 @@ def _contradictions(one: Path, other: Path) -> Iterator[str]:
     """Yield the contradictions between two data sets."""
     modes = {folder: mode_of(folder) for folder in (one, other)}
     if None not in modes.values() and modes[one] != modes[other]:
-        yield f"{one} holds {modes[one]} data, {other} {modes[other]} data"
+        yield f"{one} contains {modes[one]} data, {other} {modes[other]} data"
     for folder in (one, other):
         for problem in with_former(folder, read_runs(folder)[0]).problems:
             yield f"{folder}: {problem}"
@@ -132,18 +132,20 @@ def _contradictions(one: Path, other: Path) -> Iterator[str]:
     for place in sorted(set(ours) & set(theirs)):
         shorter, longer = sorted((ours[place].read_bytes(), theirs[place].read_bytes()), key=len)
         if not longer.startswith(shorter):
-            yield f"{place}: is another run in each (two people under one number?)"
+            yield (
+                f"{place}: the two data sets have different runs (two people with the same number?)"
+            )
     plans = {folder: list(_plans(folder)) for folder in (one, other)}
     names = [{plan.study.name for plan in plans[folder]} for folder in (one, other)]
     if names[0] and names[1] and not names[0] & names[1]:
-        yield f"{one} holds the study {_listed(names[0])}, {other} {_listed(names[1])}"
+        yield f"{one} contains the study {_listed(names[0])}, {other} {_listed(names[1])}"
     for name in sorted(names[0] & names[1]):
         texts = [
             {plan.study_text for plan in plans[folder] if plan.study.name == name}
             for folder in (one, other)
         ]
         if texts[0] != texts[1]:
-            yield f"study '{name}': its file is not the same in both"
+            yield f"study '{name}': the study files differ"
         seeds = {plan.seed for folder in plans for plan in plans[folder] if plan.study.name == name}
         if len(seeds) > 1:
             yield f"study '{name}': was run with seeds {', '.join(map(str, sorted(seeds)))}"
@@ -155,12 +157,12 @@ def _people(one: Path, other: Path, present: set[str]) -> Iterator[str]:
     for label in sorted(present):
         alike = plain.setdefault(label.casefold().lstrip("0"), label)
         if alike != label:
-            yield f"participants {alike} and {label} would pass for one person"
+            yield f"participants {alike} and {label} would be taken for the same person"
     for folder, rest in ((one, other), (other, one)):
         there = {path.parent.name.removeprefix("sub-") for path in journals(rest)}
         for label in sorted(set(withdrawn(folder)) & there):
             yield (
-                f"participant {label} withdrew from {folder}, and {rest} holds data of theirs: "
+                f"participant {label} withdrew from {folder}, but {rest} contains their data: "
                 f"slipscale data withdraw {rest} --participant {label}"
             )
 
@@ -182,7 +184,9 @@ def _own_files(one: Path, other: Path, chosen: dict[Path, Path]) -> Iterator[str
     for place in (Path(README), *sorted((code - made) | decided)):
         found = [folder / place for folder in (one, other) if (folder / place).is_file()]
         if len({path.read_bytes() for path in found}) > 1:
-            yield f"{place}: is not the same in both; make it so, it is yours"
+            yield (
+                f"{place}: your file differs between the two data sets; make the copies the same"
+            )
         elif found:
             chosen[place] = found[0]
 
@@ -205,7 +209,10 @@ def _in_both(one: Path, other: Path) -> Iterator[str]:
     own = set(_by_place(one)) ^ set(_by_place(other))
     for label in sorted(labels[0] & labels[1]):
         if any(place.parent.name == f"sub-{label}" for place in own):
-            yield f"participant {label} has runs in both; they are taken for one person's"
+            yield (
+                f"participant {label} has runs in both data sets; they are treated as the "
+                "same person"
+            )
 
 
 def _listed(names: set[str]) -> str:

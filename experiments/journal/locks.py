@@ -127,7 +127,7 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
     claim = lock.with_name(f"{lock.name}.new")
     try:
         if not (_make(claim) or _make_again(claim, system_locks=system_locks)):
-            raise UserError(f"journal {journal}: another session is just beginning to write it")
+            raise UserError(f"journal {journal}: another session is about to write it")
         # The claim's time is the file system's; this computer's clock may differ.
         now_s = claim.stat().st_mtime
         holder = _believed(journal, system_locks=system_locks, now_s=now_s)
@@ -138,8 +138,8 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
     except OSError:
         return  # if it is not writable, the journal reports that at its first record
     raise UserError(
-        f"journal {journal}: another session is writing it ({holder}); if none runs there, "
-        f"delete {lock}"
+        f"journal {journal}: another session is writing it ({holder}); if no session is "
+        f"running there, delete {lock}"
     )
 
 

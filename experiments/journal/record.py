@@ -79,7 +79,7 @@ def decode(line: bytes) -> tuple[Record, str]:
     """
     body, mark, tail = line.decode().rpartition(',"crc":"')
     if not mark or tail[8:] != '"}\n' or f"{zlib.crc32((body + '}').encode()):08x}" != tail[:8]:
-        raise ValueError("the checksum does not fit")
+        raise ValueError("the checksum does not match")
     body += "}"
     try:
         fields = json.loads(body, parse_int=_whole)

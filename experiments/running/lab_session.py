@@ -166,7 +166,7 @@ def begin(dataset: Path, plan: RunPlan, setting: Setting, *, add_study: bool = F
     if state != "free":
         # Reported before the plate moves and the window opens; `Journal.create` also checks it.
         raise UserError(
-            f"participant {plan.participant} has a run already ({state}): {path}; "
+            f"participant {plan.participant} already has a run ({state}): {path}; "
             f"{remedy(path, state)}"
         )
     return _conduct(
@@ -190,8 +190,8 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
     check_unfinished(path, records)
     if consent_was_taken_back(records):
         raise UserError(
-            f"journal {path}: the participant took their consent back in this run; nothing to go "
-            f"on with. slipscale data withdraw removes what there is of participant "
+            f"journal {path}: the participant withdrew consent in this run, so it cannot be "
+            "resumed. slipscale data withdraw removes the data of participant "
             f"{plan.participant}"
         )
     dataset = dataset_of(path, plan)
@@ -199,8 +199,8 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
         print(harmless(sentence), file=sys.stderr)
     if plan.mode == "participant" and is_mock(setting.plate):
         raise UserError(
-            f"--plate {setting.plate}: a participant's run cannot go on with a plate that nobody "
-            f"feels; it was on {last_plate(records)}"
+            f"--plate {setting.plate}: a participant's run cannot be resumed with a simulated "
+            f"plate, which the participant cannot feel; the run used {last_plate(records)}"
         )
     # Session time counts from the start of the run, including the interruption.
     clock = SystemClock(max(_since_s(records[0].data["started_utc"]), latest_s(records)))
@@ -242,7 +242,7 @@ def _perform(
     """Open the remaining equipment on the stack, and run."""
     clock = journal.clock
     missing = why_no_backup(dataset, setting.backup) if setting.backup else ""
-    warnings = (f"NO BACKUP of this run unless that changes: {missing}",) if missing else ()
+    warnings = (f"NO BACKUP of this run unless you correct this: {missing}",) if missing else ()
     for warning in warnings:
         print(harmless(warning), file=sys.stderr)
     spec = with_plate_file(setting.plate, plan.study.plate.file)
@@ -301,11 +301,11 @@ def check_felt(plan: RunPlan, plate: PlateDriver, *, begun: bool) -> None:
     """
     if plan.mode == "participant" and plate.unfelt:
         who = plate.identity
-        pilot = "; or say --pilot: the run is then recorded as a pilot, in a folder of its own"
+        pilot = "; or add --pilot: the run is then recorded as a pilot, in a separate folder"
         raise UserError(
-            f"plate {f'{who.model} {who.serial}' if who else plate.name}: it is only computed, and "
-            "this is a participant's run; connect the plate (slipscale plate list)"
-            + ("" if begun else pilot)
+            f"plate {f'{who.model} {who.serial}' if who else plate.name}: the plate is "
+            "simulated, but this is a participant run; connect the plate (slipscale plate "
+            "list)" + ("" if begun else pilot)
         )
 
 
@@ -318,8 +318,8 @@ def _tracking(
         return None
     if not plate.tracks:
         raise UserError(
-            f"track_resonance: backend '{plate.name}' follows its resonance by itself; take the "
-            "key out of the study file"
+            f"track_resonance: backend '{plate.name}' tracks its resonance itself; remove the "
+            "key from the study file"
         )
     vibrometer = stack.enter_context(open_vibrometer(wanted.track_resonance, clock))
     return ResonanceTracking(plate, vibrometer, wanted.track_every_s)
@@ -338,8 +338,8 @@ def _leave(
         return
     if journal.lost:
         print(
-            f"The journal's own place has gone ({journal.lost}): this run is whole in "
-            f"{journal.path}. Copy it back there once the disk or folder is back.",
+            f"The journal's original location is missing ({journal.lost}): the complete run "
+            f"is in {journal.path}. Copy it back once the disk or folder is available again.",
             file=sys.stderr,
         )
     try:
@@ -359,12 +359,12 @@ def _leave(
         except UserError as fault:
             print(harmless(f"NO BACKUP of this run: {fault}"), file=sys.stderr)
     if error is not None:
-        print(f"All answers until now are kept. {how_to_resume(journal.path)}", file=sys.stderr)
+        print(f"All answers so far are saved. {how_to_resume(journal.path)}", file=sys.stderr)
 
 
 def _sounds(plan: RunPlan) -> Sounds:
     """Return the player of the headphone test, or an object that explains why there is none."""
-    missing = check_device() if plan.study.headphone_test else "the study plays none"
+    missing = check_device() if plan.study.headphone_test else "the study has none"
     return NoSounds(missing) if missing else SoundOutput()
 
 

@@ -55,14 +55,15 @@ def check_alike(dataset: Path, participant: str) -> None:
     for label in withdrawn(dataset):
         if plain(label) == plain(participant):
             raise UserError(
-                f"--participant {participant}: they withdrew from {dataset}, and their number is "
-                f"not used again; who replaces them is participant {replacement(label)}"
+                f"--participant {participant}: this participant withdrew from {dataset}, and "
+                "the number is not reused; the replacement is participant "
+                f"{replacement(label)}"
             )
     for label in participants(dataset):
         if label != participant and plain(label) == plain(participant):
             raise UserError(
-                f"--participant {participant}: there is a participant {label} already in "
-                f"{dataset}; expected that label for the same person, another number for another"
+                f"--participant {participant}: {dataset} already has a participant {label}; "
+                "expected that label for the same person, or another number for another person"
             )
 
 
@@ -75,9 +76,10 @@ def check_mode(dataset: Path, mode: Mode) -> None:
     held = mode_of(dataset)
     if held and held != mode:
         raise UserError(
-            f"--out {dataset}: holds {held} data; a {mode}'s must not be mixed in. Name another "
-            f"folder (--out {FOLDERS[mode]}), or, if this is to be a {held}'s run, "
-            + ("add --pilot" if held == "pilot" else "name the real plate and leave --pilot out")
+            f"--out {dataset}: contains {held} data, which must not be mixed with {mode} "
+            f"data. Name another folder (--out {FOLDERS[mode]}), or, if this is to be a "
+            f"{held} run, "
+            + ("add --pilot" if held == "pilot" else "name the real plate and omit --pilot")
         )
 
 
@@ -97,8 +99,8 @@ def check_same_study(dataset: Path, study: str) -> None:
     held = studies(dataset)
     if held and study not in held:
         raise UserError(
-            f"--out {dataset}: holds the study {', '.join(held)}, and this is '{study}'; name "
-            "another folder with --out, or say --add-study if both are meant to lie there"
+            f"--out {dataset}: contains the study {', '.join(held)}, but this is '{study}'; "
+            "name another folder with --out, or add --add-study to keep both there"
         )
 
 
@@ -106,10 +108,12 @@ def remedy(path: Path, state: RunState) -> str:
     """Return what to do if a run is not free."""
     another = "name another participant, or a new --session or --run"
     remedies: dict[RunState, str] = {
-        "running now": f"end it where it runs, or {another}",
+        "running now": f"end it there, or {another}",
         "interrupted": how_to_resume(path),
         "complete": another,
-        "damaged": f"slipscale data verify says where; what is whole of it is used; {another}",
+        "damaged": (
+            f"the undamaged records are used (for details: slipscale data verify); {another}"
+        ),
     }
     return remedies[state]
 
@@ -119,11 +123,11 @@ def check_unfinished(journal: Path, records: list[Record]) -> None:
     if is_complete(records):
         dataset = shlex.quote(str(journal.resolve().parents[2]))
         raise UserError(
-            f"journal {journal}: this run is complete, and all its answers are safe; nothing to go "
-            f"on with. If its tables are missing: slipscale data build {dataset}"
+            f"journal {journal}: this run is complete, and all its answers are safe; there is "
+            f"nothing to resume. If its tables are missing: slipscale data build {dataset}"
         )
 
 
 def how_to_resume(journal: Path) -> str:
     """Return a sentence that explains how to resume a run."""
-    return f"To go on: slipscale resume {shlex.quote(str(journal))}"
+    return f"To continue: slipscale resume {shlex.quote(str(journal))}"
