@@ -1,7 +1,7 @@
 """Measure coverage of intervals and error rates of tests for docs/validation/measured/coverage.md.
 
 Simulated studies of n = 3, 6, 12 and 30 participants, with known true values, are analysed by the
-functions of the analysis. Run: .venv/bin/python benchmarks/coverage.py [--studies 200] [--write]
+functions of the analysis. Run: .venv/bin/python -m benchmarks.coverage [--studies 200] [--write]
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ import gc
 import time
 import warnings
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
+from benchmarks.measured_page import put
 from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.statistics import omnibus
 from slipscale.analysis.statistics.descriptives import student_intervals, within_intervals
@@ -64,8 +64,6 @@ SLOW = {
 }
 AMPLITUDES = np.array([0.3, 0.5, 1.2, 2.3])
 EXPONENT, SD_EXPONENT, SD_PERSON, SD_TRIAL = 0.6, 0.15, 0.5, 0.3
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "validation" / "measured" / "coverage.md"
-START, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 
 
 def study(
@@ -376,11 +374,7 @@ def main() -> None:
     lines += table("Interval of .95: share that covers", COVERAGE, args.studies, args.seed)
     lines += ["", *table("Test at .05: share of errors", ERRORS, args.studies, args.seed)]
     if args.write:
-        text = PAGE.read_text(encoding="utf-8")
-        before, after = text.split(START)[0], text.split(END)[1]
-        PAGE.write_text(
-            f"{before}{START}\n" + "\n".join(lines) + f"\n{END}{after}", encoding="utf-8"
-        )
+        put("coverage.md", "measured", lines)
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from benchmarks.measured_page import put
 from slipscale.analysis.statistics.psychometrics.hierarchical import HierarchicalFit, Trials
 from slipscale.analysis.statistics.psychometrics.integrated_over_people import students_fall
 from slipscale.analysis.statistics.psychometrics.thresholds import model_of
@@ -30,9 +31,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "validation" / "measured" / "recovery.md"
 KEPT = Path(__file__).resolve().parents[1] / "build" / "population_thresholds"
-START, END = "<!-- populations: begin -->", "<!-- populations: end -->"
 SIZES, LAPSES = (6, 12, 24), (0.0, 0.02, 0.05, 0.1)
 #: Levels, relative to a typical threshold of 1; answers per level; SD of log thresholds.
 LEVELS, EACH, SPREAD = np.geomspace(0.4, 3.0, 6), 10, 0.35
@@ -140,10 +139,7 @@ def main() -> None:
         )
         print(lines[-1], flush=True)
     if args.write:
-        text = PAGE.read_text(encoding="utf-8")
-        before, after = text.split(START)[0], text.split(END)[1]
-        body = "\n".join([f"{args.studies} studies per cell.", "", *lines])
-        PAGE.write_text(f"{before}{START}\n{body}\n{END}{after}", encoding="utf-8")
+        put("recovery.md", "populations", [f"{args.studies} studies per cell.", "", *lines])
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
+from benchmarks.measured_page import put
 from benchmarks.recovery_measures import (
     PEOPLE,
     SEED,
@@ -34,9 +35,7 @@ from slipscale.experiments.running.bare_dataset import write_simulated
 from slipscale.experiments.study.run_plan import RunPlan
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "validation" / "measured" / "recovery.md"
 KEPT = ROOT / "build" / "recovery"
-START, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 #: 2 % lapses, as in the shipped realistic people; noise that puts thresholds well above the 0.01
 #: µm resolution of simulated fingers.
 OBSERVERS = Population(name="recovery", noise=5.0, habits=Habits(lapses=0.02))
@@ -190,10 +189,7 @@ def main() -> None:
         if case.title.startswith(asked.only):
             print("\n".join(lines_of(case.title, _kept(case, asked.runs))), flush=True)
     if asked.write:
-        text = PAGE.read_text(encoding="utf-8")
-        before, after = text.split(START)[0], text.split(END)[1]
-        body = "\n".join(_table(asked.runs))
-        PAGE.write_text(f"{before}{START}\n{body}\n{END}{after}", encoding="utf-8")
+        put("recovery.md", "measured", _table(asked.runs))
 
 
 def _table(runs: int) -> list[str]:

@@ -7,6 +7,7 @@ participants.
 
 from __future__ import annotations
 
+from math import factorial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.experiments.study.analysis_choices import Thresholds
 
+#: The most by which chance alone may raise a flag that is decided by a test.
+RARE = 0.05
 #: Minimum number of trials to detect a drift or compute a split-half correlation.
 TRIALS_FOR_DRIFT = 8
 
@@ -63,13 +66,13 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
         steps = np.diff(means.to_numpy(float), axis=1)
         falling = (steps < 0).sum(1).astype(float)
         if thresholds.falling_steps is None:
-            # More than half of the steps, whatever their number.
-            falling = np.where(2 * falling > (~np.isnan(steps)).sum(1), falling, 0.0)
+            falling = np.where(falling >= rarely_falling(means.shape[1]), falling, 0.0)
         found["non_monotone"] = _indexed(falling, means)
-        found["constant"] = by["estimate"].nunique()
-        found["zeros"] = (
-            (trials["estimate"] == 0).groupby(trials[PARTICIPANT], observed=True).mean()
-        )
+        # A different number for each amplitude is not constant, however few there are.
+        levels = by["amplitude_um_pp"].nunique()
+        found["constant"] = by["estimate"].nunique().where(levels > thresholds.distinct_numbers)
+        felt = trials[trials["amplitude_um_pp"] > 0]
+        found["zeros"] = _share(felt, felt["estimate"] == 0)
         found["fast"] = _share(trials, trials["response_time"] < thresholds.fast_s)
         found = found.join(_patterns(trials, thresholds))
     if len(answers):
@@ -81,6 +84,23 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
         several = catches.groupby(PARTICIPANT, observed=True).size() >= CATCHES
         found["false_alarms"] = share.where(several)
     return found.reindex(columns=list(MEANINGS), index=people)
+
+
+def rarely_falling(levels: int) -> int:
+    """Return the least number of falls between means that at most 1 in 20 shows by chance.
+
+    Of someone who feels no difference every order of the means is equally likely; whoever feels
+    one has fewer falls. The numbers of orders with so many falls are Euler's.
+
+    >>> [rarely_falling(levels) for levels in (2, 3, 4, 5, 8)]
+    [2, 3, 3, 4, 6]
+    """
+    orders = [1]
+    for n in range(2, levels + 1):
+        before = [0, *orders, 0]
+        orders = [(k + 1) * before[k + 1] + (n - k) * before[k] for k in range(n)]
+    as_rare = [k for k in range(levels) if sum(orders[k:]) <= RARE * factorial(levels)]
+    return min(as_rare, default=levels)
 
 
 def _indexed(values: np.ndarray, like: pd.DataFrame) -> pd.Series[float]:
@@ -103,19 +123,37 @@ def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
     what = logs.columns.get_indexer(pd.Index(work["amplitude_um_pp"]))
     people = len(logs)
     left = residuals(work, logs)
-    spread = 1.4826 * float(np.median(np.abs(left - np.median(left))))
-    outlying = np.abs(left) > thresholds.outlier_sd * spread if spread > TINY else left > np.inf
+    outlying = np.abs(left) > thresholds.outlier_sd * _spreads(left, what)
     # With two participants, one's residuals mirror the other's, so neither is an outlier.
     columns["outlying"] = _indexed(
         np.where(people >= FEWEST, np.bincount(who, outlying, people), np.nan), logs
     )
     counts = np.bincount(who, minlength=people)
     position = work.groupby(PARTICIPANT, observed=True).cumcount().to_numpy(dtype=np.float64)
-    slopes = slopes_per_participant(who, np.asarray(position, float), left, people)
-    drift = np.where(counts >= TRIALS_FOR_DRIFT, np.exp(np.abs(slopes) * (counts - 1)), np.nan)
+    slopes, p = slopes_per_participant(who, np.asarray(position, float), left, people)
+    drift = np.where(
+        (counts >= TRIALS_FOR_DRIFT) & (p < RARE), np.exp(np.abs(slopes) * (counts - 1)), np.nan
+    )
     columns["drift"] = _indexed(drift, logs)
     columns["unreliable"] = _indexed(_split_half(work, who, what, logs), logs)
     return pd.DataFrame(columns)
+
+
+def _spreads(left: np.ndarray, what: np.ndarray) -> np.ndarray:
+    """Return the robust standard deviation that each residual is judged by.
+
+    Small amplitudes scatter more than large ones, so that one spread for all flags half of the
+    people who answer often. An amplitude's own is uncertain with few people: the mean of both
+    variances is used.
+    """
+    pooled = _robust_sd(left)
+    own = {place: _robust_sd(left[what == place]) for place in np.unique(what)}
+    spreads = np.array([np.sqrt((own[place] ** 2 + pooled**2) / 2) for place in what])
+    return np.where(spreads > TINY, spreads, np.inf)
+
+
+def _robust_sd(values: np.ndarray) -> float:
+    return 1.4826 * float(np.median(np.abs(values - np.median(values))))
 
 
 def _split_half(

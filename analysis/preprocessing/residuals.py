@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
+from scipy import special
 
 from slipscale.analysis.preprocessing.sufficiency import TINY
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -39,8 +40,8 @@ def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
 
 def slopes_per_participant(
     who: NDArray[np.intp], x: NDArray[np.float64], y: NDArray[np.float64], people: int
-) -> NDArray[np.float64]:
-    """Return each participant's least-squares slope of y on x; NaN if x does not vary.
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return each participant's least-squares slope of y on x and its p; NaN if x does not vary.
 
     Parameters
     ----------
@@ -57,4 +58,7 @@ def slopes_per_participant(
     dx, dy = x - (total(x) / count)[who], y - (total(y) / count)[who]
     squares = total(dx * dx)
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(squares > TINY, total(dx * dy) / squares, np.nan)
+        slope = np.where(squares > TINY, total(dx * dy) / squares, np.nan)
+        left = np.maximum(total(dy * dy) - slope**2 * squares, 0)
+        t = np.abs(slope) * np.sqrt((count - 2) * squares / left)
+    return slope, 2 * special.stdtr(np.maximum(count - 2, 1), -t)

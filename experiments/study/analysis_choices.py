@@ -72,16 +72,18 @@ class Thresholds(BaseModel):
     falling_steps: Annotated[int, Field(ge=1)] | None = Field(
         default=None,
         description="Flag non_monotone: this many steps or more, from one amplitude to the next, "
-        "on which the mean estimate falls; left out: more than half of the steps.",
+        "on which the mean estimate falls; left out: as many as at most 1 in 20 participants shows "
+        "who feels no difference (3 of 3 steps, 4 of 4, 5 of 6).",
         json_schema_extra={"unit": "steps"},
     )
     distinct_numbers: Annotated[int, Field(ge=1)] = Field(
         default=2,
-        description="Flag constant: this many different estimates or fewer.",
+        description="Flag constant: this many different estimates or fewer, of more amplitudes.",
         json_schema_extra={"unit": "different estimates"},
     )
     zero_share: Share = Field(
-        default=0.25, description="Flag zeros: a larger share of the estimates is zero."
+        default=0.25,
+        description="Flag zeros: a larger share of the estimates of amplitudes above 0 is zero.",
     )
     timed_out_share: Share = Field(
         default=0.1, description="Flag timed_out: a larger share of the trials has no answer."
@@ -95,8 +97,8 @@ class Thresholds(BaseModel):
     outlier_sd: Annotated[float, Field(gt=0)] = Field(
         default=4.0,
         description="Flag outlying: an estimate lies further than this many robust standard "
-        "deviations (1.4826 times the median absolute deviation of all participants' logarithmic "
-        "residuals) from the participant's own pattern.",
+        "deviations (1.4826 times the median absolute deviation of logarithmic residuals; mean "
+        "variance of the amplitude's and of all) from the participant's own pattern.",
         json_schema_extra={"unit": "robust standard deviations"},
     )
     reliability: Annotated[float, Field(ge=-1, le=1)] = Field(
@@ -108,7 +110,7 @@ class Thresholds(BaseModel):
     drift_factor: Annotated[float, Field(gt=1)] = Field(
         default=2.0,
         description="Flag drift: estimates grow or shrink by a larger factor from the first trial "
-        "to the last.",
+        "to the last, and reliably (p < .05).",
         json_schema_extra={"unit": "factor"},
     )
     false_alarm_share: Share = Field(

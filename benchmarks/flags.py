@@ -1,0 +1,105 @@
+"""Measure how often honest simulated people carry a flag of data quality, by design and noise.
+
+A flag should be raised for at most 5 % of honest people. Each cell is a study with people of the
+shipped population, whose answers go through the analysis's own reading and flags; response times
+and plate faults are not simulated. Run:
+.venv/bin/python -m benchmarks.flags [--participants 1000] [--seed 1] [--write]
+"""
+
+from __future__ import annotations
+
+import argparse
+from functools import partial
+from importlib.resources import files
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pandas as pd
+
+from benchmarks.measured_page import put
+from slipscale.analysis.load import load
+from slipscale.analysis.preprocessing.data_quality import flags, measures
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.participants.simulated_people.population import Population
+from slipscale.experiments.running.bare_dataset import write_simulated
+from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.experiments.study.analysis_choices import Thresholds
+
+FOUR, TWO, EIGHT = "0.0, 0.5, 1.2, 2.3", "1.2, 2.3", "0.0, 0.3, 0.6, 0.9, 1.2, 1.6, 1.9, 2.3"
+#: Column -> amplitudes (µm peak to peak), repetitions of magnitude estimation, catch steps, and
+#: trial-to-trial noise (standard deviation of the logarithm; the population's is 0.25).
+DESIGNS = {
+    "4 × 1": (FOUR, 1, 1, 0.25),
+    "4 × 3": (FOUR, 3, 2, 0.25),
+    "4 × 6": (FOUR, 6, 4, 0.25),
+    "4 × 12": (FOUR, 12, 8, 0.25),
+    "4 × 3, noise × 2": (FOUR, 3, 2, 0.5),
+    "4 × 3, no noise": (FOUR, 3, 2, 0.0),
+    "2 × 4": (TWO, 4, 2, 0.25),
+    "8 × 3": (EIGHT, 3, 2, 0.25),
+}
+#: Flags of response times and of the plate.
+NOT_SIMULATED = ["fast", "timed_out", "faults"]
+#: Participants of a study: flags compare a participant with the others.
+STUDY = 12
+
+
+def share_flagged(design: str, participants: int, seed: int) -> pd.Series[float]:
+    """Return the share of honest people with each flag, in studies of one design."""
+    amplitudes, repetitions, catch_steps, noise = DESIGNS[design]
+    people = Population(noise_sigma=noise)
+    shipped = files("slipscale.experiments").joinpath("studies", "biet2007.toml")
+    text = shipped.read_text(encoding="utf-8")
+    text = text.replace("repetitions = 1", f"repetitions = {repetitions}")
+    text = text.replace(FOUR, amplitudes)
+    text = text.replace("catch_steps = 1", f"catch_steps = {catch_steps}")
+    with TemporaryDirectory() as folder:
+        study = Path(folder) / "study.toml"
+        study.write_text(text, encoding="utf-8")
+        plans = pilot_plans(
+            str(study), participants=participants, seed=seed, language=None, population=people
+        )
+        write_simulated(Path(folder) / "data", plans, people, sessions=False)
+        data = load(Path(folder) / "data")
+    names = sorted(data.people)
+    shares = []
+    for start in range(0, len(names), STUDY):
+        here = set(names[start : start + STUDY])
+        study_data = data.with_tables(partial(_of_people, here))
+        shares.append(flags(measures(study_data, Thresholds()), Thresholds()))
+    return pd.concat(shares).mean()
+
+
+def _of_people(names: set[str], rows: pd.DataFrame) -> pd.DataFrame:
+    if not len(rows):
+        return rows
+    own = rows[rows[PARTICIPANT].astype(str).isin(names)].reset_index(drop=True)
+    return own.assign(**{PARTICIPANT: own[PARTICIPANT].cat.remove_unused_categories()})
+
+
+def main() -> None:
+    """Measure, print, and with --write put the table into the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--participants", type=int, default=1000, help="per cell (default: 1000)")
+    parser.add_argument("--seed", type=int, default=1, help="random seed (default: 1)")
+    parser.add_argument("--write", action="store_true", help="put the table into the page")
+    args = parser.parse_args()
+    found = pd.DataFrame(
+        {design: share_flagged(design, args.participants, args.seed) for design in DESIGNS}
+    )
+    people = f"{args.participants} simulated people per cell, in studies of {STUDY}"
+    lines = [
+        f"{people}; columns: amplitudes × repetitions.",
+        "",
+        f"| Flag | {' | '.join(found.columns)} |",
+        f"| --- |{' --- |' * len(found.columns)}",
+    ]
+    for flag, shares in found.drop(index=NOT_SIMULATED).iterrows():
+        lines.append(f"| {flag} | {' | '.join(f'{share:.3f}' for share in shares)} |")
+    print("\n".join(lines))
+    if args.write:
+        put("coverage.md", "flags", lines)
+
+
+if __name__ == "__main__":
+    main()
