@@ -3,12 +3,12 @@
     .venv/bin/python -m benchmarks.analyse_scale [--participants 4000] [--rows 1000000] [--rounds
     3]
 
-The data set has thousands of participants. Each method runs in a fresh process: pandas reading
-every file (`pandas.read_csv`, the plain loop that a user would write), and the whole of `slipscale
-analyse`: reading with every check, all tests, figures, report. The two alternate, after a first
-reading that fills the file system's cache, so that other load on the machine affects both. The
-decisive number is the median over rounds of the ratio of processor times, `analyse` without its
-figures to plain reading: at most 1.2.
+The data set has thousands of participants. Two methods are compared, each in a fresh process. One
+reads every file with pandas (`pandas.read_csv`, the plain loop that a user would write). The other
+is the whole of `slipscale analyse`: reading with every check, all tests, figures, report. The two
+alternate, after a first reading that fills the file system's cache, so that other load on the
+machine affects both. The decisive number is the median over rounds of the ratio of processor
+times, `analyse` without its figures to plain reading: at most 1.2.
 """
 
 from __future__ import annotations

@@ -208,7 +208,7 @@ def d_prime(truth: float, steps: int, catches: int, spread: float = 0.0) -> Tria
 
 
 def groups(rng: np.random.Generator, n: int, gap: float = 0.0) -> GroupComparison | NotComputed:
-    """Compare two groups of n whose exponents differ by a gap."""
+    """Compare two groups of n with exponents that differ by a gap."""
     first, second = study(rng, n), study(rng, n, exponent=EXPONENT + gap)
     trials = pd.concat(
         [
@@ -232,7 +232,7 @@ def group_gap(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def group_effect_size(rng: np.random.Generator, n: int) -> bool | None:
-    """Return whether the interval of Hedges' g covers for groups whose spreads differ by half."""
+    """Return whether the interval of Hedges' g covers if the groups' spreads differ by half."""
     g = hedges_g(rng.normal(0.8, 1.2, n), rng.normal(0, 0.8, n), 0.95)[1]
     return holds(g, 0.8 / ((1.2**2 + 0.8**2) / 2) ** 0.5)
 

@@ -136,7 +136,7 @@ def ratio(ours: Callable[[], object], other: Callable[[], object], rounds: int) 
 
 
 def worse(found: Mapping[str, float], recorded: Mapping[str, float]) -> list[str]:
-    """Return the benchmarks whose ratio is more than 30 % larger than the recorded one."""
+    """Return the benchmarks with a ratio more than 30 % larger than the recorded one."""
     return [name for name in found if found[name] > WORSE * recorded.get(name, float("inf"))]
 
 

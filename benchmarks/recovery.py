@@ -1,4 +1,4 @@
-"""Measure how well the analysis recovers known values (docs/validation/measured/recovery.md).
+"""Measure bias and coverage of the analysis (docs/validation/measured/recovery.md).
 
 Covers every protocol and rule: real generators, simulated people without plate and session, the
 data set's tables, the analysis's own reading and functions. A measured case is stored in

@@ -1,7 +1,7 @@
 """Compute the true values of simulated people without a protocol or an analysis.
 
-They follow from the rule by which simulated people answer, see
-`slipscale.experiments.participants.simulated_people.respondent`: an impression is the population's
+They follow from the rule by which simulated people answer; see
+`slipscale.experiments.participants.simulated_people.respondent`. An impression is the population's
 mean sensation plus the person's own normal noise, and the largest one is chosen.
 """
 

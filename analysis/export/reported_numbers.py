@@ -66,7 +66,7 @@ def _exponents(analysis: Analysis) -> dict[str, dict[str, float]]:
     }
 
 
-#: Levels are in the files; such a number is a position, not a result.
+#: Levels are in the files; such a number is an input, not a result.
 GIVEN = re.compile(r"(^|\.)(amplitude|from|to|removed|amplitudes|reduction)(_um_pp)?(\.[\d.]+)?$")
 
 

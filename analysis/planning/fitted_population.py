@@ -3,7 +3,7 @@
 Estimates are scaled to 0-100 by the normalisation of the analysis. Each is then converted to a
 standard normal deviate at its amplitude, from the mid-ranks of all estimates there. The components
 of the deviates' variance are those of the model: each trial's, and the person's intercept and
-exponent, which are separated by the correlation of deviates at distant amplitudes.
+exponent. The correlation of deviates at distant amplitudes separates the last two.
 """
 
 from __future__ import annotations

@@ -122,7 +122,7 @@ def too_few_data(cells: pd.DataFrame, quantity: Quantity) -> list[str]:
 
 
 def scales(cells: pd.DataFrame, rule: str) -> list[str]:
-    """Say where one factor for all cannot bring participants to one scale, or own factors do."""
+    """Report if the rule leaves participants on different scales, or removes differences."""
     if rule == "modulus_equalisation" and len(cells) >= FEWEST:
         without = (
             "Modulus equalisation removes differences in level between participants: Student's "

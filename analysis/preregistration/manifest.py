@@ -33,8 +33,8 @@ class FrozenFile(_Frozen):
 class Manifest(_Frozen):
     """A frozen plan.
 
-    ``normalisation`` and ``tests`` are what `analyse` does with simulated data of the study: the
-    rule that it uses, and the fields of `slipscale.analysis.statistics.statistic.Inference` that
+    ``normalisation`` and ``tests`` describe what `analyse` does with simulated data of the study.
+    They are its rule, and the fields of `slipscale.analysis.statistics.statistic.Inference` that
     have a result. ``digest`` is the SHA-256 of everything else here, and therefore of every file.
     """
 

@@ -145,7 +145,7 @@ def read_tables(
     Raises
     ------
     UserError
-        A file cannot be read, is not UTF-8, is empty, or has a line with too few or too many
+        A file cannot be read, is not UTF-8, or is empty. Or it has a line with too few or too many
         cells, lacks a required column, or has a column twice.
     """
     sources: list[Source] = []

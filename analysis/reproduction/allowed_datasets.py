@@ -43,7 +43,7 @@ def counts() -> tuple[Count, ...]:
 def table3_dataset(seed: int) -> dict[float, tuple[int, ...]]:
     """Return a data set that Table III allows: twelve participants, four amplitudes.
 
-    Each column is exactly uniform over its multisets (sample SD) and then put in random order,
+    Each column is exactly uniform over its multisets (sample SD). It is then put in random order,
     independently of the others, because the table does not state who gave which rating.
     Correlations between columns are therefore zero on average; real participants' would not be.
 

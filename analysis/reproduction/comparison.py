@@ -1,10 +1,10 @@
 """Compare the paper's items with ours in one table.
 
-A source is a module with ``ITEMS``, a mapping from an item's name to a function that returns its
-`Outcome`, and ``FIGURES``, a mapping from a figure's name to a function that returns a matplotlib
-figure. Its recorded values are in a JSON file next to it. Three results are reported per item:
-whether ours rounds to the printed value (``agrees``), whether ours differs from the value recorded
-in the repository (``drift``), and why it differs from the paper, if it does (``reason``).
+A source is a module with ``ITEMS`` and ``FIGURES``. ``ITEMS`` maps an item's name to a function
+that returns its `Outcome`. ``FIGURES`` maps a figure's name to a function that returns a
+matplotlib figure. Its recorded values are in a JSON file next to it. Three results are reported
+per item. ``agrees``: whether ours rounds to the printed value. ``drift``: whether ours differs
+from the value recorded in the repository. ``reason``: why it differs from the paper, if it does.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Outcome:
     must_agree : bool
         Whether a disagreement is an error of ours.
     by_construction : bool
-        Agreement is no evidence for the paper: ours was set to, or derived from, the published
+        Agreement does not support the paper: ours was set to, or derived from, the published
         value.
     exact : int, optional
         Ours as a whole number of any size, if ``ours`` may round it.

@@ -30,7 +30,7 @@ class NotComputed:
     reason: str
 
     def __bool__(self) -> Literal[False]:
-        """Return False, because there is no result."""
+        """Return False: a missing result is false in a condition."""
         return False
 
 

@@ -34,7 +34,7 @@ def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame
     Returns
     -------
     DataFrame
-        ``participant_id``; ``exponent``, ``estimate_at_1_um`` (the normalised estimate of the
+        ``participant_id``; ``exponent``; ``estimate_at_1_um`` (the normalised estimate of the
         power function at 1 µm peak to peak), ``points`` (number of amplitudes fitted) and
         ``growth_function`` (the one with the smallest AICc); ``exponent_bayesian`` with ``_low``
         and ``_high`` if requested; ``hits changes false_alarms catches d_prime criterion``;

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
 
-#: First word of a caption -> what is counted.
+#: Start tag of a caption -> what is counted.
 KINDS = {"<figcaption>": "Figure", "<caption>": "Table"}
 #: Tables with up to this many rows are not broken across pages.
 ROWS_TOGETHER = 8

@@ -43,7 +43,7 @@ OF_A_COMPUTATION = ("converged", "at_bound", "at_ceiling")
 #: The name of the best fit.
 BEST = "best"
 BOUNDS = ("low", "high")
-#: Endings of the keys of two bounds.
+#: Endings of keys whose value is an interval.
 OF_AN_INTERVAL = ("ci", "ci95", "interval")
 
 

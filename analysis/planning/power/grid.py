@@ -139,7 +139,7 @@ def values_of(axis: str, words: Sequence[str]) -> tuple[Any, ...]:
     Raises
     ------
     UserError
-        There is no value, a value is not a number, or a value is out of range.
+        The option is empty, or a value is not a number or out of range.
     """
     kind, (meant, expected) = EXPECTED[axis]
     found: list[float] = []

@@ -1,6 +1,6 @@
 """Compute the shards of a grid: locally, on a cluster, or a part of them for an array job.
 
-The results are identical in every case: each shard has its own seed, and shards are summed in a
+The results are identical in every case. Each shard has its own seed, and shards are summed in a
 fixed order, not in the order of completion.
 """
 

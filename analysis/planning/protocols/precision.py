@@ -1,10 +1,10 @@
 """Compare protocols: how precisely studies estimate an exponent or threshold in the same time.
 
-The measure is the half-width of the group's interval in % of the estimate: the mean of
-participants' exponents, or the geometric mean of participants' thresholds (for a comparison below
-and above a standard: half the distance between 25 and 75 %), by the estimators of `analyse`.
-Magnitude estimation is simulated by `slipscale.analysis.planning.simulated.estimates`; other
-protocols are answered step by step.
+The measure is the half-width of the group's interval in % of the estimate. The estimate is the
+mean of participants' exponents, or the geometric mean of participants' thresholds, by the
+estimators of `analyse`. For a comparison below and above a standard, the threshold is half the
+distance between 25 and 75 %. Magnitude estimation is simulated by
+`slipscale.analysis.planning.simulated.estimates`; other protocols are answered step by step.
 """
 
 from __future__ import annotations

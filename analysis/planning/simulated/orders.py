@@ -3,7 +3,7 @@
 The distribution is the protocol's (`slipscale.experiments.protocols.ordering.orders`). Blocks are
 shuffled as whole arrays. Rules without a vectorised form use a pool of the protocol's own orders.
 Each simulated person, or group that shares a design, takes one of them and renumbers its surfaces
-at random, which does not change the probability of any order.
+at random. This does not change the probability of any order.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """Count in closed form on scales with few values, such as Likert scales.
 
 Only the outer values are enumerated. Take three neighbouring values c - 1, c and c + 1, and fix
-how often every other value occurs: k values with a sum d of distances from c and a sum q of
-squared distances. Then n, D and V (see `meet_in_the_middle`) determine the three counts. Among the
-remaining values, w = V - q are next to c; those above c exceed those below by D - d. This is
-possible if and only if ``|D - d| <= w <= n - k``. If the sums of squares form a range of every
-second number, w also has a range, so each choice of outer values costs one subtraction.
+how often every other value occurs. Let these be k values, with a sum d of distances from c and a
+sum q of squared distances. Then n, D and V (see `meet_in_the_middle`) determine the three counts.
+Among the remaining values, w = V - q are next to c; those above c exceed those below by D - d.
+This is possible if and only if ``|D - d| <= w <= n - k``. If the sums of squares form a range of
+every second number, w also has a range, so each choice of outer values costs one subtraction.
 """
 
 from __future__ import annotations

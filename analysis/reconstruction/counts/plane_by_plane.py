@@ -6,9 +6,9 @@ centre. The nearest of them lies at d or farther out, so
 
     T_k[d](a, w) = T_k[d + 1](a, w) + T_{k-1}[d](a - d, w - w_d).
 
-With i = a - k d and j = w - k w_d, the second term has the same indices as the first: the table is
-kept, and T_k[d + 1] is added to it at the offset (k, k (w_{d+1} - w_d)). These are the conjugate
-partitions. Values far from the centre have small tables that are exhausted early.
+With i = a - k d and j = w - k w_d, the second term has the same indices as the first. The table is
+therefore kept, and T_k[d + 1] is added to it at the offset (k, k (w_{d+1} - w_d)). These are the
+conjugate partitions. Values far from the centre have small tables that are exhausted early.
 
 The values above the centre enter in this way, with k ascending. The values below follow the
 transposed recursion, with k descending. Its tables contain weights: the weight of a state below

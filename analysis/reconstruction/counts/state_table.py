@@ -1,9 +1,9 @@
 """Tables of the dynamic programme: how many ways the values on one side of the centre add up.
 
-A value that lies d steps from the centre adds (1, d, w_d) to the state (k, a, w): k is the number
-of values so far, a the sum of their distances, and w = (q ± a)/2 with q the sum of squared
-distances. The triangular number w_d = d(d ± 1)/2 replaces d², because q and a always have the same
-parity: half of the cells of a table over (k, a, q) could never be reached.
+A value that lies d steps from the centre adds (1, d, w_d) to the state (k, a, w). Here k is the
+number of values so far, a the sum of their distances, and w = (q ± a)/2 with q the sum of squared
+distances. The triangular number w_d = d(d ± 1)/2 replaces d². Since q and a always have the same
+parity, half of the cells of a table over (k, a, q) could never be reached.
 
 The sign is plus below the centre and minus above it. The two halves of a solution then match if
 a_above = a_below + D and w_above = constant - w_below, so joining them is a product of two slices.

@@ -1,10 +1,10 @@
 """Approximate the number of data sets that a column allows, by the saddle-point method.
 
-The number of multisets with n values, sum S and sum of squares Q is the coefficient of z^n x^S y^Q
-in the product over all values v of 1 / (1 - z x^v y^(v²)), the partition function of a
-Bose-Einstein gas. Its logarithm is convex in the logarithms of z, x and y. At the minimum of that
-convex function, Laplace's method gives the coefficient (Good, 1957; Daniels, 1954). S and Q have
-the same parity, so every reachable pair counts twice.
+The number of multisets with n values, sum S and sum of squares Q is a coefficient of a generating
+function: that of z^n x^S y^Q in the product over all values v of 1 / (1 - z x^v y^(v²)). The
+product is the partition function of a Bose-Einstein gas. Its logarithm is convex in the logarithms
+of z, x and y. At the minimum of that convex function, Laplace's method gives the coefficient
+(Good, 1957; Daniels, 1954). S and Q have the same parity, so every reachable pair counts twice.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ MOST_VALUES = 1_000_000
 def log10_multisets(targets: Targets) -> float | None:
     """Return the approximate decimal logarithm of the number of multisets.
 
-    Returns None if a median is printed (not covered by the approximation), if few of the multisets
-    contain a printed extreme, if the number of a rating is not fixed, if the scale is too fine to
-    be summed over, or if the method does not converge.
+    Returns None if the method does not converge, or does not cover the column: a median is
+    printed, few of the multisets contain a printed extreme, the number of a rating is not fixed,
+    or the scale is too fine to be summed over.
     """
     by_sum: dict[int, list[Wanted]] = {}
     for wish in targets.wanted or targets.looked_at:

@@ -5,7 +5,7 @@ column in the same order, the participants' totals vary most (rearrangement ineq
 pair), so most of the variation is removed from the error. `least_alike` is the opposite. For two
 columns it is exact: one ascending and one descending. For more columns, making the totals as equal
 as possible is a hard partition problem. The rearrangement algorithm (Puccetti and Rüschendorf,
-2012) is used as a heuristic: each column in turn is put in the opposite order to the sum of the
+2012) is used as a heuristic. It puts each column in turn in the opposite order to the sum of the
 others until nothing changes. Statistics that are not a function of the totals are optimised by
 exchanges.
 """

@@ -66,11 +66,11 @@ def goodness_of_fit(
 
     Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313: with few answers per level the
     deviance is not chi-square distributed, so its distribution is simulated. If an adaptive rule
-    chose the levels, the rule also chooses the levels of each simulated data set, answered from
-    the posterior's curve: with few adaptive answers, the maximum-likelihood curve is too steep,
-    and data simulated from it are too regular. Of 80 runs of a staircase of 60 trials, 5 had p <
-    .05 this way, compared to 9 from the maximum-likelihood curve; at the observed levels, it was
-    21 of 100.
+    chose the levels, the rule also chooses the levels of each simulated data set. The simulated
+    answers then follow the posterior's curve. With few adaptive answers, the maximum-likelihood
+    curve is too steep, and data simulated from it are too regular. Of 80 runs of a staircase of 60
+    trials, 5 had p < .05 this way, compared to 9 from the maximum-likelihood curve; at the
+    observed levels, it was 21 of 100.
 
     Parameters
     ----------

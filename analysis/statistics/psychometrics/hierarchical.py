@@ -4,9 +4,9 @@
     m_ic = x_ic β + τ b_i + ω e_ic,   b and e standard normal
 
 ``u`` is the level's coordinate, ``G`` the curve and ``a`` its argument at the threshold. Slope and
-lapse rate are shared and therefore determined by all participants' answers, so a participant's few
-answers need neither a prior nor a bound near the true value. Catch trials, at a level that nobody
-misses, are wrong only because of lapses and enter the likelihood. The fit is by maximum marginal
+lapse rate are shared, so all participants' answers determine them. A participant's few answers
+need neither a prior nor a bound near the true value. Catch trials, at a level that nobody misses,
+are wrong only because of lapses and enter the likelihood. The fit is by maximum marginal
 likelihood (see `integrated_over_people`). No package on PyPI fits a psychometric function with
 lapses and random thresholds.
 """

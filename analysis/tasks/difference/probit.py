@@ -5,9 +5,8 @@
 
 Both the criterion and the sensitivity differ between people. Without τ, and with sensitivities
 that differ by 0.4 between people, the intervals covered .80 to .90. The likelihood is integrated
-over u and v; intervals are from the profile likelihood. Counts of 0 or of all need no correction:
-if every step was felt, or no catch step was, the interval has no upper bound, and the lower bound
-is what the counts allow.
+over u and v; intervals are from the profile likelihood. Counts of 0 or of all need no correction.
+If every step was felt, or no catch step was, the interval has only a lower bound.
 """
 
 from __future__ import annotations

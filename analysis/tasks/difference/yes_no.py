@@ -50,7 +50,7 @@ SAME_SIZE = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepAnswers:
-    """Answers on one kind of step, with the interval of the proportion of "yes"."""
+    """Answers on one kind of step; for the interval see `proportions`."""
 
     from_um_pp: float
     to_um_pp: float

@@ -64,8 +64,8 @@ def fig15(
 ) -> Figure:
     """Draw geometric means of estimates against amplitude, with every participant.
 
-    Participants are drawn after modulus equalisation (Lane, Catania and Stevens 1961): each
-    participant's logarithms are shifted to the mean of all participants, or of the group, which
+    Participants are drawn after modulus equalisation (Lane, Catania and Stevens 1961). Each
+    participant's logarithms are shifted to the mean of all participants, or of the group. This
     does not change the geometric means. Means and intervals are both computed on logarithms.
 
     Parameters

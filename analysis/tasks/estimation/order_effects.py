@@ -61,11 +61,12 @@ class OrderEffects:
 def order_effects(data: Prepared) -> OrderEffects | NotComputed:
     """Test whether estimates drift with the trial's position, or depend on the previous surface.
 
-    One least-squares model of all log estimates: a mean per participant, a mean per amplitude, a
-    slope on the position and a slope on the previous amplitude (trials without one, the first and
-    those after a texture, are omitted). If the two were fitted separately, carry-over would appear
-    as drift, because a participant's positions and previous surfaces are correlated. Standard
-    errors are from a jackknife over participants, with Student's n - 1 degrees of freedom.
+    Fits one least-squares model to all log estimates: a mean per participant, a mean per
+    amplitude, a slope on the position and a slope on the previous amplitude. Trials without a
+    previous amplitude (the first, and those after a texture) are omitted. If the two were fitted
+    separately, carry-over would appear as drift, because a participant's positions and previous
+    surfaces are correlated. Standard errors are from a jackknife over participants, with Student's
+    n - 1 degrees of freedom.
     """
     if data.refused:
         return NotComputed(data.zero_sentence)

@@ -2,9 +2,9 @@
 
 The number is given and the amplitude is the response, so log amplitude is regressed on log number;
 the exponent of sensation is the inverse of the slope. People shorten the range of the variable
-that they control: amplitudes in production, which makes this exponent too large, and numbers in
-estimation, which makes that exponent too small. The geometric mean of both is the usual remedy
-(Stevens and Greenbaum 1966, Percept. Psychophys. 1, 439-446).
+that they control. In production these are amplitudes, which makes this exponent too large. In
+estimation these are numbers, which makes that exponent too small. The geometric mean of both is
+the usual remedy (Stevens and Greenbaum 1966, Percept. Psychophys. 1, 439-446).
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Analyse ratings on a visual analogue scale by means and ranks.
 
-The scale is bounded and has no unit, so the position of a mark does not justify ratios: ratings
+The scale is bounded and has no unit, so the position of a mark does not justify ratios. Ratings
 are not divided by a participant's maximum, and no logarithms or exponents are computed. Surfaces
 are compared by ranks within participants.
 """

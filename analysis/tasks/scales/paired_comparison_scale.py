@@ -5,8 +5,8 @@ scale values. Thurstone 1927 (Psychol. Rev. 34, 273-286), case V: its probit is.
 
 The likelihood is multiplied by the square root of the information's determinant (Firth 1993,
 Biometrika 80, 27-38). The values are then finite for all answers, even if a surface was never
-chosen (Kosmidis and Firth 2021, Biometrika 108, 71-82), and the bias of small samples is removed
-to first order. No package on PyPI fits these scales with this correction.
+chosen (Kosmidis and Firth 2021, Biometrika 108, 71-82). The bias of small samples is removed to
+first order. No package on PyPI fits these scales with this correction.
 """
 
 from __future__ import annotations

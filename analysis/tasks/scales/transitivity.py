@@ -111,9 +111,9 @@ def _circular_triads(more: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 class StochasticTransitivity:
     """Triads whose proportions violate transitivity, among those for which it is defined.
 
-    If A is chosen over B and B over C at least half of the time, weak transitivity requires A over
-    C at least half of the time, moderate as often as the smaller of the two proportions, strong as
-    the larger.
+    Suppose that A is chosen over B, and B over C, at least half of the time. Weak transitivity
+    then requires A over C at least half of the time; moderate transitivity at least as often as
+    the smaller of the two proportions; strong transitivity as the larger.
     """
 
     triads: int
