@@ -14,6 +14,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from slipscale.experiments.dataset.files import write_file
+from slipscale.experiments.dataset.hand_exclusions import RECORD
 from slipscale.experiments.dataset.journals import journals
 from slipscale.faults import UserError
 
@@ -22,6 +23,8 @@ KNOWN = Path("sourcedata", "backups.json")
 
 def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
     """Copy a journal to a backup folder, verify the copy and return its path.
+
+    The decisions to exclude its participant by hand are copied too, if there are any.
 
     Parameters
     ----------
@@ -66,7 +69,21 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
         raise UserError(f"{copy}: cannot be written ({error.strerror})") from None
     if not same:
         raise UserError(f"{copy}: differs from what was written; the medium may be faulty")
+    if (decided := journal.with_name(RECORD)).is_file():
+        write_file(copy.with_name(RECORD), decided.read_bytes(), durable=True)
     return copy
+
+
+def back_up_exclusions(dataset: Path, participant: str) -> None:
+    """Copy the decisions about a participant to every backup that holds a run of theirs.
+
+    A backup that is not connected gets them with the participant's next run.
+    """
+    decided = dataset / "sourcedata" / f"sub-{participant}" / RECORD
+    for place in backups(dataset):
+        copy = place / decided.relative_to(dataset)
+        if copy.parent.is_dir():
+            write_file(copy, decided.read_bytes(), durable=True)
 
 
 def check_folder(dataset: Path, folder: Path) -> None:

@@ -11,9 +11,11 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from slipscale.experiments.dataset.backup import back_up, back_up_exclusions, not_backed_up
 from slipscale.experiments.dataset.files import write_file
 from slipscale.experiments.dataset.hand_exclusions import decide
 from slipscale.experiments.dataset.withdrawal import sources_with, withdraw
+from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import is_mock
 from slipscale.experiments.lab.console.forms import (
     Acknowledge,
@@ -30,9 +32,10 @@ from slipscale.experiments.lab.console.forms import (
     Test,
     Unblind,
     Withdraw,
+    Work,
     read_form,
 )
-from slipscale.experiments.lab.console.state import ended_runs
+from slipscale.experiments.lab.console.state import ended_runs, export_folder
 from slipscale.experiments.lab.folder import FILE, lab_text, write_settings
 from slipscale.experiments.lab.unblinding import unblind
 from slipscale.experiments.running.run_state import studies
@@ -83,6 +86,8 @@ class Actions:
             "analyse": (Nothing, self._analyse),
             "exclude": (Exclude, self._exclude),
             "withdraw": (Withdraw, self._withdraw),
+            "work": (Work, self._work),
+            "backup": (Nothing, self._backup),
             "pilot": (Pilot, self._pilot),
             "save": (Study, self._save),
             "copy": (Copy, self._copy),
@@ -235,6 +240,7 @@ class Actions:
             reason=asked.reason,
             results_seen=found.seen,
         )
+        back_up_exclusions(found.defaults.out(pilot=asked.pilot), asked.participant)
         self._now()
         done = "excluded" if asked.excluded else "included again"
         return f"participant {asked.participant} is {done}; the next analysis follows it"
@@ -283,6 +289,34 @@ class Actions:
         due = bool(self._analysed) or newest_ns > (found.results_ns or 0)
         if ended and ended != self._analysed and due:
             self._start_analysis(found)
+
+    def _work(self, asked: Work) -> str:
+        found = self._now()
+        data = found.defaults.data
+        if asked.what == "export" and not found.seen:
+            raise UserError("the export contains results: unblind first, or wait for all planned")
+        if found.live and not found.live.pilot:
+            raise UserError(f"a session of participant {found.live.label} runs now; end it first")
+        words = {
+            "verify": ("data", "verify", str(data), "--json"),
+            "build": ("data", "build", str(data), "--json"),
+            "export": ("export", str(data), "--out", str(export_folder(data))),
+        }
+        self._jobs.start(asked.what, f"data set: {asked.what}", *words[asked.what])
+        return f"started: {asked.what}"
+
+    def _backup(self, _: Nothing) -> str:
+        found = self._now()
+        data, folder = found.defaults.data, found.defaults.backup
+        if folder is None:
+            raise UserError("no backup folder is set; name one on the page Settings")
+        missing = [
+            journal for journal in not_backed_up(data, folder) if not is_being_written(journal)
+        ]
+        for journal in missing:
+            back_up(data, journal, folder)
+        self._now()
+        return f"copied {len(missing)} runs to {folder}"
 
     def _pilot(self, asked: Pilot) -> str:
         self._now()

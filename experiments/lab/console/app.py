@@ -32,7 +32,7 @@ from slipscale.experiments.lab.console.pages.table import PAGES, WITHIN
 from slipscale.experiments.lab.console.pages.view import View, local_time
 from slipscale.experiments.lab.console.presence import Presence
 from slipscale.experiments.lab.console.security import REPORT_POLICY, Guard
-from slipscale.experiments.lab.console.state import RESULTS, State, pilots
+from slipscale.experiments.lab.console.state import RESULTS, State, export_folder, pilots
 from slipscale.experiments.lab.console.study_changes import Edit, changed
 from slipscale.experiments.session.terminal import clock_face
 from slipscale.faults import UserError, harmless
@@ -252,11 +252,14 @@ class Console:
         if self.access.read_only:
             return Response(status_code=NOT_THERE)
         found = await run_in_threadpool(self.state.now)
-        if not found.defaults.data.is_dir():
+        return await run_in_threadpool(_zip, found.defaults.data, "data-set.zip")
+
+    async def export(self, _: Request) -> Response:
+        """Return the files of the last export as a zip file, if results may be seen."""
+        found = await run_in_threadpool(self.state.now)
+        if self.access.read_only or not found.seen:
             return Response(status_code=NOT_THERE)
-        content = await run_in_threadpool(zipped, found.defaults.data)
-        headers = {"content-disposition": 'attachment; filename="data-set.zip"'}
-        return Response(content, media_type="application/zip", headers=headers)
+        return await run_in_threadpool(_zip, export_folder(found.defaults.data), "export.zip")
 
     # Actions ------------------------------------------------------------------------------------
 
@@ -296,6 +299,7 @@ def make_app(access: Access, jobs: Jobs) -> tuple[Starlette, Console]:
         Route("/data/report.html", console.report_file),
         Route("/data/fig15.svg", console.figure),
         Route("/data/download", console.download),
+        Route("/data/export", console.export),
         Route("/pilot/{number}/report", console.pilot_report),
         Route("/pilot/{number}/report.html", console.pilot_report_file),
         Route("/study/edit", console.edit, methods=["POST"]),
@@ -321,6 +325,15 @@ def _result(dataset: Path | None, name: str) -> Response:
         return Response(status_code=NOT_THERE)
     headers = {"content-security-policy": REPORT_POLICY}
     return Response(content, media_type=kinds[name], headers=headers)
+
+
+def _zip(folder: Path, name: str) -> Response:
+    """Return a folder as a zip file; not there if it does not exist."""
+    if not folder.is_dir():
+        return Response(status_code=NOT_THERE)
+    content = zipped(folder)
+    headers = {"content-disposition": f'attachment; filename="{name}"'}
+    return Response(content, media_type="application/zip", headers=headers)
 
 
 def zipped(dataset: Path) -> bytes:

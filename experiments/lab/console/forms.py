@@ -66,6 +66,12 @@ class Nothing(Form):
     """A form without fields."""
 
 
+class Work(Form):
+    """Do something with the whole data set."""
+
+    what: Literal["verify", "build", "export"]
+
+
 class Unblind(Form):
     """Unblind. ``word`` is typed by hand, so that a mistaken click does not unblind."""
 

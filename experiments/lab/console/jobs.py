@@ -18,14 +18,14 @@ from typing import Literal, get_args
 
 from slipscale.faults import UserError, harmless
 
-Kind = Literal["session", "check", "test", "analysis", "pilot"]
+Kind = Literal["session", "check", "test", "analysis", "pilot", "verify", "build", "export"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 LONGEST = 20_000  # characters read from the end of a job's output
 # Prefixes of the warnings at a session's end; earlier warnings are in its status.
 WARNS = ("NO BACKUP of this run:", "The journal's own place has gone")
 STEP = "step: "  # prefix of a line with which a command reports its current step
 LEAST_URGENT = 19  # priority of background computations: a running session's frames come first
-COMPUTING: frozenset[Kind] = frozenset({"analysis", "pilot"})
+COMPUTING: frozenset[Kind] = frozenset({"analysis", "pilot", "verify", "build", "export"})
 
 
 @dataclass(slots=True, kw_only=True)

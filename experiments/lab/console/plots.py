@@ -12,6 +12,7 @@ from slipscale.stimuli.texture import Grating
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from slipscale.experiments.lab.curves import Curve
     from slipscale.stimuli.surface import Surface
 
 WIDTH, HEIGHT = 640, 180
@@ -82,3 +83,29 @@ def drawing(surface: Surface, largest: float, label: str) -> Drawing:
 def _drawing(height: Callable[[float], float], label: str) -> Drawing:
     points = " ".join(f"{x},{24 - 21 * height(float(x)):.1f}" for x in range(121))
     return Drawing(f"M {points}", label)
+
+
+@dataclass(frozen=True, slots=True)
+class CurvePlot:
+    """A participant's curve as SVG points in a frame of 160 by 90, with the ends of both axes."""
+
+    curve: Curve
+    title: str
+    points: tuple[tuple[float, float], ...]
+    x_ends: tuple[str, str]
+    y_ends: tuple[str, str]
+
+
+def curve_plot(curve: Curve, group: Sequence[Curve], title: str) -> CurvePlot:
+    """Return a curve in the frame of its group: the same axes for each participant."""
+    xs = [x for each in group for x, _ in each.points]
+    ys = [y for each in group for _, y in each.points]
+    left, right, low, high = min(xs), max(xs), min(0.0, *ys), max(ys)
+
+    def place(x: float, y: float) -> tuple[float, float]:
+        across = (x - left) / (right - left or 1.0)
+        up = (y - low) / (high - low or 1.0)
+        return round(8 + 144 * across, 1), round(82 - 74 * up, 1)
+
+    ends = (f"{left:g}", f"{right:g}"), (f"{low:.3g}", f"{high:.3g}")
+    return CurvePlot(curve, title, tuple(place(*point) for point in curve.points), *ends)

@@ -292,6 +292,11 @@ def pilots(defaults: Defaults) -> list[Path]:
     return sorted(found, key=lambda path: int(path.name), reverse=True)
 
 
+def export_folder(data: Path) -> Path:
+    """Return where the console's export is written: a withdrawal removes it with the results."""
+    return data / RESULTS / "export"
+
+
 def table3(dataset: Path) -> list[list[str]]:
     """Return the rows of Table III from the last analysis, header first; empty if there is none."""
     try:

@@ -7,12 +7,22 @@ from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.lab.blind_summary import RunSummary, summary
-from slipscale.experiments.lab.console.pages.view import MOST_PEOPLE, View, date_of, failure
-from slipscale.experiments.lab.console.plots import scatter
-from slipscale.experiments.lab.console.state import RESULTS, pilots, table3
+from slipscale.experiments.lab.console.pages.view import (
+    MOST_PEOPLE,
+    View,
+    date_of,
+    failure,
+    titles_of,
+    when_over,
+)
+from slipscale.experiments.lab.console.plots import CurvePlot, curve_plot, scatter
+from slipscale.experiments.lab.console.state import RESULTS, export_folder, findings, pilots, table3
+from slipscale.experiments.lab.curves import Curve, curves
 
 if TYPE_CHECKING:
-    from slipscale.experiments.lab.console.jobs import Jobs
+    from collections.abc import Callable, Sequence
+
+    from slipscale.experiments.lab.console.jobs import Jobs, Kind
     from slipscale.experiments.lab.console.state import Snapshot
     from slipscale.experiments.lab.roster import Visit
 
@@ -47,12 +57,22 @@ def data(view: View) -> dict[str, Any]:
     whole = [row for row in rows if row.visit.state == "complete"]
     longest = max((row.summary.duration_s for row in whole), default=0.0) or 1.0
     analysis = jobs.last("analysis")
+    chosen = chosen_rows(rows, view)
     at_work = bool(analysis and analysis.running)
     figure = found.defaults.data / RESULTS / "fig15.svg"
     drawn = found.seen and figure.is_file()
     return {
-        "rows": rows[-MOST_PEOPLE:],
-        "all_rows": rows,
+        "rows": chosen[:MOST_PEOPLE],
+        "chosen": chosen,
+        "counted": len(rows),
+        "sorts": tuple(SORTS),
+        "query": view.query,
+        "states": sorted({row.visit.state for row in rows}),
+        "curves": curve_plots(curves(found.defaults.data, found.study.quantity), view)
+        if found.seen and found.study
+        else [],
+        "work": [_work(view, kind) for kind in WORK],
+        "exported": export_folder(found.defaults.data).is_dir(),
         "plot": scatter([row.summary.response_times_s for row in rows]),
         "durations": [
             (row.label, row.summary.duration_s / 60, row.summary.duration_s / longest)
@@ -67,6 +87,60 @@ def data(view: View) -> dict[str, Any]:
         "reported": (found.defaults.data / RESULTS / "report.html").is_file(),
         "downloadable": found.defaults.data.is_dir(),
         "analysis_failed": failure(analysis),
+    }
+
+
+SORTS: dict[str, Callable[[Row], Any]] = {
+    "participant": lambda row: row.label,
+    "run": lambda row: (row.visit.session, row.visit.run),
+    "trials": lambda row: row.summary.trials,
+    "flags": lambda row: sum(row.summary.flags.values()),
+    "time": lambda row: row.median_s or 0.0,
+    "minutes": lambda row: row.summary.duration_s,
+    "state": lambda row: row.visit.state,
+}
+WORK: tuple[Kind, ...] = ("verify", "build", "export")
+
+
+def chosen_rows(rows: list[Row], view: View) -> list[Row]:
+    """Return the runs that the address asks for, in its order; the newest first if it says none.
+
+    ``search`` is compared with label, flags and what happened; ``state`` with the run's state.
+    """
+    words = view.query.get("search", "").casefold().split()
+    state, sort = view.query.get("state", ""), view.query.get("sort", "")
+    found = [
+        row
+        for row in rows[::-1]
+        if state in ("", row.visit.state) and all(word in _told(row) for word in words)
+    ]
+    if sort in SORTS:
+        found.sort(key=SORTS[sort], reverse=view.query.get("down") == "1")
+    return found
+
+
+def _told(row: Row) -> str:
+    """Return everything that a run can be found by."""
+    events = " ".join(f"{event.kind} {event.words}" for event in row.summary.events)
+    return f"{row.label} {' '.join(row.summary.flags)} {events}".casefold()
+
+
+def _work(view: View, kind: Kind) -> dict[str, Any]:
+    """Return how a job on the whole data set is: its state, when it ended, its problems."""
+    job = view.jobs.last(kind)
+    over = job is not None and not job.running
+    problems = findings(job.said()) if job and over else None
+    stopped = failure(job) if not problems else ""
+    state = "wrong" if problems or stopped else "good" if over else "running" if job else "never"
+    return {
+        "kind": kind,
+        "state": state,
+        "when": when_over(job),
+        "problems": [
+            " ".join(str(each.get(key, "")) for key in ("file", "place", "what"))
+            for each in problems or ()
+        ],
+        "failed": stopped,
     }
 
 
@@ -106,3 +180,16 @@ def parts_done(found: Snapshot, jobs: Jobs) -> int:
         return sum(1 for _ in (newest / "sourcedata").glob("sub-*")) if begun else 0
     except (IndexError, OSError):
         return 0  # its folder does not exist yet
+
+
+def curve_plots(found: Sequence[Curve], view: View) -> list[CurvePlot]:
+    """Return the curves as drawings, those of one task in one frame so that they compare."""
+    titles = titles_of(view.found, view.t)
+    by_task: dict[str, list[Curve]] = {}
+    for curve in found:
+        by_task.setdefault(curve.task, []).append(curve)
+    return [
+        curve_plot(curve, group, titles.get(task, task))
+        for task, group in by_task.items()
+        for curve in group
+    ]

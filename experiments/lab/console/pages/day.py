@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Any
 from slipscale.experiments.journal.plan_and_progress import is_mock
 from slipscale.experiments.lab.blind_summary import summary
 from slipscale.experiments.lab.console.history import deviations, history
-from slipscale.experiments.lab.console.pages.view import MOST_PEOPLE, View, failure, titles_of
+from slipscale.experiments.lab.console.pages.view import (
+    MOST_PEOPLE,
+    View,
+    failure,
+    titles_of,
+    when_over,
+)
 from slipscale.experiments.lab.console.state import changed_ns, findings
 
 if TYPE_CHECKING:
@@ -52,7 +58,7 @@ def today(view: View) -> dict[str, Any]:
         "check_failed": check.complained() if check and over and results is None else "",
         "ready": bool(results) and all(each["passed"] is not False for each in results or ()),
         "notes": _notes(found),
-        "checked": _when_over(check),
+        "checked": when_over(check),
         "began": _began(found, jobs.last("session")),
         "doing": _doing(found.live, t) if found.live else "",
         "pressing": _pressing(people),
@@ -141,13 +147,6 @@ def _began(found: Snapshot, job: Job | None) -> bool:
         if visit.state != "free"
     )
     return job is not None and any(changed_ns(v.path) > job.began_s * 1e9 for v in visits)
-
-
-def _when_over(job: Job | None) -> str:
-    """Return when a job ended, in ISO 8601; empty if it has not."""
-    if job is None or job.running:
-        return ""
-    return datetime.fromtimestamp(changed_ns(job.output) / 1e9, UTC).isoformat()
 
 
 def _since_s(started_utc: str) -> float | None:

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.dataset.hand_exclusions import RECORD, decisions
 from slipscale.experiments.lab.blind_summary import summary
-from slipscale.experiments.lab.console.pages.data import Row
+from slipscale.experiments.lab.console.pages.data import Row, curve_plots
 from slipscale.experiments.lab.console.pages.view import titles_of
+from slipscale.experiments.lab.curves import curves
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -34,6 +35,11 @@ def person(view: View) -> dict[str, Any]:
         "pilot": pilot,
         "person": who,
         "rows": rows,
+        "curves": curve_plots(
+            curves(found.defaults.out(pilot=pilot), found.study.quantity, label), view
+        )
+        if who and found.study and (found.seen or pilot)
+        else [],
         "titles": titles_of(found, view.t),
         "decisions": decided[::-1],
         "by_hand": bool(decided) and decided[-1].excluded,

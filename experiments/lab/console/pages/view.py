@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
+from slipscale.experiments.lab.console.state import changed_ns
 from slipscale.experiments.study.run_plan import RunPlan
 
 if TYPE_CHECKING:
@@ -46,6 +47,13 @@ def local_time(utc: str) -> str:
 def date_of(when_ns: int | None) -> str:
     """Convert a file's modification time to ISO 8601; empty for None."""
     return "" if when_ns is None else datetime.fromtimestamp(when_ns / 1e9, UTC).isoformat()
+
+
+def when_over(job: Job | None) -> str:
+    """Return when a job ended, in ISO 8601; empty if it has not."""
+    if job is None or job.running:
+        return ""
+    return datetime.fromtimestamp(changed_ns(job.output) / 1e9, UTC).isoformat()
 
 
 def failure(job: Job | None) -> str:

@@ -78,6 +78,20 @@ document.addEventListener("click", async (event) => {
   if (more) await ask(button.dataset.do, { ...JSON.parse(button.dataset.fields), ...more });
 });
 
+// A filter of a table is a part of the address, so that every renewal of the page keeps it.
+for (const form of document.querySelectorAll("[data-filter]")) {
+  let typing = 0;
+  form.addEventListener("submit", (event) => event.preventDefault());
+  form.addEventListener("input", () => {
+    clearTimeout(typing);
+    typing = setTimeout(() => {
+      const chosen = [...new FormData(form)].filter(([, value]) => value);
+      history.replaceState(null, "", `?${new URLSearchParams(chosen)}`);
+      refresh();
+    }, PAUSE_MS / 2);
+  });
+}
+
 function valueOf(input) {
   if (input.type === "checkbox") return input.checked;
   return input.type === "number" ? Number(input.value) : input.value;

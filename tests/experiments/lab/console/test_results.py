@@ -1,5 +1,6 @@
 """Results that grow by themselves, once they may be seen, and the analysis at work."""
 
+import csv
 import json
 import os
 import re
@@ -12,9 +13,11 @@ import pytest
 from slipscale.commands import main
 from slipscale.experiments.lab.console.jobs import Job, Jobs
 from slipscale.experiments.lab.console.page_texts import page_texts
+from slipscale.experiments.lab.curves import curves
 from slipscale.experiments.lab.roster import read_roster
 from slipscale.experiments.study.analysis_choices import QualityFlag
 from slipscale.experiments.study.file import parse_study, study_text
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 LATER_S = 60.0
 ANALYSE = ("analysis", "analyse", "--steps", "data")
@@ -202,3 +205,75 @@ def test_today_says_who_is_excluded_and_by_which_rule(visitor, recorded, lab, wo
     page = words_of(visitor.see("/"))
     assert "excluded many estimates of zero" in page
     assert re.search(r"The analysis of \d{4}-\d\d-\d\d \d\d:\d\d excluded 1", page)
+
+
+def test_the_whole_data_set_is_verified_rebuilt_and_exported_by_processes(visitor, recorded):
+    assert visitor.ask("work", what="export")[0] == 409  # it would unblind
+    assert visitor.client.get("/data/export").status_code == 404
+    visitor.ask("unblind", word="unblind")
+    for what in ("verify", "build", "export"):
+        assert visitor.ask("work", what=what) == (200, f"started: {what}")
+    assert visitor.jobs.started == [
+        ("verify", "data", "verify", "data", "--json"),
+        ("build", "data", "build", "data", "--json"),
+        ("export", "export", "data", "--out", "data/derivatives/slipscale/export"),
+    ]
+    out = recorded / "derivatives/slipscale/export"
+    out.mkdir(parents=True)
+    (out / "report.docx").write_bytes(b"x")
+    assert visitor.client.get("/data/export").content.startswith(b"PK")
+
+
+def test_what_a_job_on_the_data_set_found_is_listed(visitor, recorded, words_of):
+    problem = {"file": "participants.tsv", "place": "row 2", "what": "differs"}
+    for said, shown in (([problem], "participants.tsv row 2 differs"), ([], "no problem found")):
+        output = recorded / "output.txt"
+        output.write_text(json.dumps(said))
+        visitor.jobs.jobs["verify"] = SimpleNamespace(
+            running=False,
+            status=int(bool(said)),
+            output=output,
+            said=output.read_text,
+            complained=lambda: "",
+            steps=list,
+        )
+        assert shown in words_of(visitor.see("/data"))
+
+
+def test_runs_are_searched_filtered_and_sorted_by_the_address(visitor, recorded):
+    def labels(address):
+        return re.findall(r'<th scope="row"><a href="/person\?label=(\d+)', visitor.see(address))
+
+    assert labels("/data") == ["02", "01"]
+    assert labels("/data?sort=participant") == ["01", "02"]
+    assert labels("/data?sort=trials&down=1") == ["01", "02"]
+    assert labels("/data?state=interrupted") == ["02"]
+    assert labels("/data?search=nothing+such") == []
+
+
+def test_curves_appear_once_results_may_be_seen_with_the_tables_means(visitor, recorded, words_of):
+    main(["data", "build", str(recorded)])
+    assert 'id="curves"' not in visitor.see("/data")
+    visitor.ask("unblind", word="unblind")
+    assert 'id="curves"' in visitor.see("/data")
+    assert 'id="curves"' in visitor.see("/person?label=01")
+    estimated, *_ = [c for c in curves(recorded, PLATE_AMPLITUDE, "01") if c.y == "estimate"]
+    [path] = recorded.rglob("sub-01_task-magnitudeestimation_run-01_beh.tsv")
+    rows = list(csv.DictReader(path.read_text().splitlines(), delimiter="\t"))
+    main_rows = [row for row in rows if row["phase"] == "main"]
+    assert estimated.points == tuple(
+        sorted((float(r["amplitude_um_pp"]), float(r["estimate"])) for r in main_rows)
+    )
+
+
+def test_a_press_copies_what_no_backup_has_and_exclusions_follow(visitor, recorded, lab):
+    assert visitor.ask("backup")[0] == 409
+    (lab / "disk").mkdir()
+    (lab / "slipscale.toml").write_text('plate = "serial:COM9"\nbackup = "disk"\n')
+    assert visitor.ask("backup") == (200, "copied 2 runs to disk")
+    assert visitor.ask("backup") == (200, "copied 0 runs to disk")
+    visitor.ask("exclude", participant="01", excluded=True, reason="a glove")
+    copy = lab / "disk/data/sourcedata/sub-01/excluded.json"
+    assert copy.read_bytes() == (recorded / "sourcedata/sub-01/excluded.json").read_bytes()
+    visitor.ask("withdraw", participant="01", word="01")
+    assert not copy.exists()

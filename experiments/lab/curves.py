@@ -1,0 +1,110 @@
+"""Each participant's curve: how their answers follow the levels, from the data set's tables.
+
+For a first look at the data, not an analysis: main trials as they are, without normalisation and
+without exclusions. It unblinds whoever sees it.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections import defaultdict
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+    from pathlib import Path
+
+    from slipscale.stimuli.quantity import Quantity
+
+TRUTH = {"true": 1.0, "false": 0.0}
+
+
+class Axes(NamedTuple):
+    """The columns of a table that make a curve, by their names in the code."""
+
+    x: str
+    y: str
+
+
+# The first whose columns a table has: answers by level, or the level of an adaptive track by trial.
+AXES = (
+    Axes("trial", "track_level"),
+    Axes("level", "estimate"),
+    Axes("level", "rating"),
+    Axes("level", "ratio"),
+    Axes("comparison_level", "comparison_more"),
+    Axes("interval1_level", "matched_level"),
+    Axes("number", "produced_level"),
+    Axes("step", "difference_felt"),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Curve:
+    """One run of a task.
+
+    Parameters
+    ----------
+    label, task : str
+        The participant's label, and the task's as in the file's name.
+    x, y : str
+        Columns of the table.
+    points : tuple of (float, float)
+        Mean of ``y`` per value of ``x``, by rising ``x``; true counts as 1, false as 0.
+    """
+
+    label: str
+    task: str
+    x: str
+    y: str
+    points: tuple[tuple[float, float], ...]
+
+
+def curves(dataset: Path, quantity: Quantity, label: str = "*") -> list[Curve]:
+    """Return the curves of all participants, or of one, in the order of the files' names."""
+    paths = sorted(dataset.glob(f"sub-{label}/**/beh/*_beh.tsv"))
+    found = (_curve(path, quantity, path.stat().st_mtime_ns) for path in paths)
+    return [each for each in found if each]
+
+
+@lru_cache(maxsize=1024)
+def _curve(path: Path, quantity: Quantity, _changed_ns: int) -> Curve | None:
+    with path.open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream, delimiter="\t"))
+    entities = dict(part.split("-", 1) for part in path.stem.split("_") if "-" in part)
+    for axes in AXES:
+        x, y = quantity.named(axes.x), quantity.named(axes.y)
+        points = tuple(_means(_main(rows), x, y))
+        if points:
+            task = entities.get("task", "")
+            return Curve(label=entities.get("sub", ""), task=task, x=x, y=y, points=points)
+    return None
+
+
+def _main(rows: Iterable[Mapping[str, str]]) -> Iterator[Mapping[str, str]]:
+    """Yield the rows of main trials, without practice and catch trials."""
+    for row in rows:
+        if row.get("phase") != "practice" and row.get("catch") != "true":
+            yield row
+
+
+def _means(rows: Iterable[Mapping[str, str]], x: str, y: str) -> Iterator[tuple[float, float]]:
+    """Yield the mean of y per value of x; cells that are missing or no numbers are left out."""
+    by_x: dict[float, list[float]] = defaultdict(list)
+    for row in rows:
+        at, value = _number(row.get(x)), _number(row.get(y))
+        if at is not None and value is not None:
+            by_x[at].append(value)
+    for at in sorted(by_x):
+        yield at, sum(by_x[at]) / len(by_x[at])
+
+
+def _number(cell: str | None) -> float | None:
+    if cell in TRUTH:
+        return TRUTH[cell]
+    try:
+        return float(cell or "")
+    except ValueError:
+        return None
