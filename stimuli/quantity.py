@@ -22,6 +22,8 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from slipscale.stimuli.attributes import SLIPPERINESS, english_adjective
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
@@ -163,6 +165,11 @@ class Quantity:
     def of_plate(self) -> bool:
         """Whether this is the plate's amplitude, the quantity of film, friction and the paper."""
         return self == PLATE_AMPLITUDE
+
+    @property
+    def adjective(self) -> str:
+        """The English adjective of what was judged: "slippery"."""
+        return english_adjective(self.judged)
 
     @property
     def in_um_pp(self) -> bool:
@@ -335,7 +342,7 @@ PLATE_AMPLITUDE = Quantity(
     unit="µm",
     convention="peak to peak",
     column="amplitude_um_pp",
-    judged="slipperiness",
+    judged=SLIPPERINESS,
     decimals=AMPLITUDE_DECIMALS,
     stimulus="surface",
     stimuli="surfaces",
@@ -365,7 +372,7 @@ def made_by_plate(
         convention=convention,
         column=f"{noun}_{suffix}",
         judged=judged,
-        decimals=None,
+        decimals=AMPLITUDE_DECIMALS if unit == PLATE_AMPLITUDE.unit else None,
         noun=noun,
         nouns=re.sub(r"(?<=[^aeiou])y$", "ie", noun) + "s",
         suffix=suffix,

@@ -19,6 +19,7 @@ from typing import Any
 
 from slipscale.experiments.languages.screen_room import not_drawn, too_long
 from slipscale.faults import UserError
+from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS, AttributeWords
 
 Texts = Mapping[str, str]
 ENGLISH = "en"
@@ -67,6 +68,7 @@ def load_texts(
     language: str,
     replacements: Mapping[str, Any] | None = None,
     brought: Texts | None = None,
+    words: AttributeWords | None = None,
 ) -> Texts:
     """Return all texts of a language, with a study's own texts in place of the shipped ones.
 
@@ -78,6 +80,8 @@ def load_texts(
         Texts that replace the shipped ones, nested or with dotted keys.
     brought : Mapping, optional
         Texts that the run's protocols add to the shipped ones.
+    words : AttributeWords, optional
+        The words of what is judged; default: those of slipperiness.
 
     Raises
     ------
@@ -87,23 +91,27 @@ def load_texts(
     if language not in _languages() and not replacements:
         raise UserError(f"language '{language}': expected one of {', '.join(languages())}")
     if not replacements and not brought:
-        return shipped_texts(language)
+        return shipped_texts(language, words)
     faults = text_faults(language, replacements or {}, brought)
     if faults:
         told = (f"texts.{language}.{key}: {sentence}" for key, sentence in faults)
         raise UserError("; ".join(told))
-    return shipped_texts(language) | dict(brought or {}) | flatten(replacements or {})
+    known = words or ATTRIBUTES[SLIPPERINESS].get(language, ATTRIBUTES[SLIPPERINESS][ENGLISH])
+    own = {key: known.fill(text) for key, text in flatten(replacements or {}).items()}
+    return shipped_texts(language, words) | dict(brought or {}) | own
 
 
 @cache
-def shipped_texts(language: str) -> dict[str, str]:
+def shipped_texts(language: str, words: AttributeWords | None = None) -> dict[str, str]:
     """Return the texts of a shipped language; all callers share the result, so do not modify it.
 
-    For other languages these are the English texts, which the study's own texts replace.
+    For other languages these are the English texts, which the study's own texts replace. Without
+    ``words``, the texts are about slipperiness.
     """
     known = language if language in _languages() else ENGLISH
     source = files("slipscale.experiments").joinpath("languages", f"{known}.toml")
-    return flatten(tomllib.loads(source.read_text(encoding="utf-8")))
+    judged = words or ATTRIBUTES[SLIPPERINESS][known]
+    return flatten(tomllib.loads(judged.fill(source.read_text(encoding="utf-8"))))
 
 
 def text_faults(

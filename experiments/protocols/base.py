@@ -330,6 +330,10 @@ class Protocol:
             f" of the package {self.package}" if self.package else ""
         )
 
+    def titled(self, quantity: Quantity = PLATE_AMPLITUDE) -> str:
+        """Return the title with the words of what is judged."""
+        return self.title.format(q=quantity) if "{q." in self.title else self.title
+
     def for_task(self, options: Options) -> Protocol:
         """Return the protocol with the label and the number of intervals of a study's task."""
         shown = self.intervals(options) if self.intervals else 0

@@ -196,7 +196,7 @@ PROTOCOL = Protocol(
     title="Constant stimuli",
     description=(
         "A standard is compared with each of some fixed {q.levels}, equally often: which of two "
-        "surfaces was more slippery, or whether the second was."
+        "surfaces was more {q.adjective}, or whether the second was."
     ),
     options=ConstantStimuli,
     trials=trials,
@@ -220,16 +220,16 @@ PROTOCOL = Protocol(
             kind="label",
             description="Answer as given",
             levels={
-                "1": "the first was more slippery",
-                "2": "the second was more slippery",
-                "yes": "the second was more slippery than the first",
+                "1": "the first was more {q.adjective}",
+                "2": "the second was more {q.adjective}",
+                "yes": "the second was more {q.adjective} than the first",
                 "no": "it was not",
             },
         ),
         "comparison_more": Column(
             value=_comparison_more,
             kind="label",
-            description="Whether the comparison was said to be the more slippery one",
+            description="Whether the comparison was said to be the more {q.adjective} one",
             levels={"true": "the comparison", "false": "the standard"},
         ),
     },

@@ -57,7 +57,7 @@ PROTOCOL = Protocol(
     title="Detection threshold by forced choice",
     description=(
         "The plate vibrates in one of two or three intervals and is at rest in the others; the "
-        "participant says in which one it was most slippery. A rule chooses the {q.levels}."
+        "participant says in which one it was most {q.adjective}. A rule chooses the {q.levels}."
     ),
     options=DetectionThreshold,
     trials=expected_trials,

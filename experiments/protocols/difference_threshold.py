@@ -96,8 +96,8 @@ PROTOCOL = Protocol(
     title="Difference threshold by forced choice",
     description=(
         "Two or three surfaces are stroked, one of which has more (or less) {q.name} than the "
-        "standard; the participant says which one was more (or less) slippery. A rule chooses the "
-        "differences."
+        "standard; the participant says which one was more (or less) {q.adjective}. A rule "
+        "chooses the differences."
     ),
     options=DifferenceThreshold,
     trials=expected_trials,

@@ -135,10 +135,10 @@ class _Run(RatedSurfaces):
 
 PROTOCOL = Protocol(
     task=TASK,
-    title="Magnitude estimation of slipperiness",
+    title="Magnitude estimation of {q.judged}",
     description=(
-        "The participant strokes a vibrating plate and types a number that says how slippery it "
-        "feels, on a scale of their own."
+        "The participant strokes a vibrating plate and types a number that says how {q.adjective} "
+        "it feels, on a scale of their own."
     ),
     options=MagnitudeEstimation,
     trials=trials,
@@ -157,13 +157,13 @@ PROTOCOL = Protocol(
         "estimate": Column(
             value=lambda record: record.answer("estimate"),
             kind="number",
-            description="Magnitude estimate of slipperiness as typed, on the participant's scale",
+            description="Magnitude estimate of {q.judged} as typed, on the participant's scale",
         ),
         "scale_top": Column(
             value=lambda record: record.run_answers.get("scale_top"),
             kind="number",
             description=(
-                "Number the participant would give to the most slippery surface imaginable, "
+                "Number the participant would give to the most {q.adjective} surface imaginable, "
                 "asked before the run"
             ),
         ),

@@ -221,10 +221,10 @@ def _bound(record: TrialRecord) -> str | None:
 
 PROTOCOL = Protocol(
     task="magnitudeproduction",
-    title="Magnitude production of slipperiness",
+    title="Magnitude production of {q.judged}",
     description=(
         "The participant feels a standard that has a number, is shown another number, and turns "
-        "the plate until it is as slippery as that number says."
+        "the plate until it is as {q.adjective} as that number says."
     ),
     options=MagnitudeProduction,
     trials=trials,

@@ -103,10 +103,10 @@ class _Run(AgainstStandard):
 
 PROTOCOL = Protocol(
     task="ratiotostandard",
-    title="Ratio judgements of slipperiness against a standard",
+    title="Ratio judgements of {q.judged} against a standard",
     description=(
         "The participant feels a standard and another surface, and types how many times as "
-        "slippery as the standard that surface is."
+        "{q.adjective} as the standard that surface is."
     ),
     options=RatioToStandard,
     trials=trials,
@@ -129,7 +129,7 @@ PROTOCOL = Protocol(
         "ratio": Column(
             value=lambda record: record.answer("ratio"),
             kind="number",
-            description="How many times as slippery as the standard, as typed; above 0",
+            description="How many times as {q.adjective} as the standard, as typed; above 0",
         ),
     },
     intervals=lambda options: JUDGED if options.in_each_trial else 0,

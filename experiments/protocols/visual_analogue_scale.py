@@ -180,10 +180,10 @@ def rated(step: Ask, person: SimulatedPerson) -> float:
 
 PROTOCOL = Protocol(
     task="visualanalogue",
-    title="Rating of slipperiness on a visual analogue scale",
+    title="Rating of {q.judged} on a visual analogue scale",
     description=(
         "The participant strokes a vibrating plate and puts a mark on a line between two words, "
-        "by mouse, touch or keys, to say how slippery it feels."
+        "by mouse, touch or keys, to say how {q.adjective} it feels."
     ),
     options=VisualAnalogueScale,
     trials=trials,
@@ -199,8 +199,8 @@ PROTOCOL = Protocol(
         "rating": Column(
             value=lambda record: record.answer("rating"),
             kind="number",
-            description="Place of the mark on the line: 0 is its left end (the least slippery), "
-            "100 its right end",
+            description="Place of the mark on the line: 0 is its left end (the least "
+            "{q.adjective}), 100 its right end",
         ),
         "resolution": Column(
             value=lambda record: record.trial.factors["resolution"],

@@ -168,7 +168,7 @@ def show(name: str, participant: str, session: str = "", run: str = "01") -> str
         for grating in study.gratings
     ]
     for protocol, options in plan.tasks():
-        lines += ["", f"{protocol.title} ({protocol.task})"]
+        lines += ["", f"{protocol.titled(q)} ({protocol.task})"]
         lines += [f"  {q.named(key)} = {value}" for key, value in options if key != "protocol"]
     lines += ["", *balance(name, study, text)]
     which = f"session {plan.session}, " if plan.session else ""

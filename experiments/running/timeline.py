@@ -237,7 +237,7 @@ def _part(step: Step, plan: RunPlan) -> str:
     trial = step.trial
     if trial is None:
         return ABOUT
-    titles = {protocol.task: protocol.title for protocol, _ in plan.tasks()}
+    titles = {protocol.task: protocol.titled(plan.study.quantity) for protocol, _ in plan.tasks()}
     title = titles[trial.task]
     return f"{title}, practice" if trial.phase == "practice" else title
 

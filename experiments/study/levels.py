@@ -63,6 +63,8 @@ class Levels:
     def of(cls, fields: Mapping[str, Any]) -> Levels:
         """Return the levels of a study from its fields, as far as these are valid."""
         table: QuantityTable = fields.get("made", QuantityTable())
+        if attribute := fields.get("attribute"):
+            table = table.model_copy(update={"judged": attribute})
         plate: PlateSettings | None = fields.get("plate")
         return cls(
             made=table.quantity,

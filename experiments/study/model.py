@@ -18,7 +18,7 @@ from pydantic import (
     field_validator,
 )
 
-from slipscale.experiments.languages.texts import CODE, languages, text_faults
+from slipscale.experiments.languages.texts import CODE, ENGLISH, languages, text_faults
 from slipscale.experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
@@ -41,12 +41,14 @@ from slipscale.experiments.study.tables import (
     Cost,
     MaskingNoise,
     PlateSettings,
+    StatedWords,
     StimulusTable,
     Texture,
 )
 from slipscale.faults import UserError
 from slipscale.faults.suggestions import expected_one_of
 from slipscale.faults.validation import faults_in, refuse
+from slipscale.stimuli.attributes import ATTRIBUTES, AttributeWords
 from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.quantity_table import QuantityTable
 from slipscale.stimuli.texture import PARAMETERS
@@ -101,6 +103,17 @@ class Study(BaseModel):
         validation_alias="quantity",
         description="What the plate makes and all levels are in; left out: the vibration amplitude "
         "in µm peak to peak. In another quantity keys end in its unit.",
+    )
+    attribute: str = Field(
+        default="",
+        description="What participants judge, a noun such as roughness: prompts, columns, axes and "
+        "reports are about it. Left out: slipperiness, or `judged` of [quantity].",
+    )
+    attribute_words: dict[str, StatedWords] = Field(
+        default_factory=dict,
+        validate_default=True,
+        description="Words of an attribute that Slipscale does not list: a table for each "
+        "language.",
     )
     vary: str = Field(
         default="",
@@ -202,6 +215,18 @@ class Study(BaseModel):
         description="Texts in place of the shipped ones: a table for each language, in it the "
         "texts by their keys.",
     )
+
+    @field_validator("attribute_words")
+    @classmethod
+    def _worded(cls, value: dict[str, StatedWords], info: ValidationInfo) -> dict[str, StatedWords]:
+        judged = _levels(info).made.judged
+        language = info.data.get("language", ENGLISH)
+        if language not in value and language in languages() and judged not in ATTRIBUTES:
+            raise ValueError(
+                f"{expected_one_of(judged, list(ATTRIBUTES))}, got attribute '{judged}'; or state "
+                f"adjective and noun in [attribute_words.{language}]"
+            )
+        return value
 
     @field_validator("vary")
     @classmethod
@@ -308,10 +333,16 @@ class Study(BaseModel):
         """What all levels are in: what the plate makes, or the parameter that is varied."""
         return self._levels.quantity
 
+    def words_of(self, language: str) -> AttributeWords | None:
+        """Return the words of what is judged in a language; None for a language of the study's."""
+        if language in self.attribute_words:
+            return AttributeWords(**self.attribute_words[language].model_dump())
+        return ATTRIBUTES.get(self.quantity.judged, {}).get(language)
+
     @property
     def plate_quantity(self) -> Quantity:
         """What the plate makes."""
-        return self.made.quantity
+        return self._levels.made
 
     def quantity_notes(self, name: str) -> dict[str, dict[str, str]]:
         """Return what records say of the levels' quantity; nothing of the usual one."""

@@ -182,7 +182,12 @@ class RunPlan:
         for options in self.study.tasks:
             protocol = load_protocol(options.protocol)
             brought |= protocol_texts(protocol, self.language)
-        texts = load_texts(self.language, self.study.texts.get(self.language), brought)
+        texts = load_texts(
+            self.language,
+            self.study.texts.get(self.language),
+            brought,
+            self.study.words_of(self.language),
+        )
         return {**texts, **self.study.keys.texts()}
 
     def context(self, task: str = "") -> Context:

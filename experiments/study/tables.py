@@ -111,6 +111,17 @@ class PlateSettings(BaseModel):
     )
 
 
+class StatedWords(BaseModel):
+    """The words of an attribute in a language."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    adjective: Words = Field(description="As in “How slippery is it?”; of a feminine noun.")
+    noun: Words = Field(description="As in “slipperiness”.")
+    masculine: str = Field(default="", description="The adjective's masculine form.")
+    plural: str = Field(default="", description="The adjective's plural.")
+
+
 WAVEFORM = "Form of the amplitude over one period."
 
 

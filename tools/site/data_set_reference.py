@@ -104,7 +104,7 @@ def page() -> str:
         lacking = ", ".join(row[0] for row in shared if row not in rows[name])
         more += f" Without {lacking}." if lacking else ""
         parts += [
-            f"\n## {protocol.title}\n\n`sub-01/beh/{stem}.tsv`, protocol `{name}`.{more}\n\n",
+            f"\n## {protocol.titled()}\n\n`sub-01/beh/{stem}.tsv`, protocol `{name}`.{more}\n\n",
             _table([row for row in rows[name] if row not in shared]),
         ]
     parts += [MEASURED_TEXT, _table(_rows(MEASURED))]

@@ -94,7 +94,7 @@ def figure(name: str, study: Study, text: str) -> str:
         mode="pilot",
     )
     shown = [step for step in dry_run(plan) if isinstance(step, Present) and step.trial]
-    tasks = {protocol.task: protocol.title for protocol, _ in plan.tasks()}
+    tasks = {protocol.task: protocol.titled(plan.study.quantity) for protocol, _ in plan.tasks()}
     with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "font.size": 9}):
         drawn = Figure(figsize=(7.0, 2.2), layout="constrained")
         axes = drawn.subplots(1, len(tasks), sharey=True, squeeze=False)[0]

@@ -122,7 +122,7 @@ def protocol_study(name: str) -> ProtocolStudy:
                 text=text,
                 place=place,
                 task=protocol.task,
-                title=protocol.title,
+                title=protocol.titled(),
                 quantity=quantity,
                 marks=marks,
                 amount=amount,

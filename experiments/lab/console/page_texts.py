@@ -37,7 +37,7 @@ class Words:
 
     def task(self, options: Options, protocol: Protocol) -> str:
         """Return a task's title; that of an external protocol is the same in every language."""
-        return self.known(f"task_title.{options.protocol}", protocol.title)
+        return self.known(f"task_title.{options.protocol}", protocol.titled())
 
     def known(self, key: str, otherwise: str) -> str:
         """Return a text, or ``otherwise`` if the key has no text."""

@@ -217,9 +217,7 @@ def test_simulated_people_tell_14_percent_of_a_period_in_75_percent_of_choices()
     d_prime = (seen.mean(1.0 * 1.14) - seen.mean(1.0)) / people.noise
     assert d_prime == pytest.approx(0.6745, rel=0.02)
     rough = parse_study(
-        study_text("spatial_period_mm").replace(
-            "[stimulus]", '[quantity]\njudged = "roughness"\n[stimulus]'
-        ),
+        'attribute = "roughness"\n' + study_text("spatial_period_mm"),
         "varied.toml",
     )
     falling = curves(people_for(rough))
