@@ -1,7 +1,6 @@
 """Compare `analyse` on a million rows with the cost of reading the same files in pandas.
 
-    .venv/bin/python -m benchmarks.analyse_scale [--participants 4000] [--rows 1000000] [--rounds
-    3]
+    .venv/bin/python -m benchmarks.analyse_scale [--participants 4000] [--rows 1000000] [--rounds 3]
 
 The data set has thousands of participants. Two methods are compared, each in a fresh process. One
 reads every file with pandas (`pandas.read_csv`, the plain loop that a user would write). The other

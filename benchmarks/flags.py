@@ -40,7 +40,7 @@ DESIGNS = {
 }
 #: Flags of response times and of the plate.
 NOT_SIMULATED = ["fast", "timed_out", "faults"]
-#: Participants of a study: flags compare a participant with the others.
+#: Participants per study: flags compare a participant with the others.
 STUDY = 12
 
 
@@ -78,7 +78,7 @@ def _of_people(names: set[str], rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def main() -> None:
-    """Measure, print, and with --write put the table into the page."""
+    """Measure, print, and with --write insert the table into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--participants", type=int, default=1000, help="per cell (default: 1000)")
     parser.add_argument("--seed", type=int, default=1, help="random seed (default: 1)")

@@ -1,9 +1,10 @@
 """Measure the error of recorded key presses, with and without the device's time stamps.
 
-Usage: xvfb-run -s "-screen 0 1280x800x24" .venv/bin/python benchmarks/response_times.py A thread
-presses keys at random times through the X test extension and records the times; the window records
-them as in a session. The keyboard's own delay (scanning and USB, about 5 to 30 ms depending on the
-model) is not included, because software cannot observe it.
+Usage: xvfb-run -s "-screen 0 1280x800x24" .venv/bin/python benchmarks/response_times.py
+
+A thread presses keys at random times through the X test extension and records the times; the
+window records them as in a session. The keyboard's own delay (scanning and USB, about 5 to 30 ms
+depending on the model) is not included, because software cannot observe it.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.experiments.study.analysis_choices import Thresholds
 
-#: The most by which chance alone may raise a flag that is decided by a test.
+#: Maximum probability that chance alone raises a flag that is decided by a test.
 RARE = 0.05
 #: Minimum number of trials to detect a drift or compute a split-half correlation.
 TRIALS_FOR_DRIFT = 8
@@ -68,7 +68,7 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
         if thresholds.falling_steps is None:
             falling = np.where(falling >= rarely_falling(means.shape[1]), falling, 0.0)
         found["non_monotone"] = _indexed(falling, means)
-        # A different number for each amplitude is not constant, however few there are.
+        # A different number for each amplitude is not constant, even with few amplitudes.
         levels = by["amplitude_um_pp"].nunique()
         found["constant"] = by["estimate"].nunique().where(levels > thresholds.distinct_numbers)
         felt = trials[trials["amplitude_um_pp"] > 0]
@@ -87,10 +87,11 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
 
 
 def rarely_falling(levels: int) -> int:
-    """Return the least number of falls between means that at most 1 in 20 shows by chance.
+    """Return the smallest number of falls between means that chance gives with at most 1 in 20.
 
-    Of someone who feels no difference every order of the means is equally likely; whoever feels
-    one has fewer falls. The numbers of orders with so many falls are Euler's.
+    For a participant who feels no difference, every order of the means is equally likely; one who
+    feels a difference has fewer falls. The numbers of orders with a given number of falls are
+    Euler's.
 
     >>> [rarely_falling(levels) for levels in (2, 3, 4, 5, 8)]
     [2, 3, 3, 4, 6]
@@ -140,11 +141,11 @@ def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
 
 
 def _spreads(left: np.ndarray, what: np.ndarray) -> np.ndarray:
-    """Return the robust standard deviation that each residual is judged by.
+    """Return the robust standard deviation against which each residual is judged.
 
-    Small amplitudes scatter more than large ones, so that one spread for all flags half of the
-    people who answer often. An amplitude's own is uncertain with few people: the mean of both
-    variances is used.
+    Small amplitudes have a larger spread than large ones, so a common spread would flag half of
+    the participants who answer often. An amplitude's own spread is uncertain with few people, so
+    the mean of both variances is used.
     """
     pooled = _robust_sd(left)
     own = {place: _robust_sd(left[what == place]) for place in np.unique(what)}

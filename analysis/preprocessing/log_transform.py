@@ -120,12 +120,12 @@ class Prepared:
 
     @property
     def geometric(self) -> bool:
-        """Whether there are geometric means: somebody has a logarithm, and none is refused."""
+        """Whether geometric means exist: there are logarithms, and none is refused."""
         return not self.refused and bool(self.logged)
 
     @property
     def without_log(self) -> frozenset[float]:
-        """Amplitudes, µm peak to peak, at which an estimate of zero is left out of logarithms."""
+        """Amplitudes, µm peak to peak, at which an estimate of zero has no logarithm."""
         left_out = self.trials["log"].isna()
         return frozenset(self.trials.loc[left_out, "amplitude_um_pp"].astype(float))
 

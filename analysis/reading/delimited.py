@@ -145,8 +145,8 @@ def read_tables(
     Raises
     ------
     UserError
-        A file cannot be read, is not UTF-8, or is empty. Or it has a line with too few or too many
-        cells, lacks a required column, or has a column twice.
+        A file cannot be read, is not UTF-8, is empty, lacks a required column, has a column twice,
+        or has a line with too few or too many cells.
     """
     sources: list[Source] = []
     groups: dict[bytes, list[tuple[int, Lines]]] = {}

@@ -77,9 +77,9 @@ def bayes_factor(t: float, n: int) -> float:
     """Return the factor by which n differences with this t favour a difference over none.
 
     Jeffreys, Zellner and Siow's Bayes factor, eq. 1 of Rouder et al. (2009), Psychon. Bull. Rev.
-    16, 225-237, with a Cauchy prior of d_z of scale `PRIOR_SCALE`; infinite if it overflows.
-    Summed over log g. In contrast, pingouin's integral over g misses the peak if t is large (48
-    instead of 6,900 at n = 3, t = 10,000). It is 0 / 0 for thousands of participants.
+    16, 225-237, with a Cauchy prior of d_z of scale `PRIOR_SCALE`; infinite if it overflows. It is
+    a sum over log g. pingouin's integral over g misses the peak if t is large (48 instead of 6,900
+    at n = 3, t = 10,000), and is 0 / 0 for thousands of participants.
 
     >>> round(bayes_factor(3.5, 20), 2), round(1 / bayes_factor(0.2, 20), 2)
     (17.18, 4.23)

@@ -85,7 +85,7 @@ class HierarchicalFit:
         Curve, share, guess rate and largest lapse rate.
     trials : Trials
     start : array, optional
-        Where the search begins, if a maximum is nearly known.
+        Starting point of the search, if a maximum is nearly known.
     """
 
     def __init__(self, model: Model, trials: Trials, start: Array | None = None) -> None:

@@ -35,7 +35,7 @@ FARTHEST_NODE = 5.0
 FLAT = 1e-3
 #: Relative accuracy of an interval's end (distance from the maximum), and maximum number of fits.
 PRECISION, MOST_FITS = 1e-3, 30
-#: Distance from the maximum at which the search for an interval's end begins, in the model's units.
+#: Initial distance from the maximum in the search for an interval's end, in the model's units.
 FIRST_STEP = 0.3
 #: Smallest initial standard deviation of people: at 0 the slope is 0 by symmetry.
 AWAY_FROM_ZERO = 0.3
@@ -214,7 +214,8 @@ class IntegratedModel:
         for edge in self.bounds[place]:
             end, likeliest, level = self._end(best, place, edge, fall)
             if likeliest.log_likelihood > best.log_likelihood + FLAT:
-                # Held elsewhere, the search found what the free one stopped short of.
+                # With the parameter held elsewhere, the search may continue where the free one
+                # stopped.
                 return self.profile(self.fit(likeliest.theta), place, fall)
             ends.append(end)
             flat = flat or level
@@ -223,16 +224,17 @@ class IntegratedModel:
     def _end(
         self, best: Maximum, place: int, edge: float, fall: float
     ) -> tuple[float, Maximum, bool]:
-        """Search outwards for where the profile has fallen by ``fall``.
+        """Search outwards for the point at which the profile has fallen by ``fall``.
 
-        The root of the fall is nearly linear in the parameter, so that Newton's steps are few.
+        The root of the fall is nearly linear in the parameter, so few of Newton's steps are
+        needed.
 
         Returns
         -------
         end : float
             Infinite if the profile falls by less up to the edge.
         likeliest : Maximum
-            The best fit on the way.
+            The best fit found during the search.
         flat : bool
             Whether the profile does not fall at all up to the edge.
         """

@@ -140,7 +140,7 @@ def _figures(analysis: Analysis) -> Mapping[str, Figure]:
 
 
 def _groups(analysis: Analysis, prepared: Prepared) -> pd.Series[str] | None:
-    """Return each participant's group, of the groups that are compared; None without groups."""
+    """Return each participant's group, among the compared groups; None without groups."""
     compared, member = analysis.inference.found(GROUPS), membership(analysis.dataset)
     if compared is None or isinstance(member, NotComputed):
         return None

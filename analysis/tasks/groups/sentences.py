@@ -48,7 +48,7 @@ def group_sentences(
 
 
 def answers(found: GroupComparison | NotComputed, confidence: float) -> list[str]:
-    """Return whether exponents and levels differ; none where the participants are in no groups."""
+    """Return whether exponents and levels differ; empty if the participants are in no groups."""
     if not found:
         return []
     texts = []
