@@ -1,7 +1,7 @@
-// The firmware as a library: whoever loads it gives it bytes, the time and a plate.
+// The firmware as a library: the program that loads it provides bytes, the time and a plate.
 //
-// hardware/emulator/compiled.py puts it on a pseudo-terminal in front of the simulated plate, so
-// that the real driver talks to the real rules.
+// hardware/emulator/compiled.py connects it to a pseudo-terminal and the simulated plate, so that
+// the real driver is tested with the real firmware.
 // Build: g++ -std=c++11 -shared -fPIC -I ../slipscale_plate board_library.cpp
 //        ../slipscale_plate/*.cpp -o libslipscale_plate.so
 #include "plate_board.h"

@@ -1,13 +1,13 @@
-// The firmware under inputs at random, for a compiler's sanitizers to watch.
+// Runs the firmware with random inputs under a compiler's sanitizers.
 //
-// Each input is a session of its own with a fresh board: frames good and bad, broken, repeated and
-// cut, bytes of any value, and any time in between. Besides what the sanitizers see, four rules are
-// checked after every byte and every millisecond: what is driven stays within the limits; answers
-// end with a line's end and fit a line; '!' leaves the output off; so does a watchdog's time without
-// a correct frame.
+// Each input is a separate session with a new board: correct, wrong, broken, repeated and truncated
+// frames, bytes of any value, and any time in between. In addition to the sanitizers, four rules
+// are checked after every byte and every millisecond: the drive stays within the limits; answers
+// end with a line end and fit in a line; the output is off after '!', and after the watchdog's time
+// without a correct frame.
 // Build: g++ -std=c++11 -g -O1 -fsanitize=address,undefined -fno-sanitize-recover=all
 //        -I ../slipscale_plate fuzz.cpp ../slipscale_plate/*.cpp -o fuzz
-// Run: fuzz [INPUTS [SEED]]; exit status 1 and the input's number where a rule is broken.
+// Run: fuzz [INPUTS [SEED]]; exit status 1 and the input's number if a rule is broken.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -20,12 +20,12 @@
 
 namespace {
 
-// By docs/reference/board-protocol.md, and not by the firmware's own constants.
+// From docs/reference/board-protocol.md, not from the firmware's own constants.
 constexpr float kHighestV = 16.5F, kLowestHz = 25000.0F, kHighestHz = 40000.0F;
 constexpr uint32_t kWatchdogMs = 500;
 constexpr float kHair = 1e-3F;
 constexpr size_t kLongestAnswer = 104;  // kValue and the frame around it
-constexpr uint32_t kLateMs = 2;         // a watchdog is looked at once a millisecond
+constexpr uint32_t kLateMs = 2;         // the watchdog is checked once per millisecond
 
 class WatchedPlate : public slipscale::Hal {
  public:
@@ -137,7 +137,7 @@ class Input {
         if (length == 0 || length > kLongestAnswer || answer[length - 1] != '\n') {
           broken_ = "an answer fits a line and ends it";
         }
-        // What is answered in a frame was a correct one; a refused one counts as well.
+        // A framed answer means that the frame was correct, even if the command was rejected.
         if (answer[0] == '<') heard_ms_ = now_ms_;
       }
       if (each == '!' && plate_.on) broken_ = "'!' leaves the output off";

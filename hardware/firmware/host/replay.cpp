@@ -1,8 +1,8 @@
-// The firmware on a desk computer: takes a transcript on standard input, answers on the output.
+// The firmware on a desktop computer: reads a transcript on standard input and prints the answers.
 //
-// "> text" hands a line to the board, ". 60" lets 60 ms pass; answers come as "< text". "= 60" lets
-// 60 ms pass and tells of each what is on the plate: "= driven amplitude", in µm peak to peak.
-// "- 4" lets 4 ms pass in which the board is busy with something else.
+// "> text" passes a line to the board, ". 60" waits 60 ms; answers are printed as "< text". "= 60"
+// waits 60 ms and prints the plate's state in each: "= driven amplitude", in µm peak to peak.
+// "- 4" waits 4 ms during which the board is busy with something else.
 // Build: g++ -std=c++11 -I ../slipscale_plate replay.cpp ../slipscale_plate/*.cpp -o replay
 // Run: replay [TIME_CONSTANT_MS [GAIN]], the plate's; gain 1 is the firmware's own.
 #include <cmath>
@@ -14,7 +14,7 @@
 
 namespace {
 
-// A plate that answers at once, or rings; what is tested here are the rules more than the physics.
+// A plate that responds at once, or rings: the rules are tested here rather than the physics.
 class DeskPlate : public slipscale::Hal {
  public:
   DeskPlate(double time_constant_ms, double gain)

@@ -36,7 +36,7 @@ void AmplitudeList::start(float from_um_pp, uint32_t step_us, uint32_t edge_us) 
   in_step_us_ = 0;
 }
 
-// What is left over goes on into the next step: no time is lost, however late the call.
+// The remaining time counts for the next step, so that no time is lost if the call is late.
 bool AmplitudeList::advance(uint32_t elapsed_us) {
   bool ended = false;
   for (in_step_us_ += elapsed_us; in_step_us_ >= step_us_; in_step_us_ -= step_us_) {

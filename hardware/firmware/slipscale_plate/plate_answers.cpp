@@ -1,4 +1,4 @@
-// What the board tells when it is asked.
+// The board's answers to queries.
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -56,8 +56,8 @@ int Board::tell_list_limits(const Call& call) {
   return kOk;
 }
 
-// While a list is played amplitudes are means over its last whole period, and the voltage is the
-// largest.
+// While a list is played, amplitudes are means over its last complete period, and the voltage is
+// the largest.
 int Board::tell_status(const Call& call) {
   const bool open = state_ == State::kOpen;
   const float largest_v = fminf(largest_um_pp_ * volts_per_um_, settings_.limits.voltage_v);

@@ -10,19 +10,19 @@ namespace slipscale {
 namespace {
 
 constexpr uint32_t kRampMs = 25, kRampDownMs = 15, kCorrectMs = 10;
-constexpr uint32_t kFollowMs = 5;  // the plate follows a correction; only then is it measured
-constexpr float kLargestCorrection = 0.05F;  // of the voltage, at once: no click
-// How far the volts per µm may be corrected from the calibrated value: a finger that lowers Q from 60
-// to 50 needs 1.2. A sensor that reads nothing would otherwise drive the plate to the voltage limit.
+constexpr uint32_t kFollowMs = 5;  // after a correction, wait for the plate before measuring
+constexpr float kLargestCorrection = 0.05F;  // of the voltage per step, to avoid a click
+// Largest correction factor of the calibrated volts per µm. A finger that reduces Q from 60 to 50
+// requires 1.2. Without a limit, a dead sensor would drive the plate to the voltage limit.
 constexpr float kGainBand = 1.5F;
-// Settled: so many means in a row lie within the band, a fraction of the target or µm peak to peak.
+// Settled: kMeansSettled consecutive means within the band, a fraction of the target or µm p-p.
 constexpr float kBand = 0.025F, kBandUm = 0.025F;
 constexpr uint8_t kMeansSettled = 2;
 constexpr size_t kPointsALine = 8;
 
 }  // namespace
 
-// What there is to obey: header, fewest and most arguments, and what it does.
+// The commands: header, fewest and most arguments, and action.
 const Board::Command Board::kCommands[] = {
     {"*IDN?", 0, 0, &Board::tell_identity},
     {"*RST", 0, 0, &Board::reset},
@@ -37,7 +37,7 @@ const Board::Command Board::kCommands[] = {
     {"STAT?", 0, 0, &Board::tell_status},
 };
 
-// The byte '!' silences and empties the line: what came before it can no longer become a command.
+// The byte '!' silences the plate and clears the line, so that earlier bytes cannot become a command.
 const char* Board::receive(uint8_t byte, uint32_t now_ms) {
   if (byte == '!') {
     silence();
@@ -91,8 +91,8 @@ void Board::stop(State why) {
 
 const char* Board::line(uint32_t now_ms) {
   while (length_ > 0 && buffer_[length_ - 1] == '\r') buffer_[--length_] = '\0';
-  if (strcmp(buffer_, "*IDN?") == 0) {  // plain, for whoever looks with a terminal
-    // The last answer is kept: its command may yet be repeated. The line itself is done with.
+  if (strcmp(buffer_, "*IDN?") == 0) {  // unframed, for people with a terminal
+    // Keep the last answer, because its command may be repeated; the line buffer can be reused.
     snprintf(buffer_, sizeof buffer_, "%s\r\n", settings_.identity);
     return buffer_;
   }
@@ -107,7 +107,7 @@ const char* Board::line(uint32_t now_ms) {
   char* space = strchr(frame, ' ');
   if (!space || !space[1] || !sequence_number(frame + 1, space) || !printable(space)) return nullptr;
   heard_ms_ = now_ms;
-  if (strcmp(frame, last_command_) == 0) return reply_;  // a repetition: it ran before
+  if (strcmp(frame, last_command_) == 0) return reply_;  // a repetition: already executed
   strcpy(last_command_, frame);
   tick(now_ms);
   *space = '\0';
@@ -231,8 +231,8 @@ bool Board::too_hot() {
   return true;
 }
 
-// What follows the ramp counts from when its end was really put on the plate: a late call of tick
-// must not pass for a settled plate.
+// Times after the ramp count from when its end actually reached the plate, so that a late call of
+// tick is not mistaken for a settled plate.
 void Board::ramp(uint32_t now_ms) {
   const uint32_t elapsed_ms = now_ms - commanded_ms_;
   const float part = elapsed_ms >= kRampMs ? 1 : static_cast<float>(elapsed_ms) / kRampMs;
@@ -249,8 +249,8 @@ void Board::begin_mean(uint32_t now_ms) {
   readings_ = 0;
 }
 
-// Follow the resonance and correct the voltage towards the amplitude that is due: by the mean of
-// the readings since the plate followed the last correction, a little at a time.
+// Follow the resonance, and correct the voltage in small steps towards the amplitude due, by the
+// mean of the readings since the last correction took effect.
 void Board::hold(uint32_t now_ms) {
   const uint32_t elapsed_ms = now_ms - corrected_ms_;
   if (target_um_pp_ == 0) {
@@ -270,7 +270,8 @@ void Board::hold(uint32_t now_ms) {
   state_ = settled(measured_um_pp, was_limited);
 }
 
-// What a mean says: within the band often enough, or out of the voltage's reach, or on the way.
+// The state for a mean: HOLD after several means within the band, SAT if the voltage is at its
+// limit, otherwise RAMP.
 Board::State Board::settled(float measured_um_pp, bool was_limited) {
   const float band_um = fmaxf(kBand * target_um_pp_, kBandUm);
   const float short_by_um = target_um_pp_ - measured_um_pp;
@@ -282,9 +283,9 @@ Board::State Board::settled(float measured_um_pp, bool was_limited) {
   return means_inside_ < kMeansSettled ? State::kRamp : State::kHold;
 }
 
-// The list goes by the clock; the voltage is corrected by the mean over each whole period, which a
-// plate that rings passes whole. It is weighed against what was driven, so that a late tick does not
-// pass for a weak plate. The first period does not count: it begins at the settled mean.
+// The list follows the clock. The voltage is corrected by the mean over each complete period, which
+// a ringing plate preserves. It is compared with what was driven, so that a late tick is not
+// mistaken for a weak plate. The first period does not count, because it starts at the settled mean.
 void Board::play(uint32_t now_ms) {
   const uint32_t elapsed_ms = now_ms - played_ms_;
   if (elapsed_ms == 0) return;
@@ -301,12 +302,12 @@ void Board::play(uint32_t now_ms) {
     measured_um_ms_ = driven_um_ms_ = 0;
   }
   now_um_pp_ = list_.due_um_pp();
-  // In a groove there is little vibration, and no phase to follow.
+  // In a groove there is too little vibration to follow the phase.
   if (now_um_pp_ >= target_um_pp_) frequency_hz_ = hal_.resonance_hz();
   apply();
 }
 
-// Return whether the voltage suffices for the largest amplitude that is due.
+// Correct the voltage; return whether it suffices for the largest amplitude due.
 bool Board::correct(float measured_um_pp, float largest_um_pp) {
   if (largest_um_pp <= 0) return true;
   float factor = measured_um_pp > 0 ? target_um_pp_ / measured_um_pp : 1 + kLargestCorrection;

@@ -1,7 +1,7 @@
 // The driver board's rules: docs/reference/board-protocol.md in C++, for any processor.
 //
-// Nothing here knows a pin or a library. The sketch (slipscale_plate.ino) hands in bytes, the
-// time and a Hal; the host builds (../host) do the same on a desk computer.
+// This code does not depend on pins or libraries. The sketch (slipscale_plate.ino) passes in bytes,
+// the time and a Hal; the host builds (../host) do the same on a desktop computer.
 #ifndef SLIPSCALE_PLATE_BOARD_H
 #define SLIPSCALE_PLATE_BOARD_H
 
@@ -12,16 +12,16 @@
 
 namespace slipscale {
 
-// What the rules need of the electronics. Volts are peak, amplitudes peak to peak.
+// The electronics, as used by the rules. Volts are peak, amplitudes peak to peak.
 class Hal {
  public:
-  // Drive with this frequency and voltage; 0 V in a texture's grooves: the stage stays closed.
+  // Drive with this frequency and voltage. 0 V (in a texture's grooves) keeps the stage closed.
   virtual void drive(float frequency_hz, float voltage_v) = 0;
   // Open the output stage.
   virtual void off() = 0;
   // The vibration sensor's amplitude, µm peak to peak.
   virtual float amplitude_um_pp() = 0;
-  // The frequency at which the plate resonates now; called often while it vibrates.
+  // The plate's current resonance; called often while it vibrates.
   virtual float resonance_hz() = 0;
   virtual float temperature_c() = 0;
 
@@ -36,7 +36,7 @@ struct Limits {
   float frequency_max_hz = 40000.0F;
   uint32_t watchdog_ms = 500;
   uint32_t on_time_s = 600;
-  float list_step_ms = 4.0F;  // shortest, of a list
+  float list_step_ms = 4.0F;  // shortest step of a list
   float list_edge_ms = 2.0F;  // at least three time constants of the plate: 3 Q / (pi f0)
 };
 
@@ -55,17 +55,17 @@ class Board {
         boot_(boot),
         volts_per_um_(1 / settings.gain_um_pp_per_v) {}
 
-  // Take one byte from the line. Returns an answer to send before the next byte, or nullptr.
+  // Process one byte from the line. Returns an answer to send before the next byte, or nullptr.
   const char* receive(uint8_t byte, uint32_t now_ms);
-  // Let time pass: call at least once a millisecond.
+  // Advance the time; call at least once per millisecond.
   void tick(uint32_t now_ms);
-  // Switch the output off; also at start and when the line's DTR drops.
+  // Switch the output off; also called at start and when the line's DTR drops.
   void silence();
-  // The state as STAT? tells it.
+  // The state as reported by STAT?.
   const char* state() const;
-  // The amplitude of STAT?'s target, µm peak to peak.
+  // The target amplitude in STAT?, µm peak to peak.
   float target_um_pp() const { return target_um_pp_; }
-  // The amplitude that is due now, on a ramp or in a list; 0 in open loop.
+  // The amplitude due now, on a ramp or in a list; 0 in open loop.
   float due_um_pp() const { return now_um_pp_; }
 
  private:
@@ -84,7 +84,7 @@ class Board {
   static const Command kCommands[];
   static constexpr size_t kLongest = 96;
   static constexpr size_t kErrors = 8;
-  static constexpr size_t kValue = 72;  // an answer's value; the identity must not be longer
+  static constexpr size_t kValue = 72;  // an answer's value; also the limit of the identity
 
   bool vibrates() const;
   void stop(State why);
@@ -116,17 +116,17 @@ class Board {
   const uint32_t boot_;
   State state_ = State::kOff;
   float target_um_pp_ = 0, from_um_pp_ = 0, now_um_pp_ = 0, voltage_v_ = 0, frequency_hz_ = 0;
-  float volts_per_um_;  // of the plate as it is loaded now
+  float volts_per_um_;  // for the current load
   uint32_t heard_ms_ = 0, commanded_ms_ = 0, corrected_ms_ = 0, played_ms_ = 0;
-  bool arrived_ = false;  // the end of the ramp is on the plate
+  bool arrived_ = false;  // the ramp's end has reached the plate
   bool limited_ = false;  // the voltage is at its limit
-  float sum_um_pp_ = 0;   // of the readings since the plate followed the last correction
+  float sum_um_pp_ = 0;   // of the readings since the last correction took effect
   uint16_t readings_ = 0;
   uint8_t means_inside_ = 0;
   AmplitudeList list_;
   bool playing_ = false, first_period_ = false;
   float mean_um_pp_ = 0, largest_um_pp_ = 0, measured_um_ms_ = 0, driven_um_ms_ = 0;
-  char buffer_[kLongest + 2] = {};  // one more than the longest line: it was too long
+  char buffer_[kLongest + 2] = {};  // one more than the longest line, to detect longer ones
   size_t length_ = 0;
   char last_command_[kLongest + 1] = {};
   char reply_[kValue + 32] = {};

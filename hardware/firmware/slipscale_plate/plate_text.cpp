@@ -47,7 +47,7 @@ const char* meaning(int code) {
   return "Unknown error";
 }
 
-uint16_t crc16(const char* data, size_t length) {  // CRC-16/CCITT-FALSE, a byte at once
+uint16_t crc16(const char* data, size_t length) {  // CRC-16/CCITT-FALSE, byte by byte
   uint16_t crc = 0xFFFF;
   for (size_t i = 0; i < length; ++i) {
     uint16_t x = static_cast<uint16_t>((crc >> 8) ^ static_cast<uint8_t>(data[i]));
@@ -74,8 +74,8 @@ bool printable(const char* text) {
   return true;
 }
 
-// Small processors' printf knows neither %f nor a width of *, and their divisions take so long that
-// a texture would stumble over every answer: each digit is counted off.
+// On small processors, printf supports neither %f nor a width of *, and divisions are so slow that
+// every answer would disturb a texture. Each digit is therefore found by subtraction.
 char* append_fixed(char* end, float value, int decimals) {
   float scale = 1;
   for (int i = 0; i < decimals; ++i) scale *= 10;

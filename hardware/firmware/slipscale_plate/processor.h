@@ -1,5 +1,5 @@
-// What differs from one processor to the next: its watchdog, its converters, the counter of starts
-// that outlives a reset, and whether it sees the line's DTR.
+// Processor-specific code: watchdog, converters, the counter of starts that survives a reset, and
+// whether the processor can read the line's DTR.
 #ifndef SLIPSCALE_PROCESSOR_H
 #define SLIPSCALE_PROCESSOR_H
 
@@ -52,7 +52,7 @@ constexpr float kSteps = 1023.0F;
 inline void begin() {}
 inline void watch() {
   CCM_CCGR3 |= CCM_CCGR3_WDOG1(CCM_CCGR_ON);
-  WDOG1_WCR = WDOG_WCR_SRS | WDOG_WCR_WT(0) | WDOG_WCR_WDE;  // half a second, its shortest
+  WDOG1_WCR = WDOG_WCR_SRS | WDOG_WCR_WT(0) | WDOG_WCR_WDE;  // half a second, the shortest possible
 }
 inline void alive() {
   WDOG1_WSR = 0x5555;
@@ -64,17 +64,17 @@ inline void save() {}
 #error "processor.h: neither AVR, ESP32 nor Teensy 4; add your processor's watchdog and converters"
 #endif
 
-// Whether the computer closed the line, where the processor can see that. Elsewhere DTR resets
-// the board when the port is opened again, and until then the watchdog of the line silences it.
+// Whether the computer closed the line, if the processor can detect that. On other processors, DTR
+// resets the board when the port is opened again; until then, the protocol's watchdog silences it.
 inline bool host_is_gone() {
-#if defined(USBCON) || defined(__IMXRT1062__)  // USB by the processor itself
+#if defined(USBCON) || defined(__IMXRT1062__)  // native USB
   return !Serial.dtr();
 #else
   return false;
 #endif
 }
 
-// A number that differs from the last start's.
+// A number that differs from that of the previous start.
 inline uint32_t next_boot() {
   uint32_t boot = 0;
   EEPROM.get(0, boot);

@@ -1,15 +1,15 @@
 // Reference sketch: the rules of plate_board on an Arduino-compatible board.
 //
-// Wiring that this sketch assumes (change the Hal below for another):
+// Wiring assumed by this sketch (for another, change the Hal below):
 //   AD9833 signal generator   SPI, chip select on pin 10: the carrier
 //   MCP4725 converter         I2C 0x60: the amplifier's gain, 0 to 5 V for 0 to 20 V peak
-//   output relay or enable    kEnable, active high, with a pull-down of 10 kΩ to ground: open means
-//                             silent, also in a reset, during an upload and without power
+//   output relay or enable    kEnable, active high, with a pull-down of 10 kΩ to ground: the output
+//                             is off if it is open, also in a reset, during an upload and without power
 //   vibration sensor          kSensor: an envelope detector, 0 to 5 V for 0 to 3 µm peak to peak
 //   temperature               kTemperature: LM35, 10 mV per °C
 //   drive current's phase     kPhase: phase detector against the carrier, 2.5 V at resonance
-// Where the processor's converters take 3.3 V (ESP32, Teensy) each of the three needs a divider:
-// 3.3 V where 5 V are named here. The converters of an ESP32 are not linear: calibrate the sensor.
+// If the processor's converters accept only 3.3 V (ESP32, Teensy), each of the last three inputs
+// needs a divider from 5 V to 3.3 V. The converters of an ESP32 are not linear: calibrate the sensor.
 // Libraries: SPI, Wire, EEPROM (all part of the Arduino cores). Boards: Arduino Uno and Leonardo,
 // ESP32, Teensy 4 (processor.h).
 #include <SPI.h>
@@ -20,22 +20,22 @@
 
 namespace {
 
-#if defined(ARDUINO_ARCH_ESP32)  // its pins 6 to 11 belong to the flash memory
+#if defined(ARDUINO_ARCH_ESP32)  // pins 6 to 11 are used by the flash memory
 constexpr uint8_t kSelect = 5, kEnable = 25, kSensor = 34, kTemperature = 35, kPhase = 32;
 #else
 constexpr uint8_t kSelect = 10, kEnable = 7, kSensor = A0, kTemperature = A1, kPhase = A2;
 #endif
 constexpr float kClockHz = 25e6F, kFullScaleV = 20.0F, kSensorUm = 3.0F;
 constexpr float kFirstHz = 30500.0F;      // from slipscale plate calibrate
-constexpr float kHzPerPhaseStep = 0.05F;  // slow: follows temperature, not noise
+constexpr float kHzPerPhaseStep = 0.05F;  // slow, to follow temperature but not noise
 
-// What the sensor gives, 0 to 5 V, whatever the divider before the converter.
+// The sensor's output, 0 to 5 V, before any divider.
 float volts(uint8_t pin) { return analogRead(pin) * (5.0F / processor::kSteps); }
 
 class Electronics : public slipscale::Hal {
  public:
   void begin() {
-    digitalWrite(kEnable, LOW);  // before the pin becomes an output: never a pulse
+    digitalWrite(kEnable, LOW);  // before the pin becomes an output, to avoid a pulse
     pinMode(kEnable, OUTPUT);
     pinMode(kSelect, OUTPUT);
     digitalWrite(kSelect, HIGH);

@@ -1,12 +1,12 @@
-// The pages are made by the console itself. This script sends what buttons ask for, and brings a
-// page's parts up to date when the console says that something has changed.
+// The console renders the pages. This script sends the buttons' requests, and updates parts of a
+// page when the console reports a change.
 "use strict";
 
 const said = document.getElementById("said");
 const sure = document.getElementById("sure");
 const title = document.title;
-const PAUSE_MS = 400; // what is typed is judged once nobody has typed for so long
-const AGAIN_MS = 2000; // a refused stream is not tried again by the browser
+const PAUSE_MS = 400; // typed text is checked after a pause of this length
+const AGAIN_MS = 2000; // the browser does not retry a rejected stream
 let state = document.getElementById("state").dataset.state;
 
 function say(sentence, bad = false) {
@@ -32,7 +32,7 @@ async function ask(action, fields) {
   await refresh();
 }
 
-// Asks whether something is meant, and for words or a choice where they are needed.
+// Asks for confirmation, and for words or a choice if needed.
 function confirmed(button) {
   const { question, ask: wanted, choices } = button.dataset;
   if (!question) return Promise.resolve({});
@@ -116,11 +116,11 @@ document.addEventListener("keydown", (event) => {
   if (typing || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
   const button = document.querySelector(`[data-key="${CSS.escape(event.key)}"]`);
   if (!button) return;
-  event.preventDefault(); // else the letter is typed into the dialog that opens
+  event.preventDefault(); // otherwise the letter would be typed into the dialog that opens
   button.click();
 });
 
-// Up to date ------------------------------------------------------------------------------------
+// Updates ---------------------------------------------------------------------------------------
 
 async function refresh() {
   const answer = await fetch(location.href, { headers: { accept: "text/html" } }).catch(() => null);
@@ -129,7 +129,7 @@ async function refresh() {
   if (fresh.body.dataset.console !== document.body.dataset.console) return location.reload();
   for (const part of document.querySelectorAll("[data-live]")) {
     const other = fresh.getElementById(part.id);
-    // What somebody types into stays as it is.
+    // Do not replace an input in which somebody is typing.
     if (!other || other.outerHTML === part.outerHTML) continue;
     if (part.contains(document.activeElement) && document.activeElement.matches("input")) continue;
     const focused = part.contains(document.activeElement) ? document.activeElement : null;
@@ -143,7 +143,7 @@ async function refresh() {
   state = now;
 }
 
-// Times since a beginning go on between two answers of the console.
+// Elapsed times continue between two answers of the console.
 setInterval(() => {
   for (const place of document.querySelectorAll("[data-ticks]")) {
     const seconds = Number(place.dataset.ticks) + 1;
@@ -168,9 +168,9 @@ const heard = {
   open: () => { if (said.textContent === document.body.dataset.lost) say(""); },
 };
 
-// One page listens for all that this browser has open: it allows six lines to a host, and a line for
-// each page would leave none for the seventh. When that page closes, the next has the lock. Each
-// console's process has its own lock: a page of one that has ended keeps nobody from listening.
+// One page listens for all pages open in this browser, because browsers allow only six connections
+// per host. When that page closes, the next one gets the lock. Each console process has its own
+// lock, so that a page left over from an ended console does not block the others.
 const ours = `slipscale-${document.body.dataset.console}`;
 const others = new BroadcastChannel(ours);
 others.onmessage = (event) => heard[event.data]?.();
