@@ -1,7 +1,7 @@
 // The firmware on a desktop computer: reads a transcript on standard input and prints the answers.
 //
 // "> text" passes a line to the board, ". 60" waits 60 ms; answers are printed as "< text". "= 60"
-// waits 60 ms and prints the plate's state in each: "= driven amplitude", in µm peak to peak.
+// waits 60 ms and prints the plate's state after each: "= driven amplitude", in µm peak to peak.
 // "- 4" waits 4 ms during which the board is busy with something else.
 // Build: g++ -std=c++11 -I ../slipscale_plate replay.cpp ../slipscale_plate/*.cpp -o replay
 // Run: replay [TIME_CONSTANT_MS [GAIN]], the plate's; gain 1 is the firmware's own.
