@@ -1,7 +1,7 @@
-"""What participants judge of a surface, and its words in the languages of the screens.
+"""The attributes of surfaces that participants judge, with words in the screens' languages.
 
-A study names its ``attribute``; texts and descriptions have places for the words. For an attribute
-that is not listed, the study states the words in ``[attribute_words]``.
+A study names its ``attribute``; texts and descriptions have placeholders for the words. For an
+attribute that is not listed, the study defines the words in ``[attribute_words]``.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ SLIPPERINESS = "slipperiness"
 
 
 class AttributeWords(NamedTuple):
-    """The words of an attribute in a language, as texts place them.
+    """The words of an attribute in one language, for placeholders in texts.
 
     Parameters
     ----------
     adjective : str
-        "slippery"; in languages with genders, of a (feminine) surface.
+        "slippery"; in languages with genders, agreeing with "surface" (feminine).
     noun : str
         "slipperiness".
     masculine, plural : str
-        Other forms of the adjective, where the language has them.
+        Other forms of the adjective, if the language has them.
     """
 
     adjective: str
@@ -33,7 +33,7 @@ class AttributeWords(NamedTuple):
     plural: str = ""
 
     def fill(self, text: str) -> str:
-        """Return a text with the words in their places.
+        """Return a text with its placeholders replaced by the words.
 
         >>> ATTRIBUTES["roughness"]["en"].fill("How <adjective> is this surface?")
         'How rough is this surface?'
@@ -76,7 +76,7 @@ ATTRIBUTES: Mapping[str, Mapping[str, AttributeWords]] = {
 
 
 def english_adjective(attribute: str) -> str:
-    """Return the adjective of an attribute; of one that is not listed, a phrase with its noun.
+    """Return an attribute's adjective; for one that is not listed, a phrase with its noun.
 
     >>> english_adjective("roughness"), english_adjective("brightness")
     ('rough', 'high in brightness')

@@ -168,7 +168,7 @@ class Quantity:
 
     @property
     def adjective(self) -> str:
-        """The English adjective of what was judged: "slippery"."""
+        """The English adjective for the judged property: "slippery"."""
         return english_adjective(self.judged)
 
     @property

@@ -51,5 +51,5 @@ class Varied:
         return replace(self, grating=replace(self.grating, **fields))
 
     def turned(self, level: float) -> Varied:
-        """Return the stimulus at another value of the parameter; its label does not tell it."""
+        """Return the stimulus at another value, with a label that does not reveal it."""
         return self.at(level, UNLISTED)

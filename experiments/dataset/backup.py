@@ -75,9 +75,9 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
 
 
 def back_up_exclusions(dataset: Path, participant: str) -> None:
-    """Copy the decisions about a participant to every backup that holds a run of theirs.
+    """Copy the decisions about a participant to every backup that contains one of their runs.
 
-    A backup that is not connected gets them with the participant's next run.
+    A backup that is not connected receives them with the participant's next run.
     """
     decided = dataset / "sourcedata" / f"sub-{participant}" / RECORD
     for place in backups(dataset):

@@ -1,7 +1,7 @@
-"""Each participant's curve: how their answers follow the levels, from the data set's tables.
+"""Each participant's curve: answers against levels, from the data set's tables.
 
-For a first look at the data, not an analysis: main trials as they are, without normalisation and
-without exclusions. It unblinds whoever sees it.
+The curves give a first impression of the data and are not an analysis: main trials without
+normalisation or exclusions. They unblind whoever views them.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ TRUTH = {"true": 1.0, "false": 0.0}
 
 
 class Axes(NamedTuple):
-    """The columns of a table that make a curve, by their names in the code."""
+    """The columns of a curve in a table, by their names in the code."""
 
     x: str
     y: str
 
 
-# The first whose columns a table has: answers by level, or the level of an adaptive track by trial.
+# The first pair found in a table is used: answers by level, or an adaptive track's level by trial.
 AXES = (
     Axes("trial", "track_level"),
     Axes("level", "estimate"),
@@ -43,16 +43,16 @@ AXES = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Curve:
-    """One run of a task.
+    """The curve of one run of a task.
 
     Parameters
     ----------
     label, task : str
-        The participant's label, and the task's as in the file's name.
+        The participant's label, and the task's label in the file name.
     x, y : str
         Columns of the table.
     points : tuple of (float, float)
-        Mean of ``y`` per value of ``x``, by rising ``x``; true counts as 1, false as 0.
+        Mean of ``y`` per value of ``x``, sorted by ``x``; true counts as 1, false as 0.
     """
 
     label: str
@@ -63,7 +63,7 @@ class Curve:
 
 
 def curves(dataset: Path, quantity: Quantity, label: str = "*") -> list[Curve]:
-    """Return the curves of all participants, or of one, in the order of the files' names."""
+    """Return the curves of all participants, or of one, sorted by file name."""
     paths = sorted(dataset.glob(f"sub-{label}/**/beh/*_beh.tsv"))
     found = (_curve(path, quantity, path.stat().st_mtime_ns) for path in paths)
     return [each for each in found if each]
@@ -84,14 +84,14 @@ def _curve(path: Path, quantity: Quantity, _changed_ns: int) -> Curve | None:
 
 
 def _main(rows: Iterable[Mapping[str, str]]) -> Iterator[Mapping[str, str]]:
-    """Yield the rows of main trials, without practice and catch trials."""
+    """Yield the rows of main trials, excluding practice and catch trials."""
     for row in rows:
         if row.get("phase") != "practice" and row.get("catch") != "true":
             yield row
 
 
 def _means(rows: Iterable[Mapping[str, str]], x: str, y: str) -> Iterator[tuple[float, float]]:
-    """Yield the mean of y per value of x; cells that are missing or no numbers are left out."""
+    """Yield the mean of y per value of x; missing and non-numeric cells are skipped."""
     by_x: dict[float, list[float]] = defaultdict(list)
     for row in rows:
         at, value = _number(row.get(x)), _number(row.get(y))

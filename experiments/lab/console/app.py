@@ -255,7 +255,7 @@ class Console:
         return await run_in_threadpool(_zip, found.defaults.data, "data-set.zip")
 
     async def export(self, _: Request) -> Response:
-        """Return the files of the last export as a zip file, if results may be seen."""
+        """Return the last export as a zip file, if results may be seen."""
         found = await run_in_threadpool(self.state.now)
         if self.access.read_only or not found.seen:
             return Response(status_code=NOT_THERE)
@@ -328,7 +328,7 @@ def _result(dataset: Path | None, name: str) -> Response:
 
 
 def _zip(folder: Path, name: str) -> Response:
-    """Return a folder as a zip file; not there if it does not exist."""
+    """Return a folder as a zip file; 404 if it does not exist."""
     if not folder.is_dir():
         return Response(status_code=NOT_THERE)
     content = zipped(folder)

@@ -67,7 +67,7 @@ class Nothing(Form):
 
 
 class Work(Form):
-    """Do something with the whole data set."""
+    """Start a job on the whole data set."""
 
     what: Literal["verify", "build", "export"]
 

@@ -70,7 +70,7 @@ class Drawing:
 
 
 def drawing(surface: Surface, largest: float, label: str) -> Drawing:
-    """Return the plate's vibration for a surface, or the level over three periods of a texture.
+    """Draw the plate's vibration for a surface, or the level over three periods of a texture.
 
     ``largest`` fills the frame.
     """
@@ -87,7 +87,7 @@ def _drawing(height: Callable[[float], float], label: str) -> Drawing:
 
 @dataclass(frozen=True, slots=True)
 class CurvePlot:
-    """A participant's curve as SVG points in a frame of 160 by 90, with the ends of both axes."""
+    """A participant's curve as SVG points in a frame of 160 by 90, with the limits of both axes."""
 
     curve: Curve
     title: str
@@ -97,7 +97,7 @@ class CurvePlot:
 
 
 def curve_plot(curve: Curve, group: Sequence[Curve], title: str) -> CurvePlot:
-    """Return a curve in the frame of its group: the same axes for each participant."""
+    """Draw a curve in the frame of its group, with the same axes for each participant."""
     xs = [x for each in group for x, _ in each.points]
     ys = [y for each in group for _, y in each.points]
     left, right, low, high = min(xs), max(xs), min(0.0, *ys), max(ys)

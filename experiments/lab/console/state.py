@@ -293,7 +293,7 @@ def pilots(defaults: Defaults) -> list[Path]:
 
 
 def export_folder(data: Path) -> Path:
-    """Return where the console's export is written: a withdrawal removes it with the results."""
+    """Return the folder of the console's export; a withdrawal removes it with the results."""
     return data / RESULTS / "export"
 
 

@@ -103,9 +103,9 @@ WORK: tuple[Kind, ...] = ("verify", "build", "export")
 
 
 def chosen_rows(rows: list[Row], view: View) -> list[Row]:
-    """Return the runs that the address asks for, in its order; the newest first if it says none.
+    """Return the requested runs in the requested order; by default, newest first.
 
-    ``search`` is compared with label, flags and what happened; ``state`` with the run's state.
+    ``search`` is compared with label, flags and events; ``state`` with the run's state.
     """
     words = view.query.get("search", "").casefold().split()
     state, sort = view.query.get("state", ""), view.query.get("sort", "")
@@ -120,13 +120,13 @@ def chosen_rows(rows: list[Row], view: View) -> list[Row]:
 
 
 def _told(row: Row) -> str:
-    """Return everything that a run can be found by."""
+    """Return all searchable text of a run."""
     events = " ".join(f"{event.kind} {event.words}" for event in row.summary.events)
     return f"{row.label} {' '.join(row.summary.flags)} {events}".casefold()
 
 
 def _work(view: View, kind: Kind) -> dict[str, Any]:
-    """Return how a job on the whole data set is: its state, when it ended, its problems."""
+    """Return the status of a job on the whole data set: state, end and problems."""
     job = view.jobs.last(kind)
     over = job is not None and not job.running
     problems = findings(job.said()) if job and over else None
@@ -183,7 +183,7 @@ def parts_done(found: Snapshot, jobs: Jobs) -> int:
 
 
 def curve_plots(found: Sequence[Curve], view: View) -> list[CurvePlot]:
-    """Return the curves as drawings, those of one task in one frame so that they compare."""
+    """Draw the curves; those of one task share a frame, so that they can be compared."""
     titles = titles_of(view.found, view.t)
     by_task: dict[str, list[Curve]] = {}
     for curve in found:
