@@ -77,7 +77,7 @@ def _exclusions(choices: AnalysisChoices, quantity: Quantity) -> str:
 
 
 def _limits(flag: QualityFlag, thresholds: Thresholds) -> str:
-    """Return the thresholds whose descriptions refer to a flag."""
+    """Return the thresholds with a description that refers to a flag."""
     own = [
         f"{name} = {getattr(thresholds, name):g}"
         for name, field in type(thresholds).model_fields.items()
