@@ -50,9 +50,6 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.mapping import TableMapping
     from slipscale.stimuli.quantity import Quantity
 
-#: Kinds whose sentences, tables and figures follow the quantity of the data.
-ANY_QUANTITY = ("estimates", "differences")
-
 
 def load(
     path: str | Path, mapping: TableMapping | None = None, *, task: str | None = None
@@ -100,9 +97,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
     faults.clear()  # a package that cannot be loaded is reported when its results are due
     paths = sorted(folder.glob("sub-*/**/beh/*_beh.tsv"))
     quantity = metadata.one_quantity(paths, folder)
-    kinds = tuple(
-        kind for kind in (*TRIALS, *outside) if quantity.of_plate or kind.name in ANY_QUANTITY
-    )
+    kinds = (*TRIALS, *outside)
     found: dict[str, dict[str, list[Entry]]] = {kind.name: {} for kind in kinds}
     others: dict[str, list[Entry]] = {}
     for path in paths:
@@ -136,12 +131,6 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
     for kind in kinds:
         read[kind.name], read_sources = kind.read(files[kind.name], folder, problems, counts)
         sources += read_sources
-    if others and not quantity.of_plate:
-        problems.add(
-            f"{' and '.join(sorted(others))}: read but not analysed; in "
-            f"{quantity.unit_in_full} only magnitude estimation and descending difference are "
-            "analysed"
-        )
     other_tasks, read_sources = read_others(others, folder, problems, counts)
     sources += read_sources
     # Differences between journals and tables: rows edited by hand, runs without tables.

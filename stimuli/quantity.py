@@ -177,9 +177,19 @@ class Quantity:
         return self.makes == PLATE_AMPLITUDE.makes
 
     @property
+    def stepped(self) -> bool:
+        """Whether a plate makes it, so that a descending difference goes down in steps of it."""
+        return bool(self.suffix)
+
+    @property
     def level(self) -> str:
         """The noun for a single value: "amplitude", "level of sound pressure"."""
         return self.noun.replace("_", " ") if self.suffix else f"level of {self.name}"
+
+    @property
+    def a_level(self) -> str:
+        """One of its values with the article: "an amplitude", "a voltage"."""
+        return f"{'an' if self.level[0] in 'aeiou' else 'a'} {self.level}"
 
     @property
     def levels(self) -> str:
@@ -204,14 +214,12 @@ class Quantity:
     @property
     def yes_no(self) -> YesNoWords:
         """The words for a yes/no task."""
-        return STEPS if self.of_plate else YesNoWords(size=self.name)
+        return STEPS if self.stepped else YesNoWords(size=self.name)
 
     @property
     def more(self) -> str:
         """The answer to a comparison for the stimulus with more: "more slippery"."""
-        if self.yes != "yes":
-            return self.yes
-        return "more slippery" if self.judged == PLATE_AMPLITUDE.judged else f"more {self.judged}"
+        return f"more {self.adjective}" if self.yes == "yes" else self.yes
 
     @property
     def title(self) -> str:
@@ -257,6 +265,15 @@ class Quantity:
     def axis(self) -> str:
         """The label of an axis."""
         return capitalised(self.headed(self.in_full))
+
+    @property
+    def change(self) -> str:
+        """The label of an axis of differences from a standard."""
+        return self.headed("Difference from the standard")
+
+    def heading(self, text: str) -> str:
+        """Return the head of a column with the unit alone: "Threshold (µm)"."""
+        return f"{text} ({self.unit})" if self.unit else text
 
     def headed(self, text: str) -> str:
         """Return a text with the unit in parentheses after it."""

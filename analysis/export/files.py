@@ -97,7 +97,8 @@ def _scripts(analysis: Analysis, report: Path) -> list[str]:
         text = (
             files("slipscale.analysis.export").joinpath("scripts", name).read_text(encoding="utf-8")
         )
-        report.with_name(name).write_text(text, encoding="utf-8", newline="\n")
+        named = analysis.dataset.quantity.key(text)  # the columns that the script reads
+        report.with_name(name).write_text(named, encoding="utf-8", newline="\n")
     return [*scripts, "numbers.csv", "settings.csv", *(f"{name}.csv" for name in trials)]
 
 

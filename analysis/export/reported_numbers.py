@@ -42,8 +42,9 @@ def reported_numbers(analysis: Analysis) -> pd.DataFrame:
         "individuals": _exponents(analysis),
     }
     inference = json_form.record(analysis.inference.results)
+    named = analysis.dataset.quantity.key
     found = [
-        (LEVEL.sub("ci", UNIT.sub("", PER_UNIT.sub("per_unit", name))), value)
+        (named(LEVEL.sub("ci", UNIT.sub("", PER_UNIT.sub("per_unit", name)))), value)
         for name, value in _numbers({**inference, **json_form.record(parts)})
         if not LEFT_OUT.search(name)
     ]
@@ -84,13 +85,13 @@ def _numbers(value: Json, name: str = "") -> Iterator[tuple[str, float]]:
 def settings(analysis: Analysis) -> pd.DataFrame:
     """Return ``name value``: the choices, and the names of the level columns."""
     data, choices = analysis.dataset, analysis.dataset.choices
-    plate = data.quantity.of_plate
+    named, stepped = data.quantity.key, data.quantity.stepped
     found = {
         "level": data.quantity.column,
-        "before": "amplitude_before_um_pp" if plate else data.quantity.column,
-        "after": "amplitude_um_pp" if plate else "reference",
-        "answer": "difference_felt" if plate else "yes",
-        "weber_base": "amplitude_before_um_pp" if plate else "reference",
+        "before": named("amplitude_before_um_pp") if stepped else data.quantity.column,
+        "after": data.quantity.column if stepped else "reference",
+        "answer": "difference_felt" if stepped else "yes",
+        "weber_base": named("amplitude_before_um_pp") if stepped else "reference",
         "confidence": f"{choices.confidence!r}",
         "zero_rule": choices.zero_rule,
         "standard_deviation": choices.standard_deviation,
@@ -128,4 +129,4 @@ def task_trials(analysis: Analysis) -> dict[str, pd.DataFrame]:
             ],
             ignore_index=True,
         )
-    return {name: rows for name, rows in found.items() if len(rows)}
+    return {name: data.quantity.columns(rows) for name, rows in found.items() if len(rows)}

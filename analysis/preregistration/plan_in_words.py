@@ -89,7 +89,8 @@ def _limits(flag: QualityFlag, thresholds: Thresholds) -> str:
 
 
 def _tests(analysis: Analysis) -> Markup:
-    meanings = {each.key: each.meaning for each in analysis.inference.declared}
+    quantity = analysis.dataset.quantity
+    meanings = {each.key: each.meaning.format(q=quantity) for each in analysis.inference.declared}
     rows = [(name, meanings[name]) for name in with_results(analysis)]
     columns = [html.TableColumn(title="Key", left=True), html.TableColumn(title="What", left=True)]
     return html.table(columns, rows, "What is computed, in the order of inference.json.")

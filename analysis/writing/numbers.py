@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 from slipscale.analysis.statistics.not_computed import fold
@@ -12,11 +13,14 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
     from slipscale.analysis.statistics.not_computed import NotComputed
+    from slipscale.stimuli.quantity import Quantity
 
 T = TypeVar("T")
 
 #: Smaller slopes, per µPa for example, would be printed as 0.00.
 SMALLEST_OF_TWO_DECIMALS = 0.095
+#: Numbers of this size are written whole: "120", "1200".
+LARGE = (99.95, 1e5)
 #: Shown in a table instead of a missing number.
 DASH = "–"
 
@@ -35,13 +39,27 @@ def number(value: float | None, decimals: int = 2, *, thousands: str = "") -> st
 def significant(value: float) -> str:
     """Format a number of any size for reading, to three significant digits.
 
-    >>> significant(0.0213), significant(-1.234e-8), significant(float("nan"))
-    ('0.0213', '−1.23 × 10⁻⁸', '–')
+    >>> significant(0.0213), significant(-1.234e-8), significant(float("nan")), significant(120)
+    ('0.0213', '−1.23 × 10⁻⁸', '–', '120')
     """
     if not math.isfinite(value):
         return DASH
+    if LARGE[0] <= abs(value) < LARGE[1]:
+        return number(value, 0)
     figures, mark, power = f"{value:#.3g}".replace("-", "−").partition("e")
     return f"{figures} × 10{_raised(int(power.replace('−', '-')))}" if mark else figures
+
+
+def measured(quantity: Quantity) -> Callable[[float | None], str]:
+    """Return how levels that were found are written: µm to the nanometre, others by their size.
+
+    >>> from slipscale.stimuli.quantity import PLATE_AMPLITUDE, made_by_plate
+    >>> measured(PLATE_AMPLITUDE)(1.2), measured(made_by_plate("voltage", "V", "peak"))(119.83)
+    ('1.200', '120')
+    """
+    if quantity.of_plate:
+        return partial(number, decimals=3)
+    return lambda value: DASH if value is None else significant(value)
 
 
 def _raised(power: int) -> str:

@@ -6,7 +6,9 @@ import re
 import pytest
 
 from slipscale import commands
+from slipscale.analysis.export.files import FORMS
 from slipscale.analysis.load import load
+from slipscale.analysis.pipeline import analyse
 from slipscale.experiments.study.file import parse_study
 from slipscale.faults import UserError
 from slipscale.stimuli.quantity import NAMES, in_code, in_um, made_by_plate
@@ -23,7 +25,9 @@ unit = "V"
 convention = "peak"
 
 [plate]
-voltage_v_peak = 130.0
+voltage_v_peak = 170.0
+tolerance = 0.01
+tolerance_v_peak = 0.5
 
 [[tasks]]
 protocol = "descending_difference"
@@ -31,61 +35,118 @@ protocol = "descending_difference"
 [[tasks]]
 protocol = "magnitude_estimation"
 """
-ACCELERATIONS = """
-name = "button"
-title = "A vibrating button"
-participants = 3
-accelerations_m_s2_peak = [4.0, 8.0, 16.0]
-
-[quantity]
-name = "acceleration"
-unit = "m/s²"
-convention = "peak"
-judged = "intensity"
-
-[plate]
-acceleration_m_s2_peak = 32.0
-tolerance = 0.01
-tolerance_m_s2_peak = 0.2
-
+#: A task of every other kind, as short as its analysis allows; numbers are multiples of a unit.
+OTHERS = """
 [[tasks]]
 protocol = "matching"
-step_m_s2_peak = 0.5
-nearest_start_m_s2_peak = 1.0
-furthest_start_m_s2_peak = 3.0
-lowest_m_s2_peak = 0.0
-highest_m_s2_peak = 30.0
+repetitions = 1
+practice = 0
+catch_trials = 1
+step_{suffix} = {1}
+nearest_start_{suffix} = {10}
+furthest_start_{suffix} = {20}
+lowest_{suffix} = {0}
+highest_{suffix} = {150}
 
 [[tasks]]
-protocol = "magnitude_estimation"
+protocol = "difference_threshold"
+practice = 0
+catch_trials = 1
+standard_{suffix} = {60}
+start_{suffix} = {20}
+lowest_{suffix} = {1}
+highest_{suffix} = {60}
+steps_up = [0.2]
+tracks = 1
+most_trials = 12
+
+[[tasks]]
+protocol = "constant_stimuli"
+practice = 0
+catch_trials = 0
+standard_{suffix} = {60}
+comparisons_{suffix} = [{30}, {50}, {70}, {90}]
+question = "yes_no"
+repetitions = 4
+
+[[tasks]]
+protocol = "magnitude_production"
+practice = 0
+standard_{suffix} = {60}
+modulus = 10.0
+numbers = [8.0, 14.0]
+repetitions = 1
+step_{suffix} = {5}
+lowest_{suffix} = {5}
+highest_{suffix} = {150}
+catch_trials = 1
+
+[[tasks]]
+protocol = "ratio_to_standard"
+practice = 0
+standard_{suffix} = {60}
+repetitions = 1
+catch_trials = 1
+
+[[tasks]]
+protocol = "visual_analogue_scale"
+practice = 0
+repetitions = 2
+catch_trials = 1
+
+[[tasks]]
+protocol = "paired_comparison"
+practice = 0
+repetitions = 2
+catch_trials = 0
 """
+
+
+def of_every_kind(head, suffix, unit):
+    """Return a study with every kind of task, whose levels are multiples of ``unit``."""
+    tasks = OTHERS.replace("{suffix}", suffix)
+    return head + re.sub(r"\{(\d+)\}", lambda found: f"{int(found[1]) * unit:g}", tasks)
+
+
+EVERY_KIND = {
+    "volts": of_every_kind(VOLTS.replace("[0.0, 40.0, 120.0]", "[40.0, 80.0, 120.0]"), "v_peak", 1),
+    "accelerations": of_every_kind(
+        VOLTS.replace("voltages_v_peak = [0.0, 40.0, 120.0]", "accelerations_m_s2_rms = [4, 8, 12]")
+        .replace('"voltage"\nunit = "V"', '"acceleration"\nunit = "m/s²"')
+        .replace('"peak"', '"RMS"\njudged = "intensity"')
+        .replace("voltage_v_peak = 170.0", "acceleration_m_s2_rms = 17.0")
+        .replace("tolerance_v_peak = 0.5", "tolerance_m_s2_rms = 0.05"),
+        "m_s2_rms",
+        0.1,
+    ),
+}
 FOREIGN = re.compile("µm|um_pp|mplitude")
 
 
-@pytest.fixture(params=[VOLTS, ACCELERATIONS], ids=["volts", "accelerations"])
-def study_file(request, tmp_path):
-    path = tmp_path / "study.toml"
-    path.write_text(request.param, "utf-8")
-    return path
-
-
-def test_a_pilot_and_its_report_are_in_the_studys_unit_alone(study_file, tmp_path, capsys):
+@pytest.mark.usefixtures("without_models")
+@pytest.mark.parametrize("study", EVERY_KIND.values(), ids=EVERY_KIND)
+def test_every_kind_of_task_is_written_in_the_studys_quantity_alone(study, tmp_path, capsys):
+    (tmp_path / "study.toml").write_text(study, "utf-8")
     out = tmp_path / "out"
-    assert commands.main(["pilot", str(study_file), "--seed", "3", "--out", str(out)]) == 0
+    pilot = ["pilot", str(tmp_path / "study.toml"), "--participants", "3", "--out", str(out)]
+    assert commands.main(pilot) == 0
+    analysis = analyse(load(out))
+    for form in ("scripts", "methods"):
+        FORMS[form](analysis, out / "derivatives" / "slipscale" / "report.html")
     told = capsys.readouterr()
     assert not FOREIGN.search(told.out + told.err)
     texts = {
         path: path.read_text("utf-8")
         for path in out.rglob("*")
-        if path.suffix in {".tsv", ".json", ".jsonl", ".csv", ".html", ".svg", ".md", ".toml", ""}
-        and path.is_file()
+        if path.is_file() and path.suffix != ".png"
     }
-    assert len(texts) > 20
-    assert {
-        str(p.name): FOREIGN.findall(text) for p, text in texts.items() if FOREIGN.search(text)
-    } == {}
-    report = texts[out / "derivatives" / "slipscale" / "report.html"]
-    assert "voltage" in report or "acceleration" in report
+    assert {path.name: FOREIGN.findall(text) for path, text in texts.items()} == {
+        path.name: [] for path in texts
+    }
+    found = json.loads(texts[out / "derivatives" / "slipscale" / "inference.json"])
+    kinds = ("difference", "thresholds", "scales", "matching", "ratings", "ratios", "productions")
+    assert [kind for kind in kinds if not isinstance(found[kind], list | dict)] == []
+    assert [kind for kind in kinds if "reason" in found[kind]] == []
 
 
 def test_a_resumed_run_and_the_tables_of_its_journal_have_the_same_levels(tmp_path):
@@ -113,8 +174,8 @@ def test_a_resumed_run_and_the_tables_of_its_journal_have_the_same_levels(tmp_pa
         ("voltages_v_peak", "amplitudes_um_pp", "amplitudes_um_pp: unknown key"),
         ("voltages_v_peak", "levels", "levels: unknown key"),
         ("voltages_v_peak", "voltages_v_peek", r"did you mean 'voltages_v_peak'"),
-        ("120.0]", "140.0]", "140.0 is beyond the plate's 130.0 V peak"),
-        ("voltage_v_peak = 130.0\n", "", "plate.voltage_v_peak: is missing; its default is in µm"),
+        ("120.0]", "180.0]", "180.0 is beyond the plate's 170.0 V peak"),
+        ("voltage_v_peak = 170.0\n", "", "plate.voltage_v_peak: is missing; its default is in µm"),
         (
             'protocol = "magnitude_estimation"',
             'protocol = "difference_threshold"\nstandard_v_peak = 40.0',

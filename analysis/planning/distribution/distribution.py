@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from slipscale.analysis.planning.distribution.many_studies import ManyStudies, StudyResult
+    from slipscale.stimuli.quantity import Quantity
 
 PERCENTILES = (5, 50, 95)
 
@@ -71,6 +72,8 @@ class Distribution:
     ----------
     study, title : str
         The study's name and title.
+    quantity : Quantity
+        What its levels are in.
     participants : int
         Participants per study.
     population : str
@@ -89,6 +92,7 @@ class Distribution:
 
     study: str
     title: str
+    quantity: Quantity
     participants: int
     population: str
     seed: int
@@ -122,7 +126,7 @@ class Distribution:
     @property
     def headlines(self) -> list[tuple[Spread, str]]:
         """The numbers to show first, with descriptions."""
-        known = [(said(spread.name, HEADLINES), spread) for spread in self.numbers]
+        known = [(said(spread.name, HEADLINES, self.quantity), spread) for spread in self.numbers]
         known.sort(key=lambda each: each[0][0])
         return [
             (spread, words)
@@ -156,7 +160,7 @@ def distribution(studies: ManyStudies, found: Sequence[StudyResult]) -> Distribu
     conclusions = dict.fromkeys(name for each in found for name in each.found.conclusions)
     concluded = [
         (
-            said(name, CONCLUSIONS),
+            said(name, CONCLUSIONS, plan.study.quantity),
             name,
             sum(each.found.conclusions.get(name, False) for each in found),
         )
@@ -166,6 +170,7 @@ def distribution(studies: ManyStudies, found: Sequence[StudyResult]) -> Distribu
     return Distribution(
         study=plan.study.name,
         title=plan.study.title,
+        quantity=plan.study.quantity,
         participants=studies.people,
         population=studies.population.name,
         seed=plan.seed,

@@ -46,8 +46,8 @@ def cells_figure(found: Distribution) -> Figure:
         _paper(axes, found, statistic)
         axes.set_title(title)
         axes.set_ylim(bottom=0)
-        amplitude_axis(axes, amplitudes)
-        axes.set_xlabel("Amplitude (µm p-p)")
+        amplitude_axis(axes, amplitudes, found.quantity)
+        axes.set_xlabel(f"{found.quantity.title} ({found.quantity.unit_in_short})")
     panels[0].set_ylabel("Normalised estimate")
     return figure
 
@@ -87,7 +87,7 @@ def curves_figure(found: Distribution) -> Figure:
         _paper(axes, found, "mean")
         axes.plot([], [], linestyle="none", marker="D", markerfacecolor="none",
                   markeredgecolor=VERMILION, label="mean in the paper")  # fmt: skip
-    amplitude_axis(axes, amplitudes)
+    amplitude_axis(axes, amplitudes, found.quantity)
     axes.set_ylabel("Mean normalised estimate")
     axes.set_ylim(bottom=0)
     axes.legend(loc="upper left")

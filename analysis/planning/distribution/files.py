@@ -87,21 +87,23 @@ def write_distribution(folder: Path, found: Distribution) -> Path:
 
 def _tables(found: Distribution) -> dict[str, pd.DataFrame]:
     """Return the tables by file name: spreads, proportions, and every study's own numbers."""
+    named = found.quantity.key
     return {
         "numbers": pd.DataFrame(
-            [(s.name, s.studies, s.median, s.p5, s.p95) for s in found.numbers],
+            [(named(s.name), s.studies, s.median, s.p5, s.p95) for s in found.numbers],
             columns=["number", "studies", "median", "p5", "p95"],
         ),
         "conclusions": pd.DataFrame(
             [
-                (c.name, c.words, c.share.value, c.share.low, c.share.high, c.share.studies)
+                (named(c.name), c.words, c.share.value, c.share.low, c.share.high, c.share.studies)
                 for c in found.conclusions
             ],
             columns=["conclusion", "words", "share", "low", "high", "studies"],
         ),
         "studies": pd.DataFrame(
             [
-                {"study": e.number, "seed": e.seed, "refused": e.refused, **e.found.numbers}
+                {"study": e.number, "seed": e.seed, "refused": e.refused}
+                | {named(name): value for name, value in e.found.numbers.items()}
                 for e in found.results
             ]
         ),
@@ -110,6 +112,7 @@ def _tables(found: Distribution) -> dict[str, pd.DataFrame]:
 
 def _record(found: Distribution) -> dict[str, object]:
     """Return the content of distribution.json."""
+    named = found.quantity.key
     return {
         "study": found.study,
         "participants": found.participants,
@@ -119,11 +122,11 @@ def _record(found: Distribution) -> dict[str, object]:
         "full_sessions": bool(found.sessions),
         "refused": found.refused,
         "numbers": {
-            s.name: {"studies": s.studies, "median": s.median, "p5": s.p5, "p95": s.p95}
+            named(s.name): {"studies": s.studies, "median": s.median, "p5": s.p5, "p95": s.p95}
             for s in found.numbers
         },
         "conclusions": {
-            c.name: {"words": c.words, "share": c.share.value, "low": c.share.low,
+            named(c.name): {"words": c.words, "share": c.share.value, "low": c.share.low,
                      "high": c.share.high}
             for c in found.conclusions
         },
@@ -160,8 +163,8 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
             _cells(found),
             html.figure(
                 svg(figures["fig15"], salt="fig15"),
-                f"Means against amplitude, of the first {CURVES} studies at most.",
-                "Curves of mean estimates that rise with amplitude, one per study",
+                f"Means against {found.quantity.level}, of the first {CURVES} studies at most.",
+                f"Curves of mean estimates that rise with {found.quantity.level}, one per study",
             ),
         ]
     other = html.ReportSection("Other results")
@@ -175,13 +178,13 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
             )
         )
         other.blocks.append(_spreads([(w, *values(s)) for s, w in found.headlines], "Chief"))
-    rows = [(s.name, *values(s)) for s in found.numbers if s.varies]
+    rows = [(found.quantity.key(s.name), *values(s)) for s in found.numbers if s.varies]
     other.blocks.append(html.details(f"All {len(rows)} numbers", [_spreads(rows, "All")]))
     return [s for s in (table, _conclusions(found), other) if s.blocks]
 
 
 def _cells(found: Distribution) -> Markup:
-    columns = [html.TableColumn(title="Amplitude", unit="µm p-p")]
+    columns = [html.TableColumn(title=found.quantity.title, unit=found.quantity.unit_in_short)]
     columns += [
         html.TableColumn(title=title, unit="median (5 to 95 %)") for title in STATISTICS.values()
     ]

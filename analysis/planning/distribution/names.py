@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 
 from slipscale.analysis.tasks.table import STATISTICS
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 #: Conclusion's name -> description, in order of display.
 CONCLUSIONS = {
@@ -19,15 +20,13 @@ HEADLINES = {
 }
 
 
-def said(name: str, table: dict[str, str]) -> tuple[int, str]:
+def said(name: str, table: dict[str, str], quantity: Quantity = PLATE_AMPLITUDE) -> tuple[int, str]:
     """Return a name's position in a table and its description.
-
-    An unknown name comes last and is its own description.
 
     >>> said("pairwise.0 - 0.5.p_holm", CONCLUSIONS)[1]
     '0 and 0.5 µm differ (paired t of logarithms, Holm)'
     """
     for place, (pattern, words) in enumerate(table.items()):
         if match := re.fullmatch(pattern, name):
-            return place, words.format(*match.groups())
+            return place, words.format(*match.groups(), q=quantity)
     return len(table), name

@@ -79,7 +79,7 @@ def print_distribution(found: Distribution, console: Console | None = None) -> N
     head = {"title_justify": "left", "title_style": "bold", "box": box.SIMPLE_HEAD}
     if found.amplitudes_um_pp:
         cells = Table(title="Table III: median (5 to 95 % of the studies)", **head)  # type: ignore[arg-type]
-        cells.add_column("amplitude\nµm p-p", justify="right")
+        cells.add_column(f"{found.quantity.name}\n{found.quantity.unit_in_short}", justify="right")
         for title in STATISTICS.values():
             cells.add_column(title.lower(), justify="right", no_wrap=True)
         for amplitude in found.amplitudes_um_pp:

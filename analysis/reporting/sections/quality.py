@@ -138,7 +138,8 @@ def _of(row: Row, part: str, whole: str) -> str:
 
 
 def _headed(column: TableColumn, quantity: Quantity) -> TableColumn:
-    return replace(column, unit=column.unit.format(q=quantity).strip())
+    unit = column.unit.format(q=quantity).strip()
+    return replace(column, title=column.title.format(q=quantity), unit=unit)
 
 
 def _estimate(value: float) -> str:

@@ -18,9 +18,11 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
     from slipscale.analysis.statistics.statistic import Statistic
     from slipscale.analysis.tasks.kind import Analysis
+    from slipscale.stimuli.quantity import Quantity
 
 T = TypeVar("T")
-TaskBlocks: TypeAlias = "Callable[[T, Mapping[str, str], float], list[Markup]]"
+TaskBlocks: TypeAlias = "Callable[[T, Mapping[str, str], float, Quantity], list[Markup]]"
+TaskTexts: TypeAlias = "Callable[[T, float, Quantity], list[str]]"
 
 
 def of_one_statistic(
@@ -31,15 +33,17 @@ def of_one_statistic(
     question: str,
     what: str,
     title: str,
-    answers: Callable[[T, float], list[str]],
-    sentences: Callable[[T, float], list[str]],
+    answers: TaskTexts[T],
+    sentences: TaskTexts[T],
     heading: str = "",
     blocks: TaskBlocks[T],
-    figures: Callable[[T, pd.DataFrame], Mapping[str, Figure]],
+    figures: Callable[[T, pd.DataFrame, Quantity], Mapping[str, Figure]],
     table: Callable[[T], pd.DataFrame],
     **others: Any,
 ) -> TaskAnalysis:
     """Return the declaration of a kind whose texts and figures follow from one result.
+
+    Every callable is also given the quantity of the levels; texts have places for it.
 
     Parameters
     ----------
@@ -54,7 +58,7 @@ def of_one_statistic(
     figures : callable
         Returns figures by file name from the result and the trials.
     table : callable
-        Returns the CSV table of the result.
+        Returns the CSV table of the result, under the names of a file in µm.
     others
         Further fields of `TaskAnalysis`.
     """
@@ -63,31 +67,38 @@ def of_one_statistic(
         rows = len(analysis.dataset.of(trials))
         return [f"{counted(rows, 'trial', 'trials')} of {what}"] if rows else []
 
-    def written(analysis: Analysis, write: Callable[[T, float], list[str]]) -> list[str]:
-        found = analysis.inference.found(statistic)
-        return [] if found is None else write(found, analysis.dataset.choices.confidence)
+    def written(analysis: Analysis, write: TaskTexts[T]) -> list[str]:
+        found, data = analysis.inference.found(statistic), analysis.dataset
+        return [] if found is None else write(found, data.choices.confidence, data.quantity)
+
+    def asked(_found: T, _level: float, quantity: Quantity) -> list[str]:
+        return [question.format(q=quantity)]
 
     def drawn(analysis: Analysis) -> Mapping[str, Figure]:
-        found = analysis.inference.found(statistic)
-        return {} if found is None else figures(found, analysis.dataset.of(trials))
+        found, data = analysis.inference.found(statistic), analysis.dataset
+        return {} if found is None else figures(found, data.of(trials), data.quantity)
 
     def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
         found = analysis.inference.found(statistic)
-        return {} if found is None else {name: table(found)}
+        named = analysis.dataset.quantity.columns
+        return {} if found is None else {name: named(table(found))}
 
     def section(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         closed = analysis.prepared is not None  # magnitude estimates come first in the report
-        written = ReportSection(heading or title, shown="closed" if closed else "open")
-        found = analysis.inference.found(statistic)
+        found, data = analysis.inference.found(statistic), analysis.dataset
+        head = (heading or title).format(q=data.quantity)
+        written = ReportSection(head, shown="closed" if closed else "open")
         if found is not None:
-            written.blocks += blocks(found, svgs, 100 * analysis.dataset.choices.confidence)
+            written.blocks += blocks(found, svgs, 100 * data.choices.confidence, data.quantity)
         return written
 
     return TaskAnalysis(
         name=name,
         trials=trials,
         statistics=(statistic,),
-        questions=lambda analysis: written(analysis, lambda _found, _level: [question]),
+        questions=lambda analysis: written(
+            analysis, lambda _found, _level, q: [question.format(q=q)]
+        ),
         design=design,
         answers=lambda analysis: written(analysis, answers),
         sentences=lambda analysis: {title: written(analysis, sentences)},

@@ -38,11 +38,15 @@ def logarithms(values: pd.Series[float]) -> pd.Series[float]:
 def mean_by_session(
     trials: TaskTrials, what: str, unit: str, value: Callable[[pd.DataFrame], pd.Series[float]]
 ) -> Callable[[Dataset, Prepared | None], Iterator[SessionTable]]:
-    """Return a function that yields the mean of a value over all main trials, task by task."""
+    """Return what yields the mean of a value of every main trial, task by task.
+
+    ``what`` and ``unit`` have places for the quantity.
+    """
 
     def tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
         for task, rows in by_task(data.of(trials)):
             main = rows[~rows["catch"]] if "catch" in rows else rows
-            yield f"{task}, {what}", unit, by_session(main.assign(value=value(main)))
+            name = f"{task}, {what.format(q=data.quantity)}"
+            yield name, unit.format(q=data.quantity), by_session(main.assign(value=value(main)))
 
     return tables

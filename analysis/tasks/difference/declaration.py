@@ -32,8 +32,8 @@ def _questions(analysis: Analysis) -> list[str]:
         return []
     quantity = analysis.dataset.quantity
     return [
-        "Do participants feel a step down in amplitude, and what do they say of it?"
-        if quantity.of_plate
+        f"Do participants feel a step down in {quantity.name}, and what do they say of it?"
+        if quantity.stepped
         else f"How does “{quantity.yes}” depend on {quantity.name}?"
     ]
 

@@ -64,9 +64,9 @@ def difference(
     top, bottom = figure.subplots(2, 1, height_ratios=[upper, LOWER])
     _each_step(top, found, confidence, quantity)
     top.set_title(f"Each {quantity.yes_no.each}")
-    _against_size(bottom, found.psychometric, steps.assign(size=sizes), confidence, quantity.yes)
+    _against_size(bottom, found.psychometric, steps.assign(size=sizes), confidence, quantity)
     bottom.set_title(f"Against {quantity.yes_no.size}")
-    if not quantity.of_plate:
+    if not quantity.stepped:
         above = ": above the reference" if steps["amplitude_um_pp"].any() else ""
         bottom.set_xlabel(f"{quantity.axis}{above}")
         bottom.set_ylabel(f"“{capitalised(quantity.yes)}”")
@@ -77,7 +77,7 @@ def difference(
 
 def step_label(step: StepAnswers, quantity: Quantity) -> str:
     """Return "2.3 → 1.2 µm"; for another quantity the stimulus, and its reference if any."""
-    if quantity.of_plate:
+    if quantity.stepped:
         return f"{step.from_um_pp:g} → {quantity.value(step.to_um_pp)}"
     stimulus = quantity.value(step.from_um_pp)
     return f"{stimulus} against {step.to_um_pp:g}" if step.to_um_pp else stimulus
@@ -91,7 +91,7 @@ def _each_step(
         (step.yes, step.n, step.interval, BLUE, "o") for step in found.steps
     ]
     if found.catch.interval is not None:
-        labels.append("catch: no change" if quantity.of_plate else "catch: at the reference")
+        labels.append("catch: no change" if quantity.stepped else "catch: at the reference")
         rows.append((found.catch.yes, found.catch.n, found.catch.interval, VERMILION, "s"))
     for place, (yes, n, (low, high), colour, marker) in enumerate(rows):
         share = yes / n
@@ -122,7 +122,7 @@ def _each_step(
     axes.xaxis.set_major_formatter(PercentFormatter(1.0))
     axes.grid(visible=True, axis="x")
     axes.grid(visible=False, axis="y")
-    asked = "“Yes, I feel a difference”" if quantity.of_plate else f"“{capitalised(quantity.yes)}”"
+    asked = "“Yes, I feel a difference”" if quantity.stepped else f"“{capitalised(quantity.yes)}”"
     axes.set_xlabel(f"{asked} ({100 * confidence:g} % intervals)")
 
 
@@ -131,7 +131,7 @@ def _against_size(
     fit: PsychometricCurve | NotComputed,
     steps: pd.DataFrame,
     confidence: float,
-    word: str,
+    quantity: Quantity,
 ) -> None:
     level = f"{100 * confidence:g} %"
     sizes = np.unique(steps["size"])
@@ -155,7 +155,7 @@ def _against_size(
                 markersize=9,
                 capsize=3,
                 zorder=3,
-                label=f"half “{word}”, {level} interval",
+                label=f"half “{quantity.yes}”, {level} interval",
             )
     if 1 < steps[PARTICIPANT].nunique() <= LINES_AT_MOST:
         _participants(axes, steps)
@@ -182,7 +182,7 @@ def _against_size(
     axes.set_ylim(-0.09, 1.11)
     axes.set_yticks(np.linspace(0, 1, 6))
     axes.yaxis.set_major_formatter(PercentFormatter(1.0))
-    axes.set_xlabel("Amplitude removed (µm, peak to peak)")
+    axes.set_xlabel(quantity.headed(f"{quantity.title} removed"))
     axes.set_ylabel("“Yes, I feel a difference”")
 
 

@@ -61,7 +61,7 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             + f", no change {found.catch.yes} of {found.catch.n}",
         )
     )
-    if not quantity.of_plate:
+    if not quantity.stepped:
         # Participants were not asked about the removed amplitude.
         if (analysis.dataset.differences["amplitude_um_pp"] > 0).any():
             section.blocks.append(

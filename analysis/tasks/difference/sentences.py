@@ -15,7 +15,7 @@ from slipscale.analysis.writing.numbers import (
     p_value,
     reliable,
 )
-from slipscale.stimuli.quantity import capitalised
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, capitalised
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
         Finding,
         SignalDetection,
     )
-    from slipscale.stimuli.quantity import Quantity
 
 
 def _measured(
@@ -40,7 +39,7 @@ def _measured(
             "per unit",
             "a Weber fraction of {}".format,
         )
-    removed = f"{quantity.per} removed" if quantity.of_plate else quantity.per
+    removed = f"{quantity.per} removed" if quantity.stepped else quantity.per
     return quantity.yes_no.size, removed, quantity.value
 
 
@@ -91,30 +90,32 @@ def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]
     return [text]
 
 
-def finding(found: Finding) -> str:
-    """Return the paper's finding: how many felt a difference, and reported less slipperiness."""
-    n = found.n
+def finding(found: Finding, quantity: Quantity) -> str:
+    """Return the paper's finding: who felt a difference, and who said it was less slippery.
+
+    The code book is of slipperiness: where something else was judged, the second is left out.
+    """
+    n, fell = found.n, f"when the {quantity.name} fell"
+    coded = quantity.judged == PLATE_AMPLITUDE.judged
     if n == 1:
         felt = "a difference" if found.felt_a_difference else "no difference"
         said = "said" if found.said_less_slippery else "did not say"
-        return (
-            f"The one participant felt {felt} when the amplitude fell, and {said} that the surface "
-            "became less slippery."
-        )
+        less = f", and {said} that the surface became less slippery" if coded else ""
+        return f"The one participant felt {felt} {fell}{less}."
     everyone = f"All {n}" if found.all_felt_a_difference else f"{found.felt_a_difference} of {n}"
     said = f"all {n}" if found.all_said_less_slippery else f"{found.said_less_slippery} of {n}"
+    less = f", and {said} said that the surface became less slippery" if coded else ""
     return (
-        f"{everyone} participants felt a difference when the amplitude fell "
-        f"({found.felt_every_change} of {n} at every step), and {said} said that the surface "
-        "became less slippery."
+        f"{everyone} participants felt a difference {fell} "
+        f"({found.felt_every_change} of {n} at every step){less}."
     )
 
 
 def answer(found: DescendingDifference, confidence: float, quantity: Quantity) -> list[str]:
     """Return the answer to the task's question; for a plate, the paper's finding."""
-    if not quantity.of_plate:
+    if not quantity.stepped:
         return [psychometric(found.psychometric, confidence, quantity)]
-    return [finding(found.finding)] if found.finding.n else []
+    return [finding(found.finding, quantity)] if found.finding.n else []
 
 
 def difference_sentences(
@@ -124,7 +125,7 @@ def difference_sentences(
     if not found:
         return []
     texts = answer(found, confidence, quantity)
-    if quantity.of_plate:
+    if quantity.stepped:
         texts.append(psychometric(found.psychometric, confidence, quantity))
         if found.weber:
             texts.append(psychometric(found.weber, confidence, quantity))

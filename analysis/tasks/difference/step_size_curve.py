@@ -106,11 +106,11 @@ def psychometric(
         What was presented. A Weber fraction is relative to the plate's amplitude before the step,
         or, for another quantity, to the stimulus' reference.
     """
-    base = "amplitude_before_um_pp" if quantity.of_plate else "amplitude_um_pp"
+    base = "amplitude_before_um_pp" if quantity.stepped else "amplitude_um_pp"
     if measure == "weber_fraction":
         steps = steps[steps[base] > 0]
     if not len(steps):
-        begins = "step begins at" if quantity.of_plate else "reference is"
+        begins = "step begins at" if quantity.stepped else "reference is"
         return NotComputed(f"every {begins} 0: there is no {quantity.name} to be a fraction of")
     removed = (steps["amplitude_before_um_pp"] - steps["amplitude_um_pp"]).to_numpy(float)
     if measure == "weber_fraction":
@@ -167,7 +167,7 @@ def separated(
     if not len(yes) or not len(no):
         return f"every answer is {'yes' if len(yes) else 'no'}: nothing for a curve to rise between"
     if np.ptp(removed) == 0:
-        return f"one {'size of step' if quantity.of_plate else 'level'}: a curve needs two"
+        return f"one {'size of step' if quantity.stepped else 'level'}: a curve needs two"
     if no.max() <= yes.min() or yes.max() <= no.min():
         return (
             f"complete separation: {quantity.yes_no.size} tells every yes from every no, so that "

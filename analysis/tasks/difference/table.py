@@ -27,7 +27,7 @@ def answers_table(analysis: Analysis) -> pd.DataFrame:
     rows = analysis.dataset.differences
     kept = [name for name in ANSWERS if name in rows and not _empty(rows[name])]
     table = rows[kept].astype({"difference_felt": int})
-    if not analysis.dataset.quantity.of_plate:
+    if not analysis.dataset.quantity.stepped:
         return table.rename(
             columns={
                 "amplitude_before_um_pp": "amplitude_um_pp",

@@ -89,19 +89,19 @@ def _bayesian(inputs: Inputs) -> BayesianGrowth | NotComputed:
 FRIEDMAN: Statistic[omnibus.Friedman] = Statistic(
     key="friedman",
     title="Friedman",
-    meaning="Friedman's test of ranks over amplitudes",
+    meaning="Friedman's test of ranks over {q.levels}",
     compute=of_estimates(omnibus.friedman),
     families=(
         Family(name="{q.levels}, Friedman's test", primary="ranks", read=lambda found: [found.p]),
     ),
     sentences=(Sentence(write=write.friedman, primary="ranks"),),
-    conclusions={"p": "amplitudes differ (Friedman's test)"},
+    conclusions={"p": "{q.levels} differ (Friedman's test)"},
     headlines={"kendalls_w": "Kendall's W"},
 )
 RM_ANOVA: Statistic[omnibus.RmAnova] = Statistic(
     key="rm_anova",
     title="Repeated-measures ANOVA, log estimates",
-    meaning="repeated-measures ANOVA of log estimates over amplitudes",
+    meaning="repeated-measures ANOVA of log estimates over {q.levels}",
     compute=of_estimates(omnibus.rm_anova),
     families=(
         Family(
@@ -114,12 +114,12 @@ RM_ANOVA: Statistic[omnibus.RmAnova] = Statistic(
     methods="Log estimates were compared between {q.levels} by a repeated-measures analysis "
     "of variance with Greenhouse and Geisser's correction [[greenhouse1959]]; its effect size is "
     "generalised eta squared [[olejnik2003]].",
-    conclusions={"p_gg": "amplitudes differ (repeated-measures ANOVA of logarithms)"},
+    conclusions={"p_gg": "{q.levels} differ (repeated-measures ANOVA of logarithms)"},
 )
 PAIRWISE: Statistic[Pairs] = Statistic(
     key="pairwise",
     title="Pairwise comparisons",
-    meaning="each pair of amplitudes: Wilcoxon's test, paired t, equivalence, Bayes factor",
+    meaning="each pair of {q.levels}: Wilcoxon's test, paired t, equivalence, Bayes factor",
     compute=of_estimates(pairwise),
     families=(
         Family(
@@ -149,9 +149,9 @@ PAIRWISE: Statistic[Pairs] = Statistic(
     "of geometric means [[schuirmann1987]], with bounds of {bounds}, and by a Bayes factor with a "
     "Cauchy prior of scale 0.707 [[rouder2009]].",
     conclusions={
-        r"(.+) - (.+)\.p_wilcoxon_holm": "{0} and {1} µm differ (Wilcoxon's test, Holm)",
-        r"(.+) - (.+)\.p_holm": "{0} and {1} µm differ (paired t of logarithms, Holm)",
-        r"(.+) - (.+)\.equivalence_p_holm": "{0} and {1} µm are equivalent (two one-sided "
+        r"(.+) - (.+)\.p_wilcoxon_holm": "{0} and {1} {q.unit} differ (Wilcoxon's test, Holm)",
+        r"(.+) - (.+)\.p_holm": "{0} and {1} {q.unit} differ (paired t of logarithms, Holm)",
+        r"(.+) - (.+)\.equivalence_p_holm": "{0} and {1} {q.unit} are equivalent (two one-sided "
         "tests, Holm)",
     },
 )
@@ -163,12 +163,12 @@ PAGE_TREND: Statistic[omnibus.PageTrend] = Statistic(
     families=(Family(name="ordered trend, Page's test", read=lambda found: [found.p]),),
     sentences=(Sentence(write=write.page_trend),),
     methods="An ordered trend was tested by Page's test [[page1963]].",
-    conclusions={"p": "estimates rise with amplitude (Page's test)"},
+    conclusions={"p": "estimates rise with {q.level} (Page's test)"},
 )
 LINEAR_TREND: Statistic[omnibus.LinearTrend] = Statistic(
     key="linear_trend",
     title="Linear trend, log estimates",
-    meaning="linear trend of log estimates with amplitude",
+    meaning="linear trend of log estimates with {q.level}",
     compute=of_estimates(omnibus.linear_trend),
     parts=lambda found: {"Linear trend, log estimates": found.log_slope_per_um_pp},
     families=(
@@ -190,7 +190,7 @@ POWER_LAW: Statistic[PowerLaw] = Statistic(
 MIXED_MODEL: Statistic[MixedModel] = Statistic(
     key="mixed_model",
     title="Mixed model",
-    meaning="mixed model of log estimates on log amplitude",
+    meaning="mixed model of log estimates on log {q.level}",
     compute=of_estimates(mixed_model),
     sentences=(Sentence(write=write.mixed_model),),
     methods="A linear mixed model of log estimates on log {q.name}, with a random intercept and "

@@ -11,7 +11,9 @@ ANALYSIS = TaskAnalysis(
     statistics=(EXPONENT_AND_WEBER,),
     sentences=lambda analysis: {
         "Exponent and Weber fraction": sentences.sentences(
-            analysis.inference.found(EXPONENT_AND_WEBER) or (), analysis.dataset.choices.confidence
+            analysis.inference.found(EXPONENT_AND_WEBER) or (),
+            analysis.dataset.choices.confidence,
+            analysis.dataset.quantity,
         )
     },
     sections=(section.exponent_and_weber,),

@@ -28,10 +28,10 @@ def exponent_and_weber(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSec
         ):
             section.blocks.append(html.paragraph(f"Not compared: {found.reason}.", "note"))
         return section
-    confidence = analysis.dataset.choices.confidence
+    confidence, quantity = analysis.dataset.choices.confidence, analysis.dataset.quantity
     for one in found:
         section.blocks.append(
-            html.paragraph(apa_exponent_and_weber.sentence(one, confidence), "sentence")
+            html.paragraph(apa_exponent_and_weber.sentence(one, confidence, quantity), "sentence")
         )
         if (svg := svgs.get(f"exponent_and_weber_{one.task}")) is not None:
             section.blocks.append(
@@ -47,7 +47,7 @@ def exponent_and_weber(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSec
     section.blocks.append(
         html.paragraph(
             "The law is of a whole sense and its just noticeable differences; the exponent is of "
-            "the amplitudes rated here, and falls where these span a wide range.",
+            f"the {quantity.levels} rated here, and falls where these span a wide range.",
             "note",
         )
     )

@@ -10,6 +10,7 @@ from slipscale.analysis.writing.numbers import bracketed, counted, level_of, uni
 if TYPE_CHECKING:
     from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate
     from slipscale.analysis.tasks.exponent_and_weber.statistics import ExponentAndWeber
+    from slipscale.stimuli.quantity import Quantity
 
 #: Text of each verdict, after "The exponent".
 VERDICTS = {
@@ -20,12 +21,14 @@ VERDICTS = {
 }
 
 
-def sentences(found: tuple[ExponentAndWeber, ...], confidence: float) -> list[str]:
+def sentences(
+    found: tuple[ExponentAndWeber, ...], confidence: float, quantity: Quantity
+) -> list[str]:
     """Return one paragraph per task."""
-    return [sentence(one, confidence) for one in found]
+    return [sentence(one, confidence, quantity) for one in found]
 
 
-def sentence(one: ExponentAndWeber, confidence: float) -> str:
+def sentence(one: ExponentAndWeber, confidence: float, quantity: Quantity) -> str:
     """Return the measured and expected values, and whether they agree."""
     level = level_of(confidence)
     low, high = PUBLISHED
@@ -34,9 +37,10 @@ def sentence(one: ExponentAndWeber, confidence: float) -> str:
     expected = one.expected_exponent
     text = (
         f"{people} both: exponent {one.exponent.value:.2f}, {level} CI "
-        f"{bracketed(one.exponent.interval)}; Weber fraction at {one.standard_um_pp:g} µm "
-        f"({one.task}) {weber}. By Ekman's law with {unit_number(EKMAN, 2)} (Teghtsoonian, 1971) "
-        f"that Weber fraction goes with an exponent of {expected.value:.2f}, CI "
+        f"{bracketed(one.exponent.interval)}; Weber fraction at "
+        f"{quantity.value(one.standard_um_pp)} ({one.task}) {weber}. By Ekman's law with "
+        f"{unit_number(EKMAN, 2)} (Teghtsoonian, 1971) that Weber fraction goes with an "
+        f"exponent of {expected.value:.2f}, CI "
         f"{bracketed(expected.interval)}. Here a just noticeable difference is "
         f"{unit_number(one.ekman_fraction.value, 3)} of the sensation, CI "
         f"{_bracketed(one.ekman_fraction)} (published: {unit_number(low, 3)} to "
@@ -44,7 +48,9 @@ def sentence(one: ExponentAndWeber, confidence: float) -> str:
     )
     if one.grows:
         return text
-    return f"{text} Its interval holds 0: that sensation grows with the amplitude is not shown."
+    return (
+        f"{text} Its interval holds 0: that sensation grows with the {quantity.level} is not shown."
+    )
 
 
 def _bracketed(found: Estimate) -> str:

@@ -141,6 +141,8 @@ def _task(
     if not (exponent and whole and log_ekman):
         return missing([exponent, whole, log_ekman])[0]
     fraction = np.array([whole.value, *whole.interval])
+    with np.errstate(divide="ignore"):  # a fraction of 0 allows any exponent, however large
+        expected = np.log1p(EKMAN) / np.log1p(fraction)
     ekman = np.expm1([log_ekman.mean, *log_ekman.interval])
     return ExponentAndWeber(
         task=task.task,
@@ -149,7 +151,7 @@ def _task(
         exponent=estimate(np.array([exponent.mean, *exponent.interval]), confidence),
         weber_fraction=whole,
         # A larger Weber fraction corresponds to a smaller exponent.
-        expected_exponent=estimate(np.log1p(EKMAN) / np.log1p(fraction[[0, 2, 1]]), confidence),
+        expected_exponent=estimate(expected[[0, 2, 1]], confidence),
         ekman_fraction=estimate(ekman, confidence),
         verdict=_verdict(float(ekman[1]), float(ekman[2])),
         grows=exponent.interval.low > 0,

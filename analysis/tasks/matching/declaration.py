@@ -12,15 +12,15 @@ ANALYSIS = of_one_statistic(
     "matching",
     TRIALS,
     MATCHING,
-    question="Which amplitude feels the same as a reference?",
+    question="Which {q.level} feels the same as a reference?",
     what="matching",
     title="Matching",
     answers=sentences.matching_sentences,
     sentences=sentences.matching_sentences,
     blocks=section.blocks,
-    figures=lambda found, trials: {
+    figures=lambda found, trials, q: {
         f"matching_{task}": figures.matches(
-            [each for each in found if each.task == task], trials[trials["task"] == task]
+            [each for each in found if each.task == task], trials[trials["task"] == task], q
         )
         for task in sorted({each.task for each in found})
     },
@@ -28,7 +28,7 @@ ANALYSIS = of_one_statistic(
     session_tables=mean_by_session(
         TRIALS,
         "match less reference",
-        "µm p-p",
+        "{q.unit_in_short}",
         lambda rows: (rows["matched_um_pp"] - rows["reference_um_pp"]).astype(float),
     ),
 )

@@ -16,10 +16,11 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from slipscale.analysis.tasks.matching.statistics import MatchedReference
+    from slipscale.stimuli.quantity import Quantity
 
 
 @styled
-def matches(found: Sequence[MatchedReference], trials: pd.DataFrame) -> Figure:
+def matches(found: Sequence[MatchedReference], trials: pd.DataFrame, quantity: Quantity) -> Figure:
     """Draw matches against their references: participants, means from below and from above.
 
     Parameters
@@ -28,6 +29,7 @@ def matches(found: Sequence[MatchedReference], trials: pd.DataFrame) -> Figure:
         References of one task.
     trials : DataFrame
         The trials of `slipscale.analysis.tasks.matching.reading.TRIALS` of the task.
+    quantity : Quantity
     """
     figure = Figure(figsize=(5.6, 4.2), layout="constrained")
     axes = figure.add_subplot()
@@ -73,7 +75,7 @@ def matches(found: Sequence[MatchedReference], trials: pd.DataFrame) -> Figure:
                 zorder=3,
             )
     axes.set_xticks([each.reference_um_pp for each in found])
-    axes.set_xlabel("Reference (µm, peak to peak)")
-    axes.set_ylabel("Match (µm, peak to peak)")
+    axes.set_xlabel(quantity.headed("Reference"))
+    axes.set_ylabel(quantity.headed("Match"))
     figure.legend(loc="outside lower center", ncols=2)
     return figure

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import TableColumn
-from slipscale.analysis.writing.numbers import bracketed, cell, number, p_value
+from slipscale.analysis.writing.numbers import bracketed, cell, measured, number, p_value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -16,10 +16,11 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
     from slipscale.analysis.statistics.not_computed import NotComputed
     from slipscale.analysis.tasks.matching.statistics import MatchedReference
+    from slipscale.stimuli.quantity import Quantity
 
 
 def blocks(
-    found: tuple[MatchedReference, ...], svgs: Mapping[str, str], _level: float
+    found: tuple[MatchedReference, ...], svgs: Mapping[str, str], _level: float, quantity: Quantity
 ) -> list[Markup]:
     """Return the section of matching: figure, and one row per reference."""
     written = []
@@ -32,27 +33,33 @@ def blocks(
             "participants, from below (blue, pointing up) and from above (red, pointing "
             "down).",
             "Mean matches: "
-            + ", ".join(f"{each.mean_um_pp:.3g} of {each.reference_um_pp:g} µm" for each in rows),
+            + ", ".join(
+                f"{each.mean_um_pp:.3g} of {quantity.value(each.reference_um_pp)}" for each in rows
+            ),
         )
-        written.append(_matching_table(rows))
+        written.append(_matching_table(rows, quantity))
     return written
 
 
-def _matching_table(rows: list[MatchedReference]) -> Markup:
-    def tested(found: MeanOverParticipants | NotComputed) -> tuple[str, str]:
-        return cell(found, _with_interval), cell(found, lambda mean: p_value(mean.p))
+def _matching_table(rows: list[MatchedReference], quantity: Quantity) -> Markup:
+    def with_interval(found: MeanOverParticipants) -> str:
+        return f"{written(found.mean)} {bracketed(found.interval, written)}"
 
-    titles = ("Reference (µm)", "Matches", "Mean (µm)", "Bias (µm)", "p", "Own SD (µm)")
-    columns = [TableColumn(title=title) for title in (*titles, "Above less below (µm)", "p")]
+    def tested(found: MeanOverParticipants | NotComputed) -> tuple[str, str]:
+        return cell(found, with_interval), cell(found, lambda mean: p_value(mean.p))
+
+    head, written = quantity.heading, measured(quantity)
+    titles = (head("Reference"), "Matches", head("Mean"), head("Bias"), "p", head("Own SD"))
+    columns = [TableColumn(title=title) for title in (*titles, head("Above less below"), "p")]
     return html.table(
         columns,
         [
             [
                 number(each.reference_um_pp),
                 str(each.matches),
-                number(each.mean_um_pp, 3),
+                written(each.mean_um_pp),
                 *tested(each.bias_um_pp),
-                number(each.variability_um_pp, 3),
+                written(each.variability_um_pp),
                 *tested(each.direction_um_pp),
             ]
             for each in rows
@@ -61,7 +68,3 @@ def _matching_table(rows: list[MatchedReference]) -> Markup:
         "test. Own SD: root mean square of participants' standard deviations within a direction. "
         "The last columns compare matches from above with those from below.",
     )
-
-
-def _with_interval(found: MeanOverParticipants) -> str:
-    return f"{number(found.mean, 3)} {bracketed(found.interval, lambda value: number(value, 3))}"

@@ -9,6 +9,7 @@ from slipscale.analysis.writing.numbers import (
     bracketed,
     counted,
     level_of,
+    measured,
     number,
     p_value,
     reliable,
@@ -16,13 +17,16 @@ from slipscale.analysis.writing.numbers import (
 
 if TYPE_CHECKING:
     from slipscale.analysis.tasks.matching.statistics import MatchedReference
+    from slipscale.stimuli.quantity import Quantity
 
 
-def matching_answer(found: MatchedReference, confidence: float) -> str:
+def matching_answer(found: MatchedReference, confidence: float, quantity: Quantity) -> str:
     """Return the sentence on one reference."""
+    written = measured(quantity)
     what = (
-        f"{found.reference_um_pp:g} µm (peak to peak) was matched by {number(found.mean_um_pp, 3)} "
-        f"µm ({counted(found.matches, 'match', 'matches')} of "
+        f"{quantity.with_convention(f'{found.reference_um_pp:g}')} was matched by "
+        f"{quantity.value(written(found.mean_um_pp))} "
+        f"({counted(found.matches, 'match', 'matches')} of "
         f"{counted(found.participants, 'participant', 'participants')})"
     )
     bias = found.bias_um_pp
@@ -30,18 +34,22 @@ def matching_answer(found: MatchedReference, confidence: float) -> str:
         return f"{what}; bias not tested: {bias.reason}."
     verb = "differed from" if reliable(bias.p, confidence) else "did not differ reliably from"
     return (
-        f"{what}, which {verb} it by {number(bias.mean, 3)} µm, {level_of(confidence)} CI "
-        f"{bracketed(bias.interval, lambda value: number(value, 3))}, t({bias.df}) = "
+        f"{what}, which {verb} it by {quantity.value(written(bias.mean))}, {level_of(confidence)} "
+        f"CI {bracketed(bias.interval, written)}, t({bias.df}) = "
         f"{number(bias.t)}, {p_value(bias.p)}."
     )
 
 
-def matching_sentences(found: tuple[MatchedReference, ...], confidence: float) -> list[str]:
+def matching_sentences(
+    found: tuple[MatchedReference, ...], confidence: float, quantity: Quantity
+) -> list[str]:
     """Return one sentence per reference."""
-    return [matching_answer(each, confidence) + _besides(each) for each in found]
+    return [
+        matching_answer(each, confidence, quantity) + _besides(each, quantity) for each in found
+    ]
 
 
-def _besides(found: MatchedReference) -> str:
+def _besides(found: MatchedReference, quantity: Quantity) -> str:
     """Return the results of catch trials and of repeated references, if there are any."""
     said = ""
     if found.felt_again:
@@ -50,6 +58,6 @@ def _besides(found: MatchedReference) -> str:
         trials = counted(found.catch_trials, "catch trial", "catch trials")
         said += (
             f" In {trials}, which began at the reference itself, the plate was left "
-            f"{number(found.catch_error_um_pp, 3)} µm from it in the mean."
+            f"{quantity.value(measured(quantity)(found.catch_error_um_pp))} from it in the mean."
         )
     return said

@@ -127,11 +127,13 @@ MATCHING: Statistic[tuple[MatchedReference, ...]] = Statistic(
     meaning="bias and variability of matching",
     compute=lambda inputs: matching(inputs.data.of(TRIALS), inputs.data.choices.confidence),
     conclusions={
-        r"(.+) - (.+)\.bias_um_pp\.p": "{0}, {1} µm: matches differ from the reference",
-        r"(.+) - (.+)\.direction_um_pp\.p": "{0}, {1} µm: the direction of turning matters",
+        r"(.+) - (.+)\.bias_um_pp\.p": "{0}, {1} {q.unit}: matches differ from the reference",
+        r"(.+) - (.+)\.direction_um_pp\.p": "{0}, {1} {q.unit}: the direction of turning matters",
     },
     headlines={
-        r"(.+) - (.+)\.bias_um_pp\.mean": "{0}, {1} µm: match less reference, µm p-p",
-        r"(.+) - (.+)\.variability_um_pp": "{0}, {1} µm: a person's SD of matches, µm p-p",
+        r"(.+) - (.+)\.bias_um_pp\.mean": "{0}, {1} {q.unit}: match less reference, "
+        "{q.unit_in_short}",
+        r"(.+) - (.+)\.variability_um_pp": "{0}, {1} {q.unit}: a person's SD of matches, "
+        "{q.unit_in_short}",
     },
 )

@@ -13,16 +13,18 @@ ANALYSIS = of_one_statistic(
     "productions",
     TRIALS,
     PRODUCTIONS,
-    question="Which amplitudes are as slippery as given numbers?",
+    question="Which {q.levels} are as {q.adjective} as given numbers?",
     what="magnitude production",
     title="Magnitude production",
-    answers=lambda found, level: [
-        text for task in found for text in sentences.production_answers(task, level)
+    answers=lambda found, level, q: [
+        text for task in found for text in sentences.production_answers(task, level, q)
     ],
     sentences=sentences.production_sentences,
     blocks=section.blocks,
-    figures=lambda found, trials: {
-        f"productions_{each.task}": figures.productions(each, trials[trials["task"] == each.task])
+    figures=lambda found, trials, q: {
+        f"productions_{each.task}": figures.productions(
+            each, trials[trials["task"] == each.task], q
+        )
         for each in found
     },
     table=lambda found: flat_under(
@@ -41,8 +43,8 @@ ANALYSIS = of_one_statistic(
     ),
     session_tables=mean_by_session(
         TRIALS,
-        "mean produced amplitude",
-        "natural logarithm, µm p-p",
+        "mean produced {q.level}",
+        "natural logarithm, {q.unit_in_short}",
         lambda rows: logarithms(rows["produced_um_pp"]),
     ),
 )

@@ -23,13 +23,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from slipscale.analysis.tasks.productions.statistics import TaskProductions
+    from slipscale.stimuli.quantity import Quantity
 
     Array = NDArray[np.float64]
 
 
 @styled
-def productions(found: TaskProductions, trials: pd.DataFrame) -> Figure:
-    """Plot produced amplitudes against numbers on logarithmic axes: participants, and means."""
+def productions(found: TaskProductions, trials: pd.DataFrame, quantity: Quantity) -> Figure:
+    """Plot produced levels against numbers on logarithmic axes: participants, and means."""
     figure = Figure(figsize=SIZE, layout="constrained")
     axes = figure.add_subplot()
     table = log_cells(trials[~trials["catch"]], "number", "produced_um_pp")
@@ -45,6 +46,6 @@ def productions(found: TaskProductions, trials: pd.DataFrame) -> Figure:
     draw_standard(axes, found.modulus, found.standard_um_pp)
     make_logarithmic(axes, np.append(numbers, found.modulus))
     axes.set_xlabel("Number shown")
-    axes.set_ylabel("Amplitude produced (µm, peak to peak)")
+    axes.set_ylabel(quantity.headed(f"{quantity.title} produced"))
     axes.legend(loc="lower right")
     return figure

@@ -9,6 +9,7 @@ from slipscale.analysis.tasks.productions import sentences as words
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import TableColumn
 from slipscale.analysis.writing.numbers import bracketed, significant
+from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -16,29 +17,36 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
     from slipscale.analysis.tasks.productions.statistics import TaskProductions
+    from slipscale.stimuli.quantity import Quantity
 
 
 def blocks(
-    tasks: tuple[TaskProductions, ...], svgs: Mapping[str, str], level: float
+    tasks: tuple[TaskProductions, ...], svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
     """Return the section of magnitude production."""
-    return [block for task in tasks for block in _task(task, svgs, level)]
+    return [block for task in tasks for block in _task(task, svgs, level, quantity)]
 
 
-def _task(task: TaskProductions, svgs: Mapping[str, str], level: float) -> list[Markup]:
+def _task(
+    task: TaskProductions, svgs: Mapping[str, str], level: float, quantity: Quantity
+) -> list[Markup]:
+    levels = quantity.levels
     return [
         html.heading(words.production_title(task)),
         *html.figure_if_drawn(
             svgs,
             f"productions_{task.task}",
-            "Amplitudes produced for the numbers shown, on logarithmic axes. Pale: each "
-            "participant's geometric means; blue: their geometric mean with Student's "
+            f"{capitalised(levels)} produced for the numbers shown, on logarithmic axes. Pale: "
+            "each participant's geometric means; blue: their geometric mean with Student's "
             f"{level:g} % interval, and the line whose slope is the exponent's inverse; "
             "black: the standard and its number.",
-            "Geometric mean amplitudes: "
-            + ", ".join(f"{each.number:g}: {each.amplitude_um_pp:.3g} µm" for each in task.numbers),
+            f"Geometric mean {levels}: "
+            + ", ".join(
+                f"{each.number:g}: {quantity.value(f'{each.amplitude_um_pp:.3g}')}"
+                for each in task.numbers
+            ),
         ),
-        _production_table(task),
+        _production_table(task, quantity),
         *fold(task.both, lambda _: [], _alone),
     ]
 
@@ -53,8 +61,10 @@ def _alone(reason: str) -> list[Markup]:
     ]
 
 
-def _production_table(task: TaskProductions) -> Markup:
-    titles = ("Number", "Participants", "Productions", "Amplitude (µm)", "CI")
+def _production_table(task: TaskProductions, quantity: Quantity) -> Markup:
+    convention = f" ({quantity.convention})" if quantity.convention else ""
+    level = quantity.heading(quantity.title)
+    titles = ("Number", "Participants", "Productions", level, "CI")
     return html.table(
         [TableColumn(title=title) for title in titles],
         [
@@ -67,7 +77,7 @@ def _production_table(task: TaskProductions) -> Markup:
             ]
             for each in task.numbers
         ],
-        f"Amplitudes (peak to peak) produced for each number, where the standard of "
-        f"{task.standard_um_pp:g} µm is called {task.modulus:g}: geometric mean of participants' "
-        "geometric means, with Student's interval on logarithms.",
+        f"{capitalised(quantity.levels)}{convention} produced for each number, where the standard "
+        f"of {quantity.value(task.standard_um_pp)} is called {task.modulus:g}: geometric mean of "
+        "participants' geometric means, with Student's interval on logarithms.",
     )

@@ -16,6 +16,7 @@ from slipscale.analysis.writing.numbers import (
 
 if TYPE_CHECKING:
     from slipscale.analysis.tasks.productions.statistics import BothExponents, TaskProductions
+    from slipscale.stimuli.quantity import Quantity
 
 
 def production_title(found: TaskProductions) -> str:
@@ -23,19 +24,19 @@ def production_title(found: TaskProductions) -> str:
     return f"Magnitude production ({found.task})"
 
 
-def production_answer(found: TaskProductions, confidence: float) -> str:
+def production_answer(found: TaskProductions, confidence: float, quantity: Quantity) -> str:
     """Return the main sentence on production."""
     what = (
         f"{production_title(found)}, {counted(found.answers, 'production', 'productions')} of "
         f"{counted(found.participants, 'participant', 'participants')}, with a standard of "
-        f"{found.standard_um_pp:g} µm called {found.modulus:g}"
+        f"{quantity.value(found.standard_um_pp)} called {found.modulus:g}"
     )
     slope = found.slope
     if isinstance(slope, NotComputed):
         return f"{what}: no exponent ({slope.reason})."
     grew = (
-        f"{what}: log amplitude grew by {number(slope.mean)} per log number (mean of participants' "
-        f"slopes), {level_of(confidence)} CI {bracketed(slope.interval)}"
+        f"{what}: log {quantity.level} grew by {number(slope.mean)} per log number (mean of "
+        f"participants' slopes), {level_of(confidence)} CI {bracketed(slope.interval)}"
     )
     if found.exponent is None:
         return f"{grew}; a slope that is not above 0 has no exponent."
@@ -68,24 +69,31 @@ def both_answer(found: BothExponents, confidence: float) -> str:
     )
 
 
-def production_answers(found: TaskProductions, confidence: float) -> list[str]:
+def production_answers(found: TaskProductions, confidence: float, quantity: Quantity) -> list[str]:
     """Return the main sentences on a production task."""
-    texts = [production_answer(found, confidence)]
+    texts = [production_answer(found, confidence, quantity)]
     if found.both:
         texts.append(both_answer(found.both, confidence))
     return texts
 
 
-def production_sentences(found: tuple[TaskProductions, ...], confidence: float) -> list[str]:
+def production_sentences(
+    found: tuple[TaskProductions, ...], confidence: float, quantity: Quantity
+) -> list[str]:
     """Return one paragraph per production task."""
     return [
-        " ".join([*production_answers(task, confidence), *production_biases(task, confidence)])
+        " ".join(
+            [
+                *production_answers(task, confidence, quantity),
+                *production_biases(task, confidence, quantity),
+            ]
+        )
         for task in found
     ]
 
 
-def production_biases(found: TaskProductions, confidence: float) -> list[str]:
-    """Return the sentences on biases of productions: starting amplitude, bounds, lapses."""
+def production_biases(found: TaskProductions, confidence: float, quantity: Quantity) -> list[str]:
+    """Return the sentences on what draws productions: the beginning, the bounds, lapses."""
     texts = []
     beginning = found.beginning
     if beginning:
@@ -104,8 +112,9 @@ def production_biases(found: TaskProductions, confidence: float) -> list[str]:
         )
     if found.catch_um_pp is not None:
         texts.append(
-            f"The standard's own number was produced as {significant(found.catch_um_pp)} µm "
+            "The standard's own number was produced as "
+            f"{quantity.value(significant(found.catch_um_pp))} "
             f"({counted(found.catch_trials, 'catch trial', 'catch trials')}; the standard: "
-            f"{found.standard_um_pp:g} µm)."
+            f"{quantity.value(found.standard_um_pp)})."
         )
     return texts

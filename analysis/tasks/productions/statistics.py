@@ -300,8 +300,8 @@ def _productions(inputs: Inputs) -> tuple[TaskProductions, ...] | NotComputed:
 
 PRODUCTIONS: Statistic[tuple[TaskProductions, ...]] = Statistic(
     key="productions",
-    meaning="magnitude production: produced amplitudes, slope and exponent",
+    meaning="magnitude production: produced {q.levels}, slope and exponent",
     compute=_productions,
-    conclusions={r"(.+)\.slope\.p": "{0}: produced amplitudes rise with the number"},
+    conclusions={r"(.+)\.slope\.p": "{0}: produced {q.levels} rise with the number"},
     headlines={r"([^ ]+)(?: - .+)?\.exponent": "{0}: exponent"},
 )

@@ -13,15 +13,15 @@ ANALYSIS = of_one_statistic(
     "ratings",
     TRIALS,
     RATINGS,
-    question="Where on a line between two words do the surfaces lie?",
+    question="Where on a line between two words do the {q.stimuli} lie?",
     what="a visual analogue scale",
     title="Visual analogue scale",
-    answers=lambda found, _: [sentences.rating_answer(task) for task in found],
+    answers=lambda found, _, q: [sentences.rating_answer(task, q) for task in found],
     sentences=sentences.rating_sentences,
     heading="Ratings on a visual analogue scale",
     blocks=section.blocks,
-    figures=lambda found, trials: {
-        f"ratings_{each.task}": figures.ratings(each, trials[trials["task"] == each.task])
+    figures=lambda found, trials, q: {
+        f"ratings_{each.task}": figures.ratings(each, trials[trials["task"] == each.task], q)
         for each in found
     },
     table=lambda found: flat_under(

@@ -17,12 +17,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from slipscale.analysis.tasks.ratings.statistics import TaskRatings
+    from slipscale.stimuli.quantity import Quantity
 
     Array = NDArray[np.float64]
 
 
 @styled
-def ratings(found: TaskRatings, trials: pd.DataFrame) -> Figure:
+def ratings(found: TaskRatings, trials: pd.DataFrame, quantity: Quantity) -> Figure:
     """Draw the scale from 0 to 100: participants' mean ratings, and the means with intervals.
 
     Parameters
@@ -30,6 +31,7 @@ def ratings(found: TaskRatings, trials: pd.DataFrame) -> Figure:
     found : TaskRatings
     trials : DataFrame
         The trials of `slipscale.analysis.tasks.ratings.reading.TRIALS` of the task.
+    quantity : Quantity
     """
     figure = Figure(figsize=SIZE, layout="constrained")
     axes = figure.add_subplot()
@@ -56,6 +58,6 @@ def ratings(found: TaskRatings, trials: pd.DataFrame) -> Figure:
     if whole:
         shown = apart(axes, places)
         axes.set_xticks(shown, [f"{value:g}" for value in shown])
-    axes.set_xlabel("Amplitude (µm, peak to peak)" if whole else "Surface")
+    axes.set_xlabel(quantity.headed(quantity.title) if whole else "Surface")
     axes.set_ylabel("Place on the line (0 to 100)")
     return figure

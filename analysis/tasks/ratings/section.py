@@ -16,14 +16,19 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
     from slipscale.analysis.tasks.ratings.statistics import TaskRatings
+    from slipscale.stimuli.quantity import Quantity
 
 
-def blocks(tasks: tuple[TaskRatings, ...], svgs: Mapping[str, str], level: float) -> list[Markup]:
+def blocks(
+    tasks: tuple[TaskRatings, ...], svgs: Mapping[str, str], level: float, quantity: Quantity
+) -> list[Markup]:
     """Return the section of ratings on a visual analogue scale."""
-    return [block for task in tasks for block in _task(task, svgs, level)]
+    return [block for task in tasks for block in _task(task, svgs, level, quantity)]
 
 
-def _task(task: TaskRatings, svgs: Mapping[str, str], level: float) -> list[Markup]:
+def _task(
+    task: TaskRatings, svgs: Mapping[str, str], level: float, quantity: Quantity
+) -> list[Markup]:
     return [
         html.heading(words.rating_title(task)),
         *html.figure_if_drawn(
@@ -34,12 +39,12 @@ def _task(task: TaskRatings, svgs: Mapping[str, str], level: float) -> list[Mark
             "Mean ratings: "
             + ", ".join(f"{each.surface}: {each.mean:.0f}" for each in task.surfaces),
         ),
-        _rating_table(task),
+        _rating_table(task, quantity),
         _pair_table(task),
     ]
 
 
-def _rating_table(task: TaskRatings) -> Markup:
+def _rating_table(task: TaskRatings, quantity: Quantity) -> Markup:
     titles = ("Ratings", "Mean", "CI", "SD", "At the left end", "At the right end")
     columns = [TableColumn(title="Surface", left=True), *(TableColumn(title=t) for t in titles)]
     rows = [
@@ -57,8 +62,8 @@ def _rating_table(task: TaskRatings) -> Markup:
     return html.table(
         columns,
         rows,
-        "Places on the line, 0 to 100; amplitudes in µm, peak to peak. Mean, Student's interval "
-        "and standard deviation of one value a participant.",
+        f"Places on the line, 0 to 100; {quantity.levels} in {quantity.unit}{quantity.behind}. "
+        "Mean, Student's interval and standard deviation of one value a participant.",
     )
 
 

@@ -16,6 +16,7 @@ from slipscale.analysis.writing.numbers import (
 
 if TYPE_CHECKING:
     from slipscale.analysis.tasks.ratings.statistics import TaskRatings
+    from slipscale.stimuli.quantity import Quantity
 
 
 def rating_title(found: TaskRatings) -> str:
@@ -23,10 +24,10 @@ def rating_title(found: TaskRatings) -> str:
     return f"Visual analogue scale ({found.task})"
 
 
-def rating_answer(found: TaskRatings) -> str:
+def rating_answer(found: TaskRatings, quantity: Quantity) -> str:
     """Return the main sentence on ratings."""
     means = ", ".join(
-        f"{number(each.mean, 1)} ({_surface(each.surface)})" for each in found.surfaces
+        f"{number(each.mean, 1)} ({_surface(each.surface, quantity)})" for each in found.surfaces
     )
     return (
         f"{rating_title(found)}, {counted(found.answers, 'rating', 'ratings')} of "
@@ -35,7 +36,7 @@ def rating_answer(found: TaskRatings) -> str:
     )
 
 
-def rating_tests(found: TaskRatings, confidence: float) -> str:
+def rating_tests(found: TaskRatings, confidence: float, quantity: Quantity) -> str:
     """Return the tests of ratings, and what ratings cannot show."""
     texts = []
     friedman, trend = found.friedman, found.page_trend
@@ -51,8 +52,8 @@ def rating_tests(found: TaskRatings, confidence: float) -> str:
     if trend:
         verb = "grew" if reliable(trend.p, confidence) else "did not grow reliably"
         texts.append(
-            f"They {verb} with amplitude (Page's L = {trend.L:g}, {p_value(trend.p)}, one-sided, "
-            f"n = {trend.n})."
+            f"They {verb} with {quantity.level} (Page's L = {trend.L:g}, {p_value(trend.p)}, "
+            f"one-sided, n = {trend.n})."
         )
     return " ".join([*texts, *rating_biases(found, confidence)])
 
@@ -90,14 +91,19 @@ def rating_biases(found: TaskRatings, confidence: float) -> list[str]:
     return texts
 
 
-def rating_sentences(found: tuple[TaskRatings, ...], confidence: float) -> list[str]:
+def rating_sentences(
+    found: tuple[TaskRatings, ...], confidence: float, quantity: Quantity
+) -> list[str]:
     """Return one paragraph per rating task."""
-    return [f"{rating_answer(task)} {rating_tests(task, confidence)}" for task in found]
+    return [
+        f"{rating_answer(task, quantity)} {rating_tests(task, confidence, quantity)}"
+        for task in found
+    ]
 
 
-def _surface(name: str) -> str:
+def _surface(name: str, quantity: Quantity) -> str:
     """Format a surface for a sentence: an amplitude with its unit, or a texture's name."""
     try:
-        return f"{float(name):g} µm"
+        return quantity.value(float(name))
     except ValueError:
         return name

@@ -264,7 +264,7 @@ RATINGS: Statistic[tuple[TaskRatings, ...]] = Statistic(
     ),
     conclusions={
         r"(.+)\.friedman\.p": "{0}: ratings differ between surfaces (Friedman's test)",
-        r"(.+)\.page_trend\.p": "{0}: ratings rise with amplitude (Page's test)",
+        r"(.+)\.page_trend\.p": "{0}: ratings rise with {q.level} (Page's test)",
         r"(.+)\.pairs\.(.+) - (.+)\.p_wilcoxon_holm": "{0}: {1} and {2} differ "
         "(Wilcoxon's test, Holm)",
     },

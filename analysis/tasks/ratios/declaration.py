@@ -13,15 +13,15 @@ ANALYSIS = of_one_statistic(
     "ratios",
     TRIALS,
     RATIOS,
-    question="How many times as slippery as a standard is each surface?",
+    question="How many times as {q.adjective} as a standard is each {q.stimulus}?",
     what="ratio judgement",
     title="Ratio judgements",
-    answers=lambda found, level: [sentences.ratio_answer(task, level) for task in found],
+    answers=lambda found, level, q: [sentences.ratio_answer(task, level, q) for task in found],
     sentences=sentences.ratio_sentences,
     heading="Ratio judgements",
     blocks=section.blocks,
-    figures=lambda found, trials: {
-        f"ratios_{each.name}": figures.ratios(each, trials[trials["task"] == each.task])
+    figures=lambda found, trials, q: {
+        f"ratios_{each.name}": figures.ratios(each, trials[trials["task"] == each.task], q)
         for each in found
     },
     table=lambda found: flat_under(

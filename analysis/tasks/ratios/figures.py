@@ -17,12 +17,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from slipscale.analysis.tasks.ratios.statistics import TaskRatios
+    from slipscale.stimuli.quantity import Quantity
 
     Array = NDArray[np.float64]
 
 
 @styled
-def ratios(found: TaskRatios, trials: pd.DataFrame) -> Figure:
+def ratios(found: TaskRatios, trials: pd.DataFrame, quantity: Quantity) -> Figure:
     """Plot ratios to the standard on logarithmic axes: participants, and geometric means."""
     figure = Figure(figsize=SIZE, layout="constrained")
     axes = figure.add_subplot()
@@ -47,7 +48,7 @@ def ratios(found: TaskRatios, trials: pd.DataFrame) -> Figure:
     )
     axes.axhline(1, color=GREY, linewidth=0.8, linestyle=":", zorder=0)
     make_logarithmic(axes, np.append(amplitudes, found.standard_um_pp))
-    axes.set_xlabel("Amplitude (µm, peak to peak)")
-    axes.set_ylabel("Times as slippery as the standard")
+    axes.set_xlabel(quantity.headed(quantity.title))
+    axes.set_ylabel(f"Times as {quantity.adjective} as the standard")
     axes.legend(loc="lower right")
     return figure

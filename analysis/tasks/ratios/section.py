@@ -15,16 +15,21 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
     from slipscale.analysis.tasks.ratios.statistics import TaskRatios
+    from slipscale.stimuli.quantity import Quantity
 
 
-def blocks(tasks: tuple[TaskRatios, ...], svgs: Mapping[str, str], level: float) -> list[Markup]:
+def blocks(
+    tasks: tuple[TaskRatios, ...], svgs: Mapping[str, str], level: float, quantity: Quantity
+) -> list[Markup]:
     """Return the section of ratio judgements."""
-    return [block for task in tasks for block in _task(task, svgs, level)]
+    return [block for task in tasks for block in _task(task, svgs, level, quantity)]
 
 
-def _task(task: TaskRatios, svgs: Mapping[str, str], level: float) -> list[Markup]:
+def _task(
+    task: TaskRatios, svgs: Mapping[str, str], level: float, quantity: Quantity
+) -> list[Markup]:
     return [
-        html.heading(words.ratio_title(task)),
+        html.heading(words.ratio_title(task, quantity)),
         *html.figure_if_drawn(
             svgs,
             f"ratios_{task.name}",
@@ -34,15 +39,16 @@ def _task(task: TaskRatios, svgs: Mapping[str, str], level: float) -> list[Marku
             "standard, 1 by definition.",
             "Geometric mean ratios: "
             + ", ".join(
-                f"{each.comparison_um_pp:g} µm: {each.ratio:.3g}" for each in task.surfaces
+                f"{quantity.value(each.comparison_um_pp)}: {each.ratio:.3g}"
+                for each in task.surfaces
             ),
         ),
-        _ratio_table(task),
+        _ratio_table(task, quantity),
     ]
 
 
-def _ratio_table(task: TaskRatios) -> Markup:
-    titles = ("Amplitude (µm)", "Participants", "Judgements", "Ratio", "CI")
+def _ratio_table(task: TaskRatios, quantity: Quantity) -> Markup:
+    titles = (quantity.heading(quantity.title), "Participants", "Judgements", "Ratio", "CI")
     return html.table(
         [TableColumn(title=title) for title in titles],
         [
@@ -55,6 +61,7 @@ def _ratio_table(task: TaskRatios) -> Markup:
             ]
             for each in task.surfaces
         ],
-        f"How many times as slippery as the standard ({task.standard_um_pp:g} µm, peak to peak): "
+        f"How many times as {quantity.adjective} as the standard "
+        f"({quantity.value(task.standard_um_pp)}{quantity.behind}): "
         "geometric mean of participants' geometric means, with Student's interval on logarithms.",
     )

@@ -15,47 +15,54 @@ from slipscale.analysis.writing.numbers import (
 
 if TYPE_CHECKING:
     from slipscale.analysis.tasks.ratios.statistics import TaskRatios
+    from slipscale.stimuli.quantity import Quantity
 
 
-def ratio_title(found: TaskRatios) -> str:
+def ratio_title(found: TaskRatios, quantity: Quantity) -> str:
     """Return the name of a task in the report."""
-    return f"Ratio judgements against {found.standard_um_pp:g} µm ({found.task})"
+    return f"Ratio judgements against {quantity.value(found.standard_um_pp)} ({found.task})"
 
 
-def ratio_answer(found: TaskRatios, confidence: float) -> str:
+def ratio_answer(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
     """Return the main sentence on ratio judgements."""
     what = (
-        f"{ratio_title(found)}, {counted(found.answers, 'judgement', 'judgements')} of "
+        f"{ratio_title(found, quantity)}, {counted(found.answers, 'judgement', 'judgements')} of "
         f"{counted(found.participants, 'participant', 'participants')}"
     )
     law = found.power_law
     if isinstance(law, NotComputed):
         return f"{what}: no exponent ({law.reason})."
     return (
-        f"{what}: the exponents of participants' power functions of amplitude averaged "
+        f"{what}: the exponents of participants' power functions of {quantity.name} averaged "
         f"{number(law.exponent)}, {level_of(confidence)} CI {bracketed(law.interval)} "
-        f"(n = {law.n}; {law.points} amplitudes above 0 µm)."
+        f"(n = {law.n}; {law.points} {quantity.levels} above {quantity.value(0)})."
     )
 
 
-def ratio_sentences(found: tuple[TaskRatios, ...], confidence: float) -> list[str]:
+def ratio_sentences(
+    found: tuple[TaskRatios, ...], confidence: float, quantity: Quantity
+) -> list[str]:
     """Return one paragraph per task of ratio judgements."""
-    return [f"{ratio_answer(task, confidence)} {_ratios(task, confidence)}" for task in found]
+    return [
+        f"{ratio_answer(task, confidence, quantity)} {_ratios(task, confidence, quantity)}"
+        for task in found
+    ]
 
 
-def _ratios(found: TaskRatios, confidence: float) -> str:
+def _ratios(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
     each = "; ".join(
-        f"{one.comparison_um_pp:g} µm {significant(one.ratio)} times"
+        f"{quantity.value(one.comparison_um_pp)} {significant(one.ratio)} times"
         + ("" if one.interval is None else f", {bracketed(one.interval, significant)}")
         for one in found.surfaces
     )
     text = (
-        f"As slippery as the standard (geometric means, {level_of(confidence)} CI of participants' "
-        f"mean logarithms): {each}."
+        f"As {quantity.adjective} as the standard (geometric means, {level_of(confidence)} CI of "
+        f"participants' mean logarithms): {each}."
     )
     if found.catch_ratio is None:
         return text
     return (
         f"{text} Against itself the standard was judged {significant(found.catch_ratio)} times as "
-        f"slippery ({counted(found.catch_trials, 'catch trial', 'catch trials')}; right: 1)."
+        f"{quantity.adjective} ({counted(found.catch_trials, 'catch trial', 'catch trials')}; "
+        "right: 1)."
     )

@@ -12,15 +12,15 @@ ANALYSIS = of_one_statistic(
     "scales",
     TRIALS,
     SCALES,
-    question="How do the surfaces lie on one scale of slipperiness?",
+    question="How do the {q.stimuli} lie on one scale of {q.judged}?",
     what="paired comparison",
     title="Paired comparison",
-    answers=lambda found, _: [sentences.scale_answer(task) for task in found],
-    sentences=lambda found, _: sentences.scale_sentences(found),
-    heading="Scales of slipperiness",
+    answers=lambda found, _, q: [sentences.scale_answer(task, q) for task in found],
+    sentences=lambda found, _, q: sentences.scale_sentences(found, q),
+    heading="Scales of {q.judged}",
     blocks=section.blocks,
-    figures=lambda found, _: {
-        f"scale_{each.task}": figures.scale(each)
+    figures=lambda found, _, q: {
+        f"scale_{each.task}": figures.scale(each, q)
         for each in found
         if any(map(computed, (each.bradley_terry, each.differences)))
     },

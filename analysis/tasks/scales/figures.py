@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from slipscale.analysis.tasks.scales.surface_labels import amplitude_of
 from slipscale.analysis.writing.axes import tip
 from slipscale.figure_style import BLUE, GREY, PALE, styled
+from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,20 +18,21 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
     from slipscale.analysis.tasks.scales.statistics import TaskScale
+    from slipscale.stimuli.quantity import Quantity
 
 
 @styled
-def scale(found: TaskScale) -> Figure:
+def scale(found: TaskScale, quantity: Quantity) -> Figure:
     """Plot a task's scale: Bradley and Terry's for pairs, the difference scale for triads."""
     figure = Figure(figsize=(5.6, 3.4), layout="constrained")
     axes = figure.add_subplot()
-    if found.bradley_terry:
-        scaled = found.bradley_terry
-        _points(axes, found.surfaces, scaled.values, scaled.intervals)
-        axes.set_ylabel("Slipperiness (log odds, Bradley-Terry)")
-    elif found.differences:
-        _points(axes, found.surfaces, found.differences.values, found.differences.intervals)
-        axes.set_ylabel("Slipperiness (difference scale, 0 to 1)")
+    for scaled, kind in (
+        (found.bradley_terry, "log odds, Bradley-Terry"),
+        (found.differences, "difference scale, 0 to 1"),
+    ):
+        if scaled:
+            _points(axes, found.surfaces, scaled.values, scaled.intervals, quantity)
+            axes.set_ylabel(f"{capitalised(quantity.judged)} ({kind})")
     return figure
 
 
@@ -39,6 +41,7 @@ def _points(
     surfaces: Sequence[str],
     values: Sequence[float],
     intervals: Sequence[ConfidenceInterval | None],
+    quantity: Quantity,
 ) -> None:
     numbers = [amplitude_of(name) for name in surfaces]
     known = [each for each in numbers if each is not None]
@@ -54,4 +57,4 @@ def _points(
         axes.plot([place], [value], "o", color=BLUE, zorder=3, gid=tip(f"{name}: {value:.2f}"))
     axes.axhline(0, color=GREY, linewidth=0.8, linestyle=":", zorder=0)
     axes.set_xticks(places, list(surfaces))
-    axes.set_xlabel("Amplitude (µm, peak to peak)" if amplitudes else "Surface")
+    axes.set_xlabel(quantity.headed(quantity.title) if amplitudes else "Surface")

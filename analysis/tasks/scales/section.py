@@ -19,14 +19,19 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.scales.paired_comparison_scale import ComparisonScale
     from slipscale.analysis.tasks.scales.statistics import TaskScale
     from slipscale.analysis.tasks.scales.transitivity import Consistency
+    from slipscale.stimuli.quantity import Quantity
 
 
-def blocks(tasks: tuple[TaskScale, ...], svgs: Mapping[str, str], level: float) -> list[Markup]:
+def blocks(
+    tasks: tuple[TaskScale, ...], svgs: Mapping[str, str], level: float, quantity: Quantity
+) -> list[Markup]:
     """Return the section of paired comparison: each task's figure and table."""
-    return [block for task in tasks for block in _task(task, svgs, level)]
+    return [block for task in tasks for block in _task(task, svgs, level, quantity)]
 
 
-def _task(task: TaskScale, svgs: Mapping[str, str], level: float) -> list[Markup]:
+def _task(
+    task: TaskScale, svgs: Mapping[str, str], level: float, quantity: Quantity
+) -> list[Markup]:
     values = bool(task.consistency) or computed(task.differences) is not None
     return [
         html.heading(sentences.title(task)),
@@ -41,7 +46,9 @@ def _task(task: TaskScale, svgs: Mapping[str, str], level: float) -> list[Markup
             ),
             f"Scale values of {', '.join(task.surfaces)}",
         ),
-        _scale_table(task) if values else html.paragraph(sentences.scale_answer(task), "note"),
+        _scale_table(task)
+        if values
+        else html.paragraph(sentences.scale_answer(task, quantity), "note"),
         *([_consistency_table(task)] if task.consistency else []),
     ]
 

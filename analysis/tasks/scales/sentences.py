@@ -9,6 +9,7 @@ from slipscale.analysis.writing.numbers import bracketed, counted, number, p_val
 
 if TYPE_CHECKING:
     from slipscale.analysis.tasks.scales.statistics import TaskScale
+    from slipscale.stimuli.quantity import Quantity
 
 
 def title(found: TaskScale) -> str:
@@ -46,7 +47,7 @@ def fit(found: TaskScale) -> str:
     return " ".join(texts)
 
 
-def scale_answer(found: TaskScale) -> str:
+def scale_answer(found: TaskScale, quantity: Quantity) -> str:
     """Return the main sentence of a comparison task."""
     scale = found.bradley_terry if found.consistency else found.differences
     what = f"{title(found)}, {counted(found.answers, 'answer', 'answers')} of " + counted(
@@ -59,9 +60,9 @@ def scale_answer(found: TaskScale) -> str:
         return f"{what}: no scale ({scale.reason}){told}."
     order = sorted(range(len(found.surfaces)), key=lambda place: scale.values[place])
     names = ", ".join(f"{found.surfaces[place]} ({number(scale.values[place])})" for place in order)
-    return f"{what}: from the least to the most slippery, with scale values: {names}."
+    return f"{what}: from the least to the most {quantity.adjective}, with scale values: {names}."
 
 
-def scale_sentences(found: tuple[TaskScale, ...]) -> list[str]:
+def scale_sentences(found: tuple[TaskScale, ...], quantity: Quantity) -> list[str]:
     """Return one paragraph per comparison task."""
-    return [f"{scale_answer(task)} {fit(task)}".strip() for task in found]
+    return [f"{scale_answer(task, quantity)} {fit(task)}".strip() for task in found]

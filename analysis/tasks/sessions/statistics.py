@@ -220,8 +220,8 @@ SESSIONS: Statistic[SessionEffects] = Statistic(
     "correlation ICC(A,1) [[mcgraw1996]].",
     conclusions={
         r"anova\.session\.p": "sessions differ (analysis of variance)",
-        r"anova\.amplitude\.p": "amplitudes differ (analysis of variance with sessions)",
-        r"anova\.interaction\.p": "sessions differ by amplitude (interaction)",
+        r"anova\.amplitude\.p": "{q.levels} differ (analysis of variance with sessions)",
+        r"anova\.interaction\.p": "sessions differ by {q.level} (interaction)",
         r"measures\.(.+)\.changes\.(.+)\.p_holm": "{0}: session {1} differs from the first",
     },
     headlines={r"measures\.(.+)\.agreement\.value": "{0}: ICC(A,1) between sessions"},

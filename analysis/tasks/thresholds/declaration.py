@@ -17,15 +17,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
+    from slipscale.stimuli.quantity import Quantity
 
 
-def _figures(found: Sequence[TaskThresholds], trials: pd.DataFrame) -> Mapping[str, Figure]:
+def _figures(
+    found: Sequence[TaskThresholds], trials: pd.DataFrame, quantity: Quantity
+) -> Mapping[str, Figure]:
     drawn = {}
     for task in found:
         own = trials[trials["task"] == task.task]
-        drawn[f"thresholds_{task.task}"] = figures.functions(task, own)
+        drawn[f"thresholds_{task.task}"] = figures.functions(task, own, quantity)
         if own["track"].notna().any():
-            drawn[f"tracks_{task.task}"] = figures.tracks(task, own)
+            drawn[f"tracks_{task.task}"] = figures.tracks(task, own, quantity)
     return drawn
 
 
@@ -33,10 +36,10 @@ ANALYSIS = of_one_statistic(
     "thresholds",
     TRIALS,
     THRESHOLDS,
-    question="How small an amplitude, or a change of it, is felt?",
+    question="How small {q.a_level}, or a change of it, is felt?",
     what="forced choice",
     title="Thresholds",
-    answers=lambda found, level: [sentences.answer(task, level) for task in found],
+    answers=lambda found, level, q: [sentences.answer(task, level, q) for task in found],
     sentences=sentences.sentences,
     blocks=section.blocks,
     figures=_figures,

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         PsychometricFunction,
     )
     from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
+    from slipscale.stimuli.quantity import Quantity
 
 #: Number of bins of levels for the dots, because an adaptive track has a different level per
 #: trial.
@@ -34,12 +35,10 @@ ACROSS, PANEL = 3, (2.5, 1.7)
 PANELS_AT_MOST = 24
 #: With more thresholds than this, participants' names are omitted.
 NAMED_AT_MOST = 30
-LEVEL = "Difference from the standard (µm, peak to peak)"
-AMPLITUDE = "Amplitude (µm, peak to peak)"
 
 
 @styled
-def functions(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
+def functions(found: TaskThresholds, trials: pd.DataFrame, quantity: Quantity) -> Figure:
     """Draw participants' psychometric functions, the answers, and the thresholds with intervals.
 
     Parameters
@@ -48,6 +47,7 @@ def functions(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
         The task.
     trials : DataFrame
         Trials of the task from `slipscale.analysis.tasks.thresholds.reading.read_choices`.
+    quantity : Quantity
     """
     main = trials[~trials["catch"]]
     people = [each for each in found.participants if each.function]
@@ -66,28 +66,30 @@ def functions(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
         if logarithmic
         else np.linspace(low - margin, high + margin, 200)
     )
-    _answers(top, main[main["level_um_pp"].isin(levels)], logarithmic=logarithmic)
+    _answers(top, main[main["level_um_pp"].isin(levels)], quantity, logarithmic=logarithmic)
     for each in people if len(people) <= LINES_AT_MOST else []:
         line = each.function
         if line:
             own = within_answers(line, main[main[PARTICIPANT].astype(str) == each.participant])
             (drawn,) = top.plot(fine, own.proportion(fine), color=PALE, linewidth=1.0, zorder=1)
-            drawn.set_gid(tip(f"{each.participant}: threshold {line.threshold_um_pp.value:.3g} µm"))
+            value = quantity.value(f"{line.threshold_um_pp.value:.3g}")
+            drawn.set_gid(tip(f"{each.participant}: threshold {value}"))
     top.plot([], color=PALE, linewidth=1.0, label="participants")
     chance = 0.5 if compared else METHODS[found.method].guess_rate
     top.axhline(chance, color=GREY, linewidth=0.8, linestyle=":", zorder=0)
     top.annotate("chance", (fine[-1], chance), fontsize=8, color=GREY, va="bottom", ha="right")
     top.set_ylim(-0.03 if compared else chance - 0.04, 1.03)
     top.yaxis.set_major_formatter(PercentFormatter(1.0))
-    top.set_ylabel("Called more slippery" if compared else "Correct")
-    _thresholds(bottom, found)
+    top.set_ylabel(f"Called {quantity.more}" if compared else "Correct")
+    _thresholds(bottom, found, quantity)
     if logarithmic:
         bottom.set_xscale("log")
         bottom.xaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 5)))
         bottom.xaxis.set_minor_locator(NullLocator())
         bottom.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     bottom.set_xlim(fine[0], fine[-1])
-    bottom.set_xlabel(AMPLITUDE if compared or found.standard_um_pp is None else LEVEL)
+    over_levels = compared or found.standard_um_pp is None
+    bottom.set_xlabel(quantity.headed(quantity.title) if over_levels else quantity.change)
     drawn_in = [axes.get_legend_handles_labels() for axes in (top, bottom)]
     figure.legend(
         *([*first, *second] for first, second in zip(*drawn_in, strict=True)),
@@ -111,7 +113,7 @@ def within_answers(line: PsychometricFunction, rows: pd.DataFrame) -> Psychometr
     return replace(own, guess=min(line.guess, float(right[levels == levels.min()].mean())))
 
 
-def _answers(axes: Axes, rows: pd.DataFrame, *, logarithmic: bool) -> None:
+def _answers(axes: Axes, rows: pd.DataFrame, quantity: Quantity, *, logarithmic: bool) -> None:
     """Draw the proportion of all answers in bins of level; the area is the number of answers."""
     levels = rows["level_um_pp"].to_numpy(float)
     levels = np.log(levels) if logarithmic else levels
@@ -134,12 +136,12 @@ def _answers(axes: Axes, rows: pd.DataFrame, *, logarithmic: bool) -> None:
             color=BLUE,
             zorder=3,
             clip_on=False,
-            gid=tip(f"{middle:.3g} µm: {share:.0%} of {count}"),
+            gid=tip(f"{quantity.value(f'{middle:.3g}')}: {share:.0%} of {count}"),
         )
     axes.plot([], "o", color=BLUE, label="all answers (area: how many)")
 
 
-def _thresholds(axes: Axes, found: TaskThresholds) -> None:
+def _thresholds(axes: Axes, found: TaskThresholds, quantity: Quantity) -> None:
     """Draw each participant's threshold with its interval, and the population's."""
     people = [each for each in found.participants if each.function]
     for place, each in enumerate(people):
@@ -147,6 +149,7 @@ def _thresholds(axes: Axes, found: TaskThresholds) -> None:
             continue
         estimate = each.function.threshold_um_pp
         low, high = estimate.interval
+        value = quantity.value(f"{estimate.value:.3g}")
         axes.plot([low, high], [place, place], color=PALE, linewidth=1.4, zorder=1)
         axes.plot(
             [estimate.value],
@@ -154,7 +157,7 @@ def _thresholds(axes: Axes, found: TaskThresholds) -> None:
             "o",
             color=INK,
             markersize=4,
-            gid=tip(f"{each.participant}: {estimate.value:.3g} µm [{low:.3g}, {high:.3g}]"),
+            gid=tip(f"{each.participant}: {value} [{low:.3g}, {high:.3g}]"),
         )
     if found.population:
         low, high = found.population.threshold_um_pp.interval
@@ -171,7 +174,7 @@ def _thresholds(axes: Axes, found: TaskThresholds) -> None:
 
 
 @styled
-def tracks(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
+def tracks(found: TaskThresholds, trials: pd.DataFrame, quantity: Quantity) -> Figure:
     """Draw the levels trial by trial, one panel per participant; wrong answers are hollow."""
     main = trials[~trials["catch"]]
     people = [each for each in found.participants if each.trials][:PANELS_AT_MOST]
@@ -200,5 +203,5 @@ def tracks(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
     for axes in panels[len(people) :]:
         axes.set_axis_off()
     figure.supxlabel("Trial", fontsize=9)
-    figure.supylabel("Level (µm, peak to peak)", fontsize=9)
+    figure.supylabel(quantity.headed("Level"), fontsize=9)
     return figure

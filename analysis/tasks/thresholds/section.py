@@ -34,31 +34,15 @@ if TYPE_CHECKING:
         PsychometricFunction,
     )
     from slipscale.analysis.tasks.thresholds.statistics import ParticipantThreshold, TaskThresholds
+    from slipscale.stimuli.quantity import Quantity
 
-COLUMNS = (
-    TableColumn(title="Participant", left=True),
-    TableColumn(title="Trials"),
-    TableColumn(title="Correct"),
-    TableColumn(title="Threshold (µm)"),
-    TableColumn(title="CI"),
-    TableColumn(title="In the population's fit"),
-    TableColumn(title="Weber fraction"),
-    TableColumn(title="Slope"),
-    TableColumn(title="Lapses"),
-    TableColumn(title="Fit"),
-)
+#: Behind the participant, the trials and the correct ones, and the threshold.
+FIT = ("CI", "In the population's fit", "Weber fraction", "Slope", "Lapses", "Fit")
 
 FITTED = {
     False: "the threshold is half-way between chance and the best",
     True: "the threshold is the point of subjective equality",
 }
-FACTOR = (
-    TableColumn(title="Threshold by", left=True),
-    TableColumn(title="Level", left=True),
-    TableColumn(title="Participants"),
-    TableColumn(title="Threshold (µm)"),
-    TableColumn(title="CI"),
-)
 CONTRASTS = (
     TableColumn(title="Compared", left=True),
     TableColumn(title="Change"),
@@ -69,18 +53,22 @@ CONTRASTS = (
 
 
 def blocks(
-    tasks: tuple[TaskThresholds, ...], svgs: Mapping[str, str], level: float
+    tasks: tuple[TaskThresholds, ...], svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
     """Return the section: each task's curves, tracks and table."""
-    return [block for task in tasks for block in _task(task, svgs, level)]
+    return [block for task in tasks for block in _task(task, svgs, level, quantity)]
 
 
-def _task(task: TaskThresholds, svgs: Mapping[str, str], level: float) -> list[Markup]:
+def _task(
+    task: TaskThresholds, svgs: Mapping[str, str], level: float, quantity: Quantity
+) -> list[Markup]:
+    caption, alt = _caption(task, level, quantity), _alt(task, quantity)
+    titles = ("Trials", "Correct", quantity.heading("Threshold"), *FIT)
     return [
-        html.heading(apa_thresholds.title(task)),
-        *html.figure_if_drawn(svgs, f"thresholds_{task.task}", _caption(task, level), _alt(task)),
+        html.heading(apa_thresholds.title(task, quantity)),
+        *html.figure_if_drawn(svgs, f"thresholds_{task.task}", caption, alt),
         html.table(
-            list(COLUMNS),
+            [TableColumn(title="Participant", left=True), *(TableColumn(title=t) for t in titles)],
             [_row(each, task) for each in task.participants],
             f"{CURVES[task.curve].title}; {FITTED[task.method == COMPARED]}. Medians and "
             f"{level:g} % intervals of a posterior in which the lapse rate is integrated. In the "
@@ -88,7 +76,7 @@ def _task(task: TaskThresholds, svgs: Mapping[str, str], level: float) -> list[M
             "population's threshold. Lapses: 1 less the upper asymptote, at most 6 %. Fit: the "
             "deviance of the likeliest curve against 1,000 simulated data sets.",
         ),
-        *_factors(task),
+        *_factors(task, quantity),
         *html.figure_if_drawn(
             svgs,
             f"tracks_{task.task}",
@@ -99,18 +87,25 @@ def _task(task: TaskThresholds, svgs: Mapping[str, str], level: float) -> list[M
     ]
 
 
-def _factors(task: TaskThresholds) -> list[Markup]:
+def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
     """Return the tables of thresholds by group and session, if there are several."""
     if isinstance(task.population, NotComputed):
         return []
     tables = []
-    change = "ratio" if CURVES[task.curve].logarithmic else "difference, µm"
+    change = (
+        "ratio"
+        if CURVES[task.curve].logarithmic
+        else ", ".join(filter(None, ("difference", quantity.unit)))
+    )
+    words = [TableColumn(title=title, left=True) for title in ("Threshold by", "Level")]
+    titles = ("Participants", quantity.heading("Threshold"), "CI")
+    columns = [*words, *(TableColumn(title=title) for title in titles)]
     for factor in task.population.factors:
         rows = [
             [factor.name, each.name, str(each.n), *_interval_cells(each.threshold_um_pp)]
             for each in factor.levels
         ]
-        tables.append(html.table(list(FACTOR), rows, "By the model of everybody's answers."))
+        tables.append(html.table(columns, rows, "By the model of everybody's answers."))
         compared = [
             [
                 f"{each.second} against {each.first}",
@@ -136,10 +131,11 @@ def _fitted(found: PsychometricFunction) -> list[str]:
     ]
 
 
-def _caption(task: TaskThresholds, level: float) -> str:
+def _caption(task: TaskThresholds, level: float, quantity: Quantity) -> str:
+    called = f"Called {quantity.more}"
     text = (
-        f"{'Called more slippery' if task.method == COMPARED else 'Correct answers'} against the "
-        "level. Pale: participants' psychometric functions; blue: "
+        f"{called if task.method == COMPARED else 'Correct answers'} against the level. Pale: "
+        "participants' psychometric functions; blue: "
         "everybody's answers, gathered by level. Below: each participant's threshold with its "
         f"{level:g} % interval"
     )
@@ -148,9 +144,9 @@ def _caption(task: TaskThresholds, level: float) -> str:
     return f"{text}; red: the population's, by the model of everybody's answers."
 
 
-def _alt(task: TaskThresholds) -> str:
+def _alt(task: TaskThresholds, quantity: Quantity) -> str:
     shown = [
-        f"{each.participant} {significant(function.threshold_um_pp.value)} µm"
+        f"{each.participant} {quantity.value(significant(function.threshold_um_pp.value))}"
         for each in task.participants
         for function in all_computed([each.function])
     ]

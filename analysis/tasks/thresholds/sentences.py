@@ -18,6 +18,7 @@ from slipscale.experiments.protocols.adaptive.curves import CURVES
 
 if TYPE_CHECKING:
     from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
+    from slipscale.stimuli.quantity import Quantity
 
 _HALF_WAY = "of the typical one of {people}, half-way between chance and the best of the curve"
 #: Description of a threshold, by method: before the number, and after it.
@@ -26,7 +27,7 @@ MEANT = {
     "three_interval": ("", f"{_HALF_WAY} (three intervals, forced choice)"),
     COMPARED: (
         "point of subjective equality ",
-        "of the typical one of {people}, where half of the answers are “more slippery”",
+        "of the typical one of {people}, where half of the answers are “{q.more}”",
     ),
 }
 COMPARED_CAUTION = (
@@ -35,31 +36,35 @@ COMPARED_CAUTION = (
 )
 
 
-def title(found: TaskThresholds) -> str:
+def title(found: TaskThresholds, quantity: Quantity) -> str:
     """Return the name of a task in the report.
 
     >>> from types import SimpleNamespace
-    >>> title(SimpleNamespace(task="differencethreshold", standard_um_pp=1.2, method=""))
+    >>> from slipscale.stimuli.quantity import PLATE_AMPLITUDE
+    >>> task = SimpleNamespace(task="differencethreshold", standard_um_pp=1.2, method="")
+    >>> title(task, PLATE_AMPLITUDE)
     'Difference threshold at 1.2 µm (differencethreshold)'
     """
     if found.method == COMPARED:
-        return f"Constant stimuli around {found.standard_um_pp or 0:g} µm ({found.task})"
+        standard = quantity.value(found.standard_um_pp or 0)
+        return f"Constant stimuli around {standard} ({found.task})"
     if found.standard_um_pp is None:
         return f"Detection threshold ({found.task})"
-    return f"Difference threshold at {found.standard_um_pp:g} µm ({found.task})"
+    return f"Difference threshold at {quantity.value(found.standard_um_pp)} ({found.task})"
 
 
-def answer(found: TaskThresholds, confidence: float) -> str:
+def answer(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
     """Return the main sentence."""
-    what = title(found)
+    what = title(found, quantity)
     if isinstance(found.population, NotComputed):
         return f"{what}: not told for a population ({found.population.reason})."
     threshold = found.population.threshold_um_pp
     people = counted(found.population.n, "participant", "participants")
     text = (
-        f"{what}: {MEANT[found.method][0]}{significant(threshold.value)} µm (peak to peak), "
-        f"{level_of(confidence)} CI {bracketed(threshold.interval, significant)}, "
-        f"{MEANT[found.method][1].format(people=people)}"
+        f"{what}: {MEANT[found.method][0]}"
+        f"{quantity.with_convention(significant(threshold.value))}, {level_of(confidence)} CI "
+        f"{bracketed(threshold.interval, significant)}, "
+        f"{MEANT[found.method][1].format(people=people, q=quantity)}"
     )
     if found.weber_fraction:
         weber = found.weber_fraction
@@ -70,11 +75,19 @@ def answer(found: TaskThresholds, confidence: float) -> str:
     return f"{text}."
 
 
-def sentences(found: tuple[TaskThresholds, ...], confidence: float) -> list[str]:
+def _change(change: float, task: TaskThresholds, quantity: Quantity) -> str:
+    if CURVES[task.curve].logarithmic:
+        return f"{significant(change)} times"
+    return f"{quantity.value(significant(change))} higher"
+
+
+def sentences(
+    found: tuple[TaskThresholds, ...], confidence: float, quantity: Quantity
+) -> list[str]:
     """Return the sentences of a results section, one paragraph per task."""
     texts = []
     for task in found:
-        parts = [answer(task, confidence)]
+        parts = [answer(task, confidence, quantity)]
         fits = [each.fit for each in task.participants if each.fit]
         if fits:
             bad = sum(fit.p < 1 - confidence for fit in fits)
@@ -99,8 +112,7 @@ def sentences(found: tuple[TaskThresholds, ...], confidence: float) -> list[str]
             )
             parts += [
                 f"{factor.name.capitalize()} {each.second} against {each.first}: threshold "
-                f"{significant(each.change.value)} "
-                f"{'times' if CURVES[task.curve].logarithmic else 'µm higher'}, CI "
+                f"{_change(each.change.value, task, quantity)}, CI "
                 f"{bracketed(each.change.interval, significant)}, {p_value(each.p_holm)} after "
                 "Holm's correction."
                 for factor in joint.factors

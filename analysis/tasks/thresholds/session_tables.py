@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def session_tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
     """Yield log10 thresholds, participants by sessions; NaN if they cannot be determined."""
     for task, rows in by_task(data.of(TRIALS)):
-        yield f"{task}, threshold", "log10 µm p-p", _thresholds(rows)
+        yield f"{task}, threshold", f"log10 {data.quantity.unit_in_short}", _thresholds(rows)
 
 
 def _thresholds(rows: pd.DataFrame) -> pd.DataFrame:

@@ -263,7 +263,8 @@ THRESHOLDS: Statistic[tuple[TaskThresholds, ...]] = Statistic(
     "catch trials inform the lapse rate. Intervals are of the profile likelihood, with Student's "
     "quantile. A participant's own threshold is the median of a posterior.",
     headlines={
-        r"([^ ]+)(?: - .+)?\.population\.threshold_um_pp\.value": "{0}: threshold, µm p-p",
+        r"([^ ]+)(?: - .+)?\.population\.threshold_um_pp\.value": "{0}: threshold, "
+        "{q.unit_in_short}",
         r"([^ ]+)(?: - .+)?\.population\.sd": "{0}: SD over people, log10 units",
         r"([^ ]+)(?: - .+)?\.weber_fraction\.value": "{0}: Weber fraction",
     },

@@ -18,6 +18,7 @@ from slipscale.analysis.tasks.exponent_and_weber.statistics import (
 )
 from slipscale.analysis.tasks.thresholds.statistics import ParticipantThreshold, TaskThresholds
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 AMPLITUDES = np.array([0.3, 0.6, 1.2, 2.3])
 NONE = NotComputed("not part of this test")
@@ -115,15 +116,18 @@ def test_the_verdict_follows_the_interval(exponents, fractions, verdict):
     assert found.verdict == verdict
     assert {"agrees": "agrees with", "does not agree": "does not agree with"}.get(
         verdict, "not told apart"
-    ) in sentences((found,), 0.95)[0]
+    ) in sentences((found,), 0.95, PLATE_AMPLITUDE)[0]
 
 
 def test_an_exponent_that_may_be_none_is_said_to_be_so():
     (found,) = exponent_and_weber(estimates([-0.3, 0.4, -0.2, 0.3, 0.1]), (task(0.04 * SPREAD),))
     assert not found.grows
-    assert "that sensation grows with the amplitude is not shown" in sentences((found,), 0.95)[0]
+    assert (
+        "that sensation grows with the amplitude is not shown"
+        in sentences((found,), 0.95, PLATE_AMPLITUDE)[0]
+    )
     (found,) = exponent_and_weber(estimates(0.75 * SPREAD), (task(0.04 * SPREAD),))
-    assert "not shown" not in sentences((found,), 0.95)[0]
+    assert "not shown" not in sentences((found,), 0.95, PLATE_AMPLITUDE)[0]
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from scipy import stats
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.matching.sentences import matching_sentences
 from slipscale.analysis.tasks.matching.statistics import matching
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 REFERENCES, BIAS = (0.8, 1.6), 0.1
 
@@ -114,8 +115,8 @@ def test_how_often_the_reference_was_felt_again_is_a_mean_over_matches():
 
 def test_the_sentence_tells_of_both():
     frame = with_catch_trials(matches().assign(felt_again=1.5), 0.7)
-    first, second = matching_sentences(matching(frame), 0.95)
+    first, second = matching_sentences(matching(frame), 0.95, PLATE_AMPLITUDE)
     assert "The reference was felt again 1.50 times a match. In 1 catch trial, which" in first
     assert first.endswith("0.100 µm from it in the mean.")
     assert "catch" not in second
-    assert "again" not in matching_sentences(matching(matches()), 0.95)[0]
+    assert "again" not in matching_sentences(matching(matches()), 0.95, PLATE_AMPLITUDE)[0]
