@@ -90,7 +90,7 @@ class Grating:
             name="mean {q.name}",
             unit=None,
             least=0,
-            description="Mean of the vibration amplitude over a period.",
+            description="Midpoint between the lowest and the highest vibration amplitude.",
         ),
     ]
     depth_level: Annotated[

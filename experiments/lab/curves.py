@@ -10,6 +10,7 @@ import csv
 from collections import defaultdict
 from dataclasses import dataclass
 from functools import lru_cache
+from math import isfinite
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -105,6 +106,7 @@ def _number(cell: str | None) -> float | None:
     if cell in TRUTH:
         return TRUTH[cell]
     try:
-        return float(cell or "")
+        value = float(cell or "")
     except ValueError:
         return None
+    return value if isfinite(value) else None

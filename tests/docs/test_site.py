@@ -11,7 +11,7 @@ from urllib.parse import unquote, urlsplit
 import pytest
 
 from slipscale.experiments.study.schema import study_schema
-from tools.site import command_reference, hooks, study_reference
+from tools.site import command_reference, hooks, plate_reference, study_reference
 
 ROOT = Path(__file__).parents[2]
 # What a browser fetches by itself, and where the address stands.
@@ -152,3 +152,14 @@ def test_the_reference_of_commands_says_what_every_argument_means():
         if not action.help or action.help.startswith("default")
     ]
     assert silent == []
+
+
+def test_the_reference_of_plates_describes_every_shipped_backend():
+    (page,) = plate_reference.pages().values()
+    shipped = re.findall(
+        r"^(\w+) = \"slipscale\.hardware\.backends",
+        (ROOT / "pyproject.toml").read_text("utf-8"),
+        re.MULTILINE,
+    )
+    assert re.findall(r"^## (\w+)", page, re.MULTILINE) == sorted(shipped)
+    assert "quality factor (60)" in page

@@ -27,7 +27,7 @@ def pages() -> dict[str, str]:
     sections = [
         f"## {point.name}\n\n{_markdown(inspect.getdoc(import_module(point.module)) or '')}"
         for point in shipped
-        if point.module.startswith("hardware.")
+        if point.module.startswith("slipscale.hardware.")
     ]
     return {"reference/plates.md": "\n\n".join([INTRODUCTION, *sections]) + "\n"}
 
