@@ -97,7 +97,8 @@ def add_data(parser: ArgumentParser) -> None:
     parser.add_argument(
         "dataset",
         metavar="DATASET",
-        help="a data set's folder, or a table: CSV, TSV, Excel, SPSS",
+        help="a data set's folder, or a table: CSV, TSV, Excel, SPSS, MATLAB, jsPsych, Qualtrics, "
+        "E-Prime",
         **dataset_default(),
     )
     parser.add_argument(

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import shlex
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
@@ -44,6 +45,12 @@ NOT_AVAILABLE = (
 #: Names and words, including those of a code book.
 TEXT = (*FREE_TEXT, "coder", "category")
 LISTED_PROBLEMS = 12
+#: Option of ``slipscale analyse`` -> parts of names that its column often has, likeliest first.
+LIKELY = {
+    "participant": ("participant", "subject", "prolific", "responseid", "worker", "person", "who"),
+    "stimulus": ("amplitude", "stimulus", "intensity", "level", "pressure", "frequency"),
+    "response": ("estimate", "response", "rating", "answer", "magnitude", ".resp", "judg"),
+}
 #: Files are parsed in parts of this many bytes.
 PART_BYTES = 8_000_000
 #: Column types that count as the same (numbers) if parts of a table differ in them.
@@ -267,9 +274,19 @@ def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> No
         nearest = f"Nearest: {', '.join(near)}. " if near else ""
         raise UserError(
             f"{path}: no column {', '.join(missing)}; found {_cut(names)}. {nearest}"
-            f"Expected at least {', '.join(required)}; name your own columns with --participant, "
-            "--stimulus and --response, and keep that with --map"
+            f"Expected at least {', '.join(required)}; name your own columns, for example: "
+            f"{_command(names, path)}"
         )
+
+
+def _command(names: Sequence[str], path: Path) -> str:
+    """Return the command that names a table's columns: the likely ones, else the option's own."""
+    options = []
+    for option, likely in LIKELY.items():
+        found = [name for part in likely for name in names if part in name.lower()]
+        found = [name for name in found if name not in options]
+        options += [f"--{option}", found[0] if found else option.upper()]
+    return shlex.join(["slipscale", "analyse", path.name, *options, "--map"])
 
 
 def _cut(names: Sequence[str]) -> str:

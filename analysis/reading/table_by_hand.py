@@ -1,4 +1,4 @@
-"""Read a table made by a person or another program: text, Excel or SPSS, with line numbers."""
+"""Read a table made by a person or another program, with line numbers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from slipscale.analysis.reading.dialect import (
     in_points,
     separator_of,
 )
-from slipscale.analysis.reading.spreadsheets import read_excel, read_spss
+from slipscale.analysis.reading.programs.table import Wanted, program_of
 from slipscale.analysis.reading.suspicions import check_labels
 from slipscale.analysis.reading.table_lines import complain, listed_lines, plain, split
 from slipscale.faults import UserError
@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.dialect import Decimal
     from slipscale.analysis.reading.table_lines import Lines
 
-EXCEL = (".xlsx", ".xlsm", ".xls", ".xlsb")
-SPSS = (".sav", ".zsav")
 #: Codes of missing identifiers in other programs; BIDS's code and blanks are always missing.
 NO_IDENTIFIER = tuple(name for name in NOT_AVAILABLE if name not in MISSING)
 
@@ -60,7 +58,7 @@ def read_table(
     Parameters
     ----------
     path : Path
-        Text, an Excel workbook (``.xlsx``) or an SPSS file (``.sav``, ``.zsav``).
+        Text, or a file of one of the programs of `slipscale.analysis.reading.programs.table`.
     required : sequence of str
         Columns that the file must have.
     numbers, words : sequence of str
@@ -72,7 +70,7 @@ def read_table(
     decimal : str, optional
         The decimal mark, if known; default: detected from all numbers of the file.
     sheet : str, optional
-        Sheet of a workbook.
+        Sheet of a workbook, or variable of a MATLAB file.
 
     Returns
     -------
@@ -85,17 +83,14 @@ def read_table(
     UserError
         See `slipscale.analysis.reading.delimited.read_tables`,
         `slipscale.analysis.reading.dialect.decimal_of` and
-        `slipscale.analysis.reading.spreadsheets`.
+        the program's module.
     """
     content, source = read_source(path, path.parent)
-    suffix = path.suffix.lower()
     quoted = None
-    if suffix in EXCEL:
-        frame = _only(read_excel(content, path, sheet), path, required, numbers, words)
-    elif suffix in SPSS:
-        frame = _only(read_spss(content, path, words), path, required, numbers, words)
-    elif suffix == ".jasp":
-        raise UserError(f"{path}: a JASP file; expected its data, exported from JASP as CSV")
+    program = program_of(content, path)
+    if program is not None:
+        cells = program.read(content, path, Wanted(words=words, sheet=sheet))
+        frame = _only(cells, path, required, numbers, words)
     else:
         text = _as_utf_8(content, path, problems)
         frame = _read_text(text, path, required, numbers, words, problems=problems)

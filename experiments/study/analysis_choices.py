@@ -95,7 +95,7 @@ class Thresholds(BaseModel):
         default=0.2, description="Response time below which an answer counts as fast."
     )
     outlier_sd: Annotated[float, Field(gt=0)] = Field(
-        default=4.0,
+        default=4.5,
         description="Flag outlying: an estimate lies further than this many robust standard "
         "deviations (1.4826 times the median absolute deviation of logarithmic residuals; mean "
         "variance of the amplitude's and of all) from the participant's own pattern.",

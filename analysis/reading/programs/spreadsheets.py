@@ -10,6 +10,7 @@ from xml.etree.ElementTree import ParseError
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.reading.programs.records import as_text
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     if not rows:
         raise UserError(f"{path}: the file is empty; expected a header line and rows")
     names = ["" if name is None else str(name).strip() for name in rows[0][1]]
-    cells = [[_text(value) for value in row] for _, row in rows[1:]]
+    cells = [[as_text(value) for value in row] for _, row in rows[1:]]
     frame = pd.DataFrame(cells, columns=pd.Index(names), dtype="str")
     return _with_lines(frame, [number for number, _ in rows[1:]])
 
@@ -108,18 +109,7 @@ def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFra
 
 
 def _labelled(labels: dict[Any, str]) -> Callable[[Any], str | None]:
-    return lambda value: labels.get(value, _text(value))
-
-
-def _text(cell: Any) -> str | None:
-    """Return a cell as in a text table; None if it is empty."""
-    if cell is None or (isinstance(cell, float) and np.isnan(cell)):
-        return None
-    if isinstance(cell, bool):
-        return str(cell).upper()
-    if isinstance(cell, float):
-        return str(int(cell)) if cell.is_integer() and abs(cell) < 1e15 else repr(cell)  # noqa: PLR2004 - whole numbers up to here are exact
-    return str(cell)
+    return lambda value: labels.get(value, as_text(value))
 
 
 def _with_lines(frame: pd.DataFrame, lines: Sequence[int]) -> pd.DataFrame:

@@ -1,0 +1,95 @@
+"""E-Prime's text: the log that E-Run writes, and the table that E-DataAid exports.
+
+Both are usually UTF-16. A log begins with ``*** Header Start ***``; its frames are nested, and a
+frame follows those that it contains. A row is a frame of the deepest level, with the values of the
+frames around it and of the header. An exported table begins with the names of its columns, among
+them ``ExperimentName`` and ``Subject``, possibly after a line that names the file.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.reading.dialect import decoded
+from slipscale.analysis.reading.programs.records import framed, head_of, records
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+LOG = "*** Header Start ***"
+EDGE = re.compile(r"\*\*\* (?P<kind>Header|LogFrame) (?P<edge>Start|End) \*\*\*")
+#: Columns of every export.
+ALWAYS = {"ExperimentName", "Subject"}
+
+
+def recognises(content: bytes, path: Path) -> bool:
+    """Whether a file is E-Prime's."""
+    head = head_of(content, path)
+    return head.lstrip().startswith(LOG) or _header_line(head) is not None
+
+
+def read(content: bytes, path: Path) -> pd.DataFrame:
+    """Return one row per trial, all cells as text.
+
+    Raises
+    ------
+    UserError
+        A log has no frame, or a frame does not end.
+    """
+    text = decoded(content, path)[0].decode("utf-8")
+    if text.lstrip().startswith(LOG):
+        return _log(text, path)
+    skipped = _header_line(text.lstrip("\r\n")) or 0
+    (_, names), *rows = records(text.lstrip("\r\n").split("\n", skipped)[-1], path)
+    return framed(
+        [dict(zip(names, row, strict=False)) for _, row in rows],
+        [line + skipped for line, _ in rows],
+    )
+
+
+def _header_line(head: str) -> int | None:
+    """Return how many lines precede an export's header; None if it is not an export."""
+    for number, line in enumerate(head.split("\n", 2)[:2]):
+        if set(line.strip("\r").split("\t")) >= ALWAYS:
+            return number
+    return None
+
+
+def _log(text: str, path: Path) -> pd.DataFrame:
+    header: dict[str, str] = {}
+    frames: list[tuple[int, int, dict[str, str]]] = []
+    inside: dict[str, str] | None = None
+    level = 1
+    for number, line in enumerate(text.splitlines(), start=1):
+        edge = EDGE.search(line)
+        name, colon, value = line.strip().partition(":")
+        if edge is not None and edge["edge"] == "Start":
+            inside = header if edge["kind"] == "Header" else {}
+        elif edge is not None:
+            if edge["kind"] == "LogFrame" and inside is not None:
+                frames.append((level, number, inside))
+            inside = None
+        elif inside is None and name == "Level" and value.strip().isdigit():
+            level = int(value)
+        elif inside is not None and colon:
+            inside[name] = value.strip()
+    if inside is not None or not frames:
+        raise UserError(
+            f"{path}: {'a frame does not end' if frames else 'no complete frame'}; expected the "
+            "whole log of a session that was ended"
+        )
+    deepest = max(level for level, _, _ in frames)
+    rows, lines = [], []
+    around: dict[int, dict[str, str]] = {}
+    # A frame follows what it contains: from the end, the frames around a row are known.
+    for level, number, frame in reversed(frames):
+        around = {outer: values for outer, values in around.items() if outer < level}
+        around[level] = frame
+        if level == deepest:
+            rows.append({k: v for part in (header, *around.values()) for k, v in part.items()})
+            lines.append(number)
+    return framed(rows[::-1], lines[::-1])

@@ -1,0 +1,101 @@
+"""jsPsych's data, as CSV or JSON: objects inside a cell become columns such as ``response.Q0``.
+
+A file is jsPsych's if every trial has ``trial_type``, ``trial_index`` and ``time_elapsed``. JSON is
+a list of trials, or one list per line and participant, as JATOS exports them.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.reading.dialect import decoded
+from slipscale.analysis.reading.programs.records import as_text, framed, head_of, records
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    import pandas as pd
+
+#: The fields of every trial.
+ALWAYS = ("trial_type", "trial_index", "time_elapsed")
+
+
+def recognises(content: bytes, path: Path) -> bool:
+    """Whether a file is jsPsych's."""
+    head = head_of(content, path)
+    if head[:1] in "[{" and head:
+        return all(f'"{name}"' in head for name in ALWAYS)
+    names = head.partition("\n")[0].replace('"', "").strip("\r").split(",")
+    return set(ALWAYS) <= set(names)
+
+
+def read(content: bytes, path: Path) -> pd.DataFrame:
+    """Return one row per trial, all cells as text; ``line`` counts JSON's trials from 1.
+
+    Raises
+    ------
+    UserError
+        The JSON cannot be read, or an entry is not a trial.
+    """
+    text = decoded(content, path)[0].decode("utf-8").strip()
+    if text[:1] not in "[{":
+        (_, names), *rows = records(text, path)
+        cells = [dict(zip(names, row, strict=False)) for _, row in rows]
+        return _without_emptied(
+            framed([dict(_expanded(row)) for row in cells], [line for line, _ in rows])
+        )
+    trials = _trials(text, path)
+    for number, trial in enumerate(trials, start=1):
+        if not isinstance(trial, dict):
+            raise UserError(f"{path}: entry {number} is {trial!r:.40}; expected a trial's fields")
+    return _without_emptied(
+        framed([dict(_flat(trial)) for trial in trials], range(1, len(trials) + 1))
+    )
+
+
+def _without_emptied(frame: pd.DataFrame) -> pd.DataFrame:
+    """Drop columns whose every value became columns of its own."""
+    emptied = [
+        name
+        for name in frame.columns
+        if any(other.startswith(f"{name}.") for other in frame.columns)
+        and frame[name].fillna("").eq("").all()
+    ]
+    return frame.drop(columns=emptied)
+
+
+def _trials(text: str, path: Path) -> list[object]:
+    decoder, found, at = json.JSONDecoder(), [], 0
+    try:
+        while at < len(text):
+            part, at = decoder.raw_decode(text, at)
+            found += part if isinstance(part, list) else [part]
+            at += len(text[at:]) - len(text[at:].lstrip(" \r\n\t,"))
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise UserError(
+            f"{path}: not JSON that can be read ({error}); expected jsPsych.data.get().json()"
+        ) from None
+    # A list of participants, each a list of trials.
+    return [trial for part in found for trial in (part if isinstance(part, list) else [part])]
+
+
+def _flat(value: object, name: str = "") -> Iterator[tuple[str, str | None]]:
+    if isinstance(value, dict) and value:
+        for key, inner in value.items():
+            yield from _flat(inner, f"{name}.{key}" if name else str(key))
+    else:
+        yield name, json.dumps(value) if isinstance(value, dict | list) else as_text(value)
+
+
+def _expanded(row: dict[str, str]) -> Iterator[tuple[str, str | None]]:
+    for name, cell in row.items():
+        if cell[:1] == "{":
+            try:
+                yield from _flat(json.loads(cell), name)
+                continue
+            except (json.JSONDecodeError, RecursionError):
+                pass  # somebody typed a brace
+        yield name, cell

@@ -1,0 +1,106 @@
+"""MATLAB's ``.mat``, versions 4 to 7: variables, a structure or an array of structures.
+
+A variable is a table if it is a structure whose fields are as long, or an array of structures; the
+vectors of one length are a table too. With several tables, ``--sheet`` names the variable.
+MATLAB's own ``table`` objects and version 7.3 are refused with the command that saves them.
+"""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipscale.analysis.reading.programs.records import as_text, framed
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    import pandas as pd
+
+    Table = dict[str, Sequence[object]]
+
+SAVE = "in MATLAB: s = table2struct(T, 'ToScalar', true); save('data.mat', '-struct', 's', '-v7')"
+#: The first bytes of a file of version 7.3, which is HDF5.
+VERSION_7_3 = b"MATLAB 7.3 MAT-file"
+
+
+def recognises(_content: bytes, path: Path) -> bool:
+    """Whether a file is MATLAB's."""
+    return path.suffix.lower() == ".mat"
+
+
+def read(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
+    """Return one row per element, all cells as text; ``line`` counts from 1.
+
+    Parameters
+    ----------
+    sheet : str or None
+        The variable; None: the only table.
+
+    Raises
+    ------
+    UserError
+        The file cannot be read, or does not contain one table.
+    """
+    tables = _tables(content, path)
+    chosen = [tables[sheet]] if sheet in tables else list(tables.values()) if not sheet else []
+    if len(chosen) != 1:
+        named = ", ".join(name or "the vectors" for name in tables) or "none"
+        raise UserError(
+            f"{path}: tables are {named}; expected one, or the variable named (--sheet); {SAVE}"
+        )
+    (table,) = chosen
+    length = len(next(iter(table.values())))
+    rows = [
+        {name: as_text(_plain(cells[i])) for name, cells in table.items()} for i in range(length)
+    ]
+    return framed(rows, range(1, length + 1))
+
+
+def _tables(content: bytes, path: Path) -> dict[str, Table]:
+    from scipy import io as scipy_io  # noqa: PLC0415 - only for such a file
+
+    if content.startswith(VERSION_7_3):
+        raise UserError(f"{path}: version 7.3 of MATLAB's files; expected version 7; {SAVE}")
+    try:
+        found = scipy_io.loadmat(io.BytesIO(content), simplify_cells=True)
+    except Exception as error:  # noqa: BLE001 - loadmat raises whatever damaged bytes lead to
+        raise UserError(f"{path}: not a MATLAB file that can be read ({error})") from None
+    own = {name: value for name, value in found.items() if not name.startswith("__")}
+    tables = {name: table for name, value in own.items() if (table := _table(value))}
+    vectors = {name: _cells(value) for name, value in own.items() if name not in tables}
+    alike = _alike({name: cells for name, cells in vectors.items() if cells is not None})
+    return tables | ({"": alike} if alike else {})
+
+
+def _table(value: Any) -> Table | None:
+    """Return a structure of vectors, or an array of structures, as a table."""
+    if isinstance(value, dict):
+        cells = {str(name): _cells(part) for name, part in value.items()}
+        whole = {name: part for name, part in cells.items() if part is not None}
+        return _alike(whole) if len(whole) == len(cells) else None
+    if isinstance(value, list | np.ndarray) and len(value) and isinstance(value[0], dict):
+        names = list(value[0])
+        return {name: [row.get(name) for row in value] for name in names}
+    return None
+
+
+def _alike(columns: dict[str, Sequence[object]]) -> Table | None:
+    """Return columns of one length above 1; None if there are others."""
+    lengths = {len(cells) for cells in columns.values()}
+    return columns if len(lengths) == 1 and min(lengths) > 1 else None
+
+
+def _cells(value: Any) -> Sequence[object] | None:
+    """Return a vector's elements; None for a single value, a matrix or an object."""
+    if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.names is None:
+        return list(value)
+    return value if isinstance(value, list) and len(value) else None
+
+
+def _plain(cell: object) -> object:
+    return cell.item() if isinstance(cell, np.generic) else cell

@@ -1,0 +1,44 @@
+"""Qualtrics' CSV and TSV: names, the questions' texts and import identifiers are three headers.
+
+A file is Qualtrics' if every cell of its third record is an ``ImportId``. Previews are kept: their
+``Status`` or ``DistributionChannel`` tells them, and ``--only`` leaves them out.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.reading.dialect import decoded
+from slipscale.analysis.reading.programs.records import framed, head_of, records
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+IMPORT_ID = '{"ImportId":'
+HEADERS = 3
+
+
+def recognises(content: bytes, path: Path) -> bool:
+    """Whether a file is Qualtrics'."""
+    head = head_of(content, path)
+    if "ImportId" not in head:
+        return False
+    try:
+        found = records(head.rpartition("\n")[0] or head, path)
+    except UserError:
+        return False
+    return len(found) >= HEADERS and all(
+        cell.replace(" ", "").startswith(IMPORT_ID) for cell in found[HEADERS - 1][1]
+    )
+
+
+def read(content: bytes, path: Path) -> pd.DataFrame:
+    """Return one row per response, all cells as text, named by the first header."""
+    (_, names), *rows = records(decoded(content, path)[0].decode("utf-8"), path)
+    body = rows[HEADERS - 1 :]
+    return framed(
+        [dict(zip(names, row, strict=False)) for _, row in body], [line for line, _ in body]
+    )

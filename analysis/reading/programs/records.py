@@ -1,0 +1,64 @@
+"""Records of text tables whose cells contain line breaks, as text cells with their line numbers."""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.reading.dialect import decoded, separator_of
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+#: Bytes by which a text file is recognised.
+HEAD = 65_536
+
+
+def head_of(content: bytes, path: Path) -> str:
+    """Return the beginning of a text file; empty if the file is not text."""
+    try:
+        return decoded(content[:HEAD], path)[0].decode("utf-8").lstrip("\r\n")
+    except (UserError, UnicodeDecodeError):
+        return ""
+
+
+def records(text: str, path: Path) -> list[tuple[int, list[str]]]:
+    """Return the non-empty records of a text table, each with the line on which it ends.
+
+    Raises
+    ------
+    UserError
+        A quotation mark is not closed, or a cell is too long.
+    """
+    separator = separator_of(text.lstrip("\r\n").partition("\n")[0].encode())
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
+    try:
+        return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
+    except csv.Error as error:
+        raise UserError(f"{path}: line {reader.line_num} cannot be read ({error})") from None
+
+
+def framed(rows: Sequence[Mapping[str, str | None]], lines: Sequence[int]) -> pd.DataFrame:
+    """Return rows as a table of text, with the column ``line``; absent cells are missing."""
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    frame = pd.DataFrame(
+        {name: pd.Series([row.get(name) for row in rows], dtype="str") for name in names}
+    )
+    return frame.assign(line=np.array(lines, np.int64))
+
+
+def as_text(cell: object) -> str | None:
+    """Return a value as a text table would contain it; None if it is missing."""
+    if cell is None or (isinstance(cell, float) and np.isnan(cell)):
+        return None
+    if isinstance(cell, bool | np.bool_):
+        return str(bool(cell)).upper()
+    if isinstance(cell, float):
+        return str(int(cell)) if cell.is_integer() and abs(cell) < 1e15 else repr(float(cell))  # noqa: PLR2004 - whole numbers up to here are exact
+    return str(cell)

@@ -1,0 +1,97 @@
+"""The one table of the programs whose files are read; the first that recognises a file reads it.
+
+A program is recognised with certainty or not at all: what none of them recognises is an ordinary
+text table. A new program is one module and one line here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.reading.programs import e_prime, jspsych, matlab, qualtrics
+from slipscale.analysis.reading.programs.spreadsheets import read_excel, read_spss
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    import pandas as pd
+
+EXCEL = (".xlsx", ".xlsm", ".xls", ".xlsb")
+SPSS = (".sav", ".zsav")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wanted:
+    """What a caller wants of a file: columns of words, and a sheet or variable."""
+
+    words: Sequence[str]
+    sheet: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Program:
+    """A program's files.
+
+    Parameters
+    ----------
+    name : str
+    recognises : callable
+        Whether content and path are such a file.
+    read : callable
+        Returns all cells as text, with the column ``line``.
+    """
+
+    name: str
+    recognises: Callable[[bytes, Path], bool]
+    read: Callable[[bytes, Path, Wanted], pd.DataFrame]
+
+
+def _with_suffix(*suffixes: str) -> Callable[[bytes, Path], bool]:
+    return lambda _, path: path.suffix.lower() in suffixes
+
+
+def _refuse_jasp(_content: bytes, path: Path, _wanted: Wanted) -> pd.DataFrame:
+    raise UserError(f"{path}: a JASP file; expected its data, exported from JASP as CSV")
+
+
+PROGRAMS = (
+    Program(
+        name="Excel",
+        recognises=_with_suffix(*EXCEL),
+        read=lambda content, path, wanted: read_excel(content, path, wanted.sheet),
+    ),
+    Program(
+        name="SPSS",
+        recognises=_with_suffix(*SPSS),
+        read=lambda content, path, wanted: read_spss(content, path, wanted.words),
+    ),
+    Program(name="JASP", recognises=_with_suffix(".jasp"), read=_refuse_jasp),
+    Program(
+        name="MATLAB",
+        recognises=matlab.recognises,
+        read=lambda content, path, wanted: matlab.read(content, path, wanted.sheet),
+    ),
+    Program(
+        name="jsPsych",
+        recognises=jspsych.recognises,
+        read=lambda content, path, _: jspsych.read(content, path),
+    ),
+    Program(
+        name="Qualtrics",
+        recognises=qualtrics.recognises,
+        read=lambda content, path, _: qualtrics.read(content, path),
+    ),
+    Program(
+        name="E-Prime",
+        recognises=e_prime.recognises,
+        read=lambda content, path, _: e_prime.read(content, path),
+    ),
+)
+
+
+def program_of(content: bytes, path: Path) -> Program | None:
+    """Return the program that wrote a file; None for an ordinary text table."""
+    return next((each for each in PROGRAMS if each.recognises(content, path)), None)
