@@ -94,6 +94,8 @@ class Context:
         The study's textures.
     varied : Varied or None
         The stimulus of which the levels are one parameter; None: levels are amplitudes.
+    condition : str
+        The combination of the study's factors; each has its own orders.
     task : str
         The task's label, for its trials and its random numbers.
     """
@@ -107,6 +109,7 @@ class Context:
     task: str = ""
     textures: tuple[Grating, ...] = ()
     varied: Varied | None = None
+    condition: str = ""
     visit: int = 0
     advance: bool = True
     session: str = ""
@@ -119,7 +122,8 @@ class Context:
 
     def stream(self, *purpose: str | int) -> Stream:
         """Return this run's random numbers for one purpose."""
-        return Stream(self.seed, self.participant, self.session, self.run, *purpose)
+        condition = (self.condition,) if self.condition else ()
+        return Stream(self.seed, self.participant, self.session, self.run, *condition, *purpose)
 
     def shared_stream(self, *purpose: str | int) -> Stream:
         """Return random numbers for one purpose that are the same for all participants."""

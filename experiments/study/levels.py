@@ -129,14 +129,14 @@ class Levels:
         for level in levels:
             try:
                 surface = self.surface(level)
-                self._follow(surface)
+                self.follow(surface)
             except UserError as error:
                 yield place, {"msg": str(error)}
             else:
                 possible.append(surface)
         yield from self.beyond(place, *possible)
 
-    def _follow(self, surface: Stimulus) -> None:
+    def follow(self, surface: Stimulus) -> None:
         """Raise `UserError` unless plate, line and, on an ultrasonic plate, film can follow."""
         loop = surface.made.loop()
         if loop is None or not self.made.in_um_pp:
@@ -146,7 +146,7 @@ class Levels:
             film_ms = 1000 * DEFAULT_MODULATOR.film_time_constant_s
             raise UserError(
                 f"{self.quantity.short(surface.level)} makes {rate_hz:.3g} Hz, at which friction "
-                f"keeps {followed:.0%} of a sinusoidal depth (film {film_ms:g} ms); expected "
+                f"keeps {followed:.1%} of a sinusoidal depth (film {film_ms:g} ms); expected "
                 f"{LEAST_FOLLOWED:.0%} or more: a longer period, or a slower finger"
             )
 

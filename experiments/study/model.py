@@ -32,6 +32,12 @@ from slipscale.experiments.protocols.base import (
 )
 from slipscale.experiments.protocols.registry import load_protocol, protocol_names
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.experiments.study.factors import (
+    MOST_CONDITIONS,
+    Factor,
+    conditions_of,
+    uncrossable,
+)
 from slipscale.experiments.study.headphone_test import HEADPHONES, HeadphoneTest
 from slipscale.experiments.study.levels import Levels
 from slipscale.experiments.study.participant_keys import ParticipantKeys
@@ -138,6 +144,11 @@ class Study(BaseModel):
         default=(),
         validate_default=True,
         description="Surfaces whose amplitude is modulated, for the protocols that present them.",
+    )
+    factors: Annotated[tuple[Factor, ...], Field(max_length=4)] = Field(
+        default=(),
+        description="Factors that are crossed with the levels: each task is run in every "
+        "combination of their levels, in orders balanced over participants.",
     )
     tasks: Annotated[tuple[SerializeAsAny[Options], ...], Field(min_length=1, max_length=MOST)] = (
         Field(
@@ -276,6 +287,19 @@ class Study(BaseModel):
         refuse(faults)
         return value
 
+    @field_validator("factors")
+    @classmethod
+    def _crossable(cls, value: tuple[Factor, ...], info: ValidationInfo) -> tuple[Factor, ...]:
+        faults = list(_named_twice("factors", [factor.name for factor in value]))
+        for number, factor in enumerate(value):
+            faults += uncrossable(("factors", number), factor, info.data)
+        count = len(conditions_of(value)) if value else 1
+        if count > MOST_CONDITIONS:
+            said = f"expected at most {MOST_CONDITIONS} combinations, not {count}"
+            faults.append((("factors",), {"msg": said}))
+        refuse(faults)
+        return value
+
     @field_validator("tasks", mode="before")
     @classmethod
     def _by_protocol(cls, tables: Any, info: ValidationInfo) -> Any:
@@ -399,9 +423,10 @@ def _impossible(
         yield (*place, "label" if task.label else "protocol"), {"msg": said}
     for key in protocol.amplitudes:
         given = getattr(task, key, None) or ()
-        if not (own.vary and protocol.possible_levels):  # then some are differences of levels
-            each = given if isinstance(given, tuple) else (given,)
-            yield from own.unpresentable((*place, key), *each)
+        each = given if isinstance(given, tuple) else (given,)
+        if own.vary and protocol.possible_levels:
+            continue  # some are differences of levels
+        yield from own.unpresentable((*place, key), *each)
     try:
         texts = protocol_texts(protocol, info.data.get("language", "en"))
     except UserError as error:
@@ -410,6 +435,9 @@ def _impossible(
     if protocol.texts and protocol.instructions not in texts:
         said = f"its instructions '{protocol.instructions}' are none of its texts"
         yield (*place, "protocol"), {"msg": said}
+    columns = {*protocol.design, *protocol.stimulus, *protocol.response}
+    doubled = columns & {factor.name for factor in info.data.get("factors", ())}
+    yield from ((place, {"msg": f"has a column '{name}', as a factor"}) for name in doubled)
     levels, textures = info.data.get("levels"), info.data.get("textures")
     if levels is None or textures is None:
         return

@@ -20,6 +20,7 @@ from slipscale.experiments.protocols.steps import (
     Steps,
     WholeNumberQuestion,
 )
+from slipscale.experiments.study.factors import crossed
 from slipscale.experiments.study.file import parse_study
 from slipscale.experiments.study.headphone_test import HEADPHONES
 from slipscale.faults import UserError
@@ -212,7 +213,16 @@ class RunPlan:
         """Return the tasks in this participant's order."""
         study = self.study
         tasks = [
-            (load_protocol(options.protocol).for_task(options), options) for options in study.tasks
+            (
+                crossed(
+                    load_protocol(options.protocol).for_task(options),
+                    study.factors,
+                    study.plate_quantity,
+                    self.language,
+                ),
+                options,
+            )
+            for options in study.tasks
         ]
         turns = self.row + (self.visit if study.visits == "advance" else 0)
         turned = study.task_order == "counterbalanced" and turns % 2 == 1

@@ -1,0 +1,278 @@
+"""Factors that a study crosses with its levels: parameters of the stimulus, or conditions.
+
+Each combination of the factors' levels is a condition. A task runs once in each condition, one
+after the other; the order over participants is a Williams design. The protocol does not know of
+it: its trials are renumbered, and each factor becomes a column of the task's table.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from slipscale.experiments.protocols.base import Column, Label, Words
+from slipscale.experiments.protocols.ordering.williams import williams_blocks
+from slipscale.experiments.protocols.steps import (
+    Adjust,
+    EndBlock,
+    Instruct,
+    Present,
+    Rest,
+    Voided,
+)
+from slipscale.experiments.study.levels import Levels
+from slipscale.faults import UserError
+from slipscale.stimuli.parameters import field_of
+from slipscale.stimuli.texture import PARAMETERS
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Iterator, Mapping, Sequence
+
+    from slipscale.experiments.protocols.base import Context, Options, Protocol
+    from slipscale.experiments.protocols.steps import Answer, Step, Steps, Trial, Value
+    from slipscale.faults.toml_lines import Place
+    from slipscale.faults.validation import Fault
+    from slipscale.stimuli.quantity import Quantity
+
+#: Columns of every task's table that a factor cannot take.
+TAKEN = frozenset({"trial", "phase", "surface", "onset", "duration", "repeats", "flag", "block"})
+#: Tasks repeat in each condition: more of them are too much for a participant.
+MOST_CONDITIONS = 24
+AnyStep = TypeVar("AnyStep", bound="Step")
+
+
+class Factor(BaseModel):
+    """A factor: a parameter of the stimulus, or a condition that the participant is told."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: Label = Field(
+        description="Column of the factor in the data. The key of a parameter, such as "
+        "finger_speed_mm_s, changes it in the stimulus and the textures."
+    )
+    levels: Annotated[
+        tuple[float | Words, ...], Field(min_length=2, max_length=MOST_CONDITIONS)
+    ] = Field(description="Levels, all different: numbers of a parameter, or words.")
+    description: str = Field(default="", description="What the column means, for the data set.")
+    instructions: dict[str, dict[str, Words]] = Field(
+        default_factory=dict,
+        description="What the participant reads before a condition: for each language a table from "
+        "level to text.",
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """One combination of the factors' levels, by the factors' names."""
+
+    values: Mapping[str, Value]
+
+    @property
+    def label(self) -> str:
+        """The condition in words, a key of random numbers."""
+        return " ".join(f"{name}={_said(value)}" for name, value in self.values.items())
+
+    def context(self, context: Context, plate: Quantity) -> Context:
+        """Return what a protocol knows of its run in this condition.
+
+        Raises
+        ------
+        UserError
+            A parameter's level is out of its range.
+        """
+        fields: dict[str, Any] = {
+            field: value
+            for name, value in self.values.items()
+            if (field := field_of(name, plate, PARAMETERS))
+        }
+        varied = context.varied
+        return replace(
+            context,
+            condition=self.label,
+            varied=varied and replace(varied, grating=replace(varied.grating, **fields)),
+            textures=tuple(replace(each, **fields) for each in context.textures),
+        )
+
+
+def _said(value: Value) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Iterator[Fault]:
+    """Yield what is wrong with a factor of a study, whose valid fields are given."""
+    levels = Levels.of(study)
+    field = field_of(factor.name, levels.made, PARAMETERS)
+    if len(set(factor.levels)) < len(factor.levels):
+        yield (*place, "levels"), {"msg": "expected them to be all different"}
+    if factor.name in TAKEN:
+        yield (*place, "name"), {"msg": f"'{factor.name}' is a column of every task already"}
+    if field and field == levels.vary:
+        yield (*place, "name"), {"msg": f"{factor.name} is varied already"}
+    if field and not (levels.vary or study.get("textures")):
+        yield (
+            (*place, "name"),
+            {"msg": "is a parameter, but the study has no texture or [stimulus]"},
+        )
+    known = {_said(each) for each in factor.levels}
+    for language, texts in factor.instructions.items():
+        if strange := sorted(set(texts) - known):
+            said = f"{', '.join(strange)}: expected levels of the factor"
+            yield (*place, "instructions", language), {"msg": said}
+    language = study.get("language", "en")
+    if factor.instructions and known - set(factor.instructions.get(language, {})):
+        yield (*place, "instructions"), {"msg": f"expected a text in '{language}' for each level"}
+    if field:
+        yield from _unplayable(place, factor, levels, study)
+
+
+def _unplayable(
+    place: Place, factor: Factor, levels: Levels, study: Mapping[str, Any]
+) -> Iterator[Fault]:
+    """Yield which levels of a parameter cannot be presented with the study's stimuli."""
+    if words := [each for each in factor.levels if isinstance(each, str)]:
+        yield (*place, "levels"), {"msg": f"expected numbers, not '{words[0]}'"}
+        return
+    textures = tuple(each.grating() for each in study.get("textures", ()))
+    presented = levels.context(study.get("levels", ()), textures)
+    for level in factor.levels:
+        try:
+            surfaces = Condition({factor.name: level}).context(presented, levels.made).surfaces
+            for surface in surfaces:
+                levels.follow(surface)
+        except UserError as error:
+            yield (*place, "levels"), {"msg": str(error)}
+        else:
+            yield from levels.beyond((*place, "levels"), *surfaces)
+
+
+def conditions_of(factors: Sequence[Factor]) -> list[Condition]:
+    """Return every combination of the factors' levels."""
+    names = [factor.name for factor in factors]
+    return [
+        Condition(dict(zip(names, levels, strict=True)))
+        for levels in product(*(factor.levels for factor in factors))
+    ]
+
+
+def crossed(
+    protocol: Protocol, factors: Sequence[Factor], plate: Quantity, language: str
+) -> Protocol:
+    """Return a protocol that runs in every condition; without factors, the protocol itself."""
+    if not factors:
+        return protocol
+    conditions = conditions_of(factors)
+
+    def steps(options: Options, context: Context) -> Steps:
+        total = protocol.trials(options, context)
+        done = 0
+        for number, condition in enumerate(ordered(conditions, context)):
+            told = [
+                text
+                for factor in factors
+                if (text := _instruction(factor, condition.values[factor.name], language))
+            ]
+            if told:
+                yield Instruct(text="\n\n".join(told))
+            inner = protocol.steps(options, condition.context(context, plate))
+            left = total * (len(conditions) - number - 1)
+            done = yield from _renumbered(inner, _Shift(done, left, condition.values))
+
+    def times(count: int) -> int:
+        return count * len(conditions)
+
+    return replace(
+        protocol,
+        steps=steps,
+        trials=lambda options, context: times(protocol.trials(options, context)),
+        most_trials=lambda options, context: times(protocol.most(options, context)),
+        design={**{factor.name: _column(factor, plate) for factor in factors}, **protocol.design},
+    )
+
+
+def ordered(conditions: Sequence[Condition], context: Context) -> list[Condition]:
+    """Return the conditions in the order in which a participant has them."""
+    (order,) = williams_blocks(
+        len(conditions),
+        1,
+        lambda group, turn: context.shared_stream(context.task, "conditions", group, turn),
+        context.place,
+        no_immediate_repeat=False,
+    )
+    return [conditions[each] for each in order]
+
+
+def _instruction(factor: Factor, level: Value, language: str) -> str:
+    texts = factor.instructions.get(language, {})
+    return texts.get(_said(level), "")
+
+
+def _column(factor: Factor, plate: Quantity) -> Column:
+    field = field_of(factor.name, plate, PARAMETERS)
+    quantity = PARAMETERS[field].parameter.quantity(plate) if field else None
+    words = [each for each in factor.levels if isinstance(each, str)]
+    return Column(
+        value=lambda record: record.trial.factors[factor.name],
+        kind="label" if words else "number",
+        description=factor.description or (quantity.in_full_title if quantity else "Factor"),
+        units=quantity.bids if quantity else "",
+        levels={each: each for each in words},
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Shift:
+    """How steps of a condition are renumbered.
+
+    Parameters
+    ----------
+    before, after : int
+        Numbers of trials in the conditions before, and expected in those to come.
+    factors : Mapping
+        The condition's columns.
+    """
+
+    before: int
+    after: int
+    factors: Mapping[str, Value]
+
+    def trial(self, trial: Trial) -> Trial:
+        return replace(
+            trial,
+            number=trial.number + self.before,
+            total=trial.total + self.before + self.after,
+            repeats=None if trial.repeats is None else trial.repeats + self.before,
+            factors={**self.factors, **trial.factors},
+        )
+
+    def step(self, step: AnyStep) -> AnyStep:
+        changed: dict[str, Any] = {"trial": self.trial(step.trial)} if step.trial else {}
+        if isinstance(step, Present) and step.lead_in:
+            changed["lead_in"] = tuple(self.step(each) for each in step.lead_in)
+        elif isinstance(step, Adjust) and step.again:
+            changed["again"] = tuple(self.step(each) for each in step.again)
+        elif isinstance(step, EndBlock):
+            changed["screen"] = self.step(step.screen)
+        elif isinstance(step, Rest):
+            changed |= {
+                "done": step.done + self.before,
+                "total": step.total + self.before + self.after,
+            }
+        return replace(step, **changed)
+
+
+def _renumbered(steps: Steps, shift: _Shift) -> Generator[Step, Answer, int]:
+    """Yield steps with their trials counted on, and return the number of the last trial."""
+    last, answer = shift.before, None
+    while True:
+        try:
+            step = shift.step(steps.send(answer))
+        except StopIteration:
+            return last
+        if step.trial:
+            last = max(last, step.trial.number)
+        answer = yield step
+        if isinstance(answer, Voided):
+            answer = Voided(trials=tuple(number - shift.before for number in answer.trials))
