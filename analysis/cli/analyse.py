@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipscale.analysis.cli.progress_line import telling
+from slipscale.analysis.cli.progress_line import add_steps, telling
 from slipscale.experiments.lab.defaults import dataset_default, here, say
 from slipscale.faults import ANSWER_IS_NO, DONE, UserError, harmless
 
@@ -79,11 +79,7 @@ def add_analyse(parser: ArgumentParser) -> None:
         help="compare data and analysis with a plan frozen by slipscale study freeze, and "
         "report every deviation (exit status 1 if there are any)",
     )
-    parser.add_argument(
-        "--steps",
-        action="store_true",
-        help="report each step on a separate line of standard error, for programs",
-    )
+    add_steps(parser)
     add_mapping(parser)
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipscale.analysis.cli.compare_protocols import add_comparison, compare_protocols
 from slipscale.analysis.cli.population_options import add_population, chosen_population
+from slipscale.analysis.cli.progress_line import add_steps, telling
 from slipscale.experiments.lab.defaults import here, say
 from slipscale.faults import ANSWER_IS_NO, DONE, UserError
 
@@ -120,6 +121,7 @@ def add_power(parser: ArgumentParser) -> None:
         "--yes", action="store_true", help=("allow computations of more than an hour")
     )
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
+    add_steps(parser)
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="folder for a page, figures, CSV and JSON"
     )
@@ -252,7 +254,7 @@ def run_power(args: Namespace) -> int:
     cache = ShardCache(args.cache) if args.cache else None
     part = part_of(args.shard, args.cache)
     ask_for_long(args, missing(every, cache), part)
-    with showing(enabled=not args.json) as progress:
+    with showing(enabled=not args.json, steps=args.steps) as progress:
         outcomes = run_grid(
             every,
             jobs=args.jobs,
@@ -302,8 +304,15 @@ def ask_for_long(args: Namespace, left: list[Any], part: Part) -> None:
 
 
 @contextmanager
-def showing(*, enabled: bool) -> Iterator[Callable[[int, int], None]]:
-    """Show a progress bar with the remaining time on stderr if it is a terminal."""
+def showing(*, enabled: bool, steps: bool = False) -> Iterator[Callable[[int, int], None]]:
+    """Show a progress bar with the remaining time on stderr if it is a terminal.
+
+    With ``steps``, print one line per finished part instead, for a program: ``step: 3/24``.
+    """
+    if steps:
+        with telling(lines=True) as told:
+            yield lambda done, of: told(f"{done}/{of}")
+        return
     from rich.console import Console  # noqa: PLC0415
     from rich.progress import (  # noqa: PLC0415
         BarColumn,

@@ -8,9 +8,19 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from argparse import ArgumentParser
     from collections.abc import Callable, Iterator
 
 LOG = logging.getLogger(__name__)
+
+
+def add_steps(parser: ArgumentParser) -> None:
+    """Add ``--steps`` to a command's parser."""
+    parser.add_argument(
+        "--steps",
+        action="store_true",
+        help="report each step on a separate line of standard error, for programs",
+    )
 
 
 @contextmanager

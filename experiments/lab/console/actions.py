@@ -24,6 +24,7 @@ from slipscale.experiments.lab.console.forms import (
     Copy,
     Exclude,
     Form,
+    Freeze,
     Nothing,
     Pilot,
     Resume,
@@ -35,7 +36,13 @@ from slipscale.experiments.lab.console.forms import (
     Work,
     read_form,
 )
-from slipscale.experiments.lab.console.state import ended_runs, export_folder
+from slipscale.experiments.lab.console.jobs import USING_THE_PLATE
+from slipscale.experiments.lab.console.state import (
+    PLANNING,
+    ended_runs,
+    export_folder,
+    frozen_plans,
+)
 from slipscale.experiments.lab.folder import FILE, lab_text, write_settings
 from slipscale.experiments.lab.unblinding import unblind
 from slipscale.experiments.running.run_state import studies
@@ -46,12 +53,21 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from slipscale.experiments.lab.console.jobs import Jobs, Kind
+    from slipscale.experiments.lab.console.jobs import Jobs
     from slipscale.experiments.lab.console.state import Snapshot, State
     from slipscale.experiments.lab.roster import Person
 
-# Jobs that may drive the plate. Only one of them runs at a time.
-USING_THE_PLATE: tuple[Kind, ...] = ("session", "check", "test")
+
+# What the sliders of planning choose from: less than a minute of computing.
+GRID = (
+    *("--participants", "6", "8", "12", "16", "20", "24", "32", "40"),
+    *("--repetitions", "1", "2", "3", "--effect", "1", "0.75", "0.5", "--studies", "300"),
+)
+
+
+def power_folder(study_text: str) -> Path:
+    """Return where the power of a study is kept: another text has another folder."""
+    return PLANNING / f"power-{text_hash(study_text)[:12]}"
 
 
 def text_hash(text: str) -> str:
@@ -88,6 +104,8 @@ class Actions:
             "withdraw": (Withdraw, self._withdraw),
             "work": (Work, self._work),
             "backup": (Nothing, self._backup),
+            "power": (Nothing, self._power),
+            "freeze": (Freeze, self._freeze),
             "pilot": (Pilot, self._pilot),
             "save": (Study, self._save),
             "copy": (Copy, self._copy),
@@ -317,6 +335,30 @@ class Actions:
             back_up(data, journal, folder)
         self._now()
         return f"copied {len(missing)} runs to {folder}"
+
+    def _power(self, _: Nothing) -> str:
+        found = self._now()
+        out = power_folder(found.study_text)
+        words = ("power", found.defaults.study, *GRID, "--steps", "--json", "--out", str(out))
+        self._jobs.start("power", "the power", *words)
+        return "computing"
+
+    def _freeze(self, asked: Freeze) -> str:
+        found = self._now()
+        power = power_folder(found.study_text)
+        told = {
+            "--sample-size": asked.sample_size,
+            "--existing-data": asked.existing_data,
+            "--stopping": asked.stopping,
+        }
+        words = [f"{option}={text.strip()}" for option, text in told.items() if text.strip()]
+        if (power / "power.json").is_file():
+            words += ["--power", str(power)]
+        PLANNING.mkdir(exist_ok=True)
+        path = PLANNING / f"plan-{len(frozen_plans()) + 1:03d}.zip"
+        study = found.defaults.study
+        self._jobs.start("freeze", "the plan", "study", "freeze", study, "--out", str(path), *words)
+        return f"freezing: {path}"
 
     def _pilot(self, asked: Pilot) -> str:
         self._now()

@@ -32,7 +32,13 @@ from slipscale.experiments.lab.console.pages.table import PAGES, WITHIN
 from slipscale.experiments.lab.console.pages.view import View, local_time
 from slipscale.experiments.lab.console.presence import Presence
 from slipscale.experiments.lab.console.security import REPORT_POLICY, Guard
-from slipscale.experiments.lab.console.state import RESULTS, State, export_folder, pilots
+from slipscale.experiments.lab.console.state import (
+    RESULTS,
+    State,
+    export_folder,
+    frozen_plans,
+    pilots,
+)
 from slipscale.experiments.lab.console.study_changes import Edit, changed
 from slipscale.experiments.session.terminal import clock_face
 from slipscale.faults import UserError, harmless
@@ -254,6 +260,14 @@ class Console:
         found = await run_in_threadpool(self.state.now)
         return await run_in_threadpool(_zip, found.defaults.data, "data-set.zip")
 
+    async def plan(self, request: Request) -> Response:
+        """Return a frozen plan, one of those in the folder."""
+        name = request.path_params["name"]
+        for path in () if self.access.read_only else await run_in_threadpool(frozen_plans):
+            if path.name == name:
+                return Response(path.read_bytes(), media_type="application/zip")
+        return Response(status_code=NOT_THERE)
+
     async def export(self, _: Request) -> Response:
         """Return the last export as a zip file, if results may be seen."""
         found = await run_in_threadpool(self.state.now)
@@ -300,6 +314,7 @@ def make_app(access: Access, jobs: Jobs) -> tuple[Starlette, Console]:
         Route("/data/fig15.svg", console.figure),
         Route("/data/download", console.download),
         Route("/data/export", console.export),
+        Route("/planning/{name}", console.plan),
         Route("/pilot/{number}/report", console.pilot_report),
         Route("/pilot/{number}/report.html", console.pilot_report_file),
         Route("/study/edit", console.edit, methods=["POST"]),

@@ -72,6 +72,14 @@ class Work(Form):
     what: Literal["verify", "build", "export"]
 
 
+class Freeze(Form):
+    """What a registry asks for besides the study and its analysis; may be empty."""
+
+    sample_size: Words = ""
+    existing_data: Words = ""
+    stopping: Words = ""
+
+
 class Unblind(Form):
     """Unblind. ``word`` is typed by hand, so that a mistaken click does not unblind."""
 

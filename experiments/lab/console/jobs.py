@@ -18,14 +18,17 @@ from typing import Literal, get_args
 
 from slipscale.faults import UserError, harmless
 
-Kind = Literal["session", "check", "test", "analysis", "pilot", "verify", "build", "export"]
+Kind = Literal[
+    "session", "check", "test", "analysis", "pilot", "verify", "build", "export", "power", "freeze"
+]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 LONGEST = 20_000  # characters read from the end of a job's output
 # Prefixes of the warnings at a session's end; earlier warnings are in its status.
 WARNS = ("NO BACKUP of this run:", "The journal's own place has gone")
 STEP = "step: "  # prefix of a line with which a command reports its current step
 LEAST_URGENT = 19  # priority of background computations: a running session's frames come first
-COMPUTING: frozenset[Kind] = frozenset({"analysis", "pilot", "verify", "build", "export"})
+# May move the plate: one of these at a time.
+USING_THE_PLATE: tuple[Kind, ...] = ("session", "check", "test")
 
 
 @dataclass(slots=True, kw_only=True)
@@ -129,7 +132,7 @@ class Jobs:
         self._last[kind] = Job(
             kind=kind, about=about, process=process, output=output, errors=errors, parts=parts
         )
-        if kind in COMPUTING and sys.platform != "win32":
+        if kind not in USING_THE_PLATE and sys.platform != "win32":
             with suppress(OSError):  # it has already ended
                 os.setpriority(os.PRIO_PROCESS, process.pid, LEAST_URGENT)
         return self._last[kind]

@@ -35,6 +35,7 @@ FRESH_S = 1.0
 SILENT_S = 5  # a session checks for requests 20 times per second, except while a surface settles
 RESULTS = Path("derivatives", "slipscale")
 TABLE3 = "table3.csv"
+PLANNING = Path("planning")  # results of power, and frozen plans
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -295,6 +296,11 @@ def pilots(defaults: Defaults) -> list[Path]:
 def export_folder(data: Path) -> Path:
     """Return the folder of the console's export; a withdrawal removes it with the results."""
     return data / RESULTS / "export"
+
+
+def frozen_plans() -> list[Path]:
+    """Return the plans that were frozen in the folder, the newest first."""
+    return sorted(PLANNING.glob("plan-[0-9]*.zip"), reverse=True)
 
 
 def table3(dataset: Path) -> list[list[str]]:

@@ -78,7 +78,7 @@ def follow_up(view: View, text: str, template: str) -> dict[str, Any]:
     return {
         "edited": study,
         # Not while a session runs, whose frames come first.
-        "minutes": None if view.found.live else _minutes(whole, source),
+        "minutes": None if view.found.live else simulated_minutes(whole, source),
         "orders": [
             (plan.participant, plan.row + 1, [view.t.task(o, p) for p, o in plan.tasks()])
             for plan in plans
@@ -88,8 +88,8 @@ def follow_up(view: View, text: str, template: str) -> dict[str, Any]:
     }
 
 
-@lru_cache(maxsize=8)
-def _minutes(whole: str, source: str) -> Timeline | None:
+@lru_cache(maxsize=32)
+def simulated_minutes(whole: str, source: str) -> Timeline | None:
     """Return minutes and cost; None if a task cannot be simulated."""
     try:
         return timeline(source, people=SIMULATED, text=whole)

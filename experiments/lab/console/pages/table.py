@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from slipscale.experiments.lab.console.pages.data import data, pilot
 from slipscale.experiments.lab.console.pages.day import live, today
 from slipscale.experiments.lab.console.pages.person import person
+from slipscale.experiments.lab.console.pages.planning import planning
 from slipscale.experiments.lab.console.pages.screens import screens
 from slipscale.experiments.lab.console.pages.settings import settings
 from slipscale.experiments.lab.console.pages.study import study
@@ -21,6 +22,7 @@ PAGES: dict[str, Callable[[View], dict[str, Any]]] = {
     "live": live,
     "study": study,
     "screens": screens,
+    "planning": planning,
     "person": person,
     "data": data,
     "pilot": pilot,

@@ -78,19 +78,20 @@ document.addEventListener("click", async (event) => {
   if (more) await ask(button.dataset.do, { ...JSON.parse(button.dataset.fields), ...more });
 });
 
-// A filter of a table is a part of the address, so that every renewal of the page keeps it.
-for (const form of document.querySelectorAll("[data-filter]")) {
-  let typing = 0;
-  form.addEventListener("submit", (event) => event.preventDefault());
-  form.addEventListener("input", () => {
-    clearTimeout(typing);
-    typing = setTimeout(() => {
-      const chosen = [...new FormData(form)].filter(([, value]) => value);
-      history.replaceState(null, "", `?${new URLSearchParams(chosen)}`);
-      refresh();
-    }, PAUSE_MS / 2);
-  });
-}
+// What a filter or slider chooses is a part of the address, so that every renewal keeps it.
+let choosing = 0;
+document.addEventListener("input", ({ target }) => {
+  const form = target.closest("[data-filter]");
+  if (!form) return;
+  const values = target.dataset.values && JSON.parse(target.dataset.values);
+  if (values) target.previousElementSibling.textContent = values[Number(target.value)];
+  clearTimeout(choosing);
+  choosing = setTimeout(() => {
+    const chosen = [...new FormData(form)].filter(([, value]) => value);
+    history.replaceState(null, "", `?${new URLSearchParams(chosen)}`);
+    refresh();
+  }, PAUSE_MS / 2);
+});
 
 function valueOf(input) {
   if (input.type === "checkbox") return input.checked;
@@ -98,6 +99,7 @@ function valueOf(input) {
 }
 
 document.addEventListener("submit", async (event) => {
+  if (event.target.matches("[data-filter]")) event.preventDefault();
   const form = event.target.closest("[data-form]");
   if (!form) return;
   event.preventDefault();

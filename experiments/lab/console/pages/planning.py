@@ -1,0 +1,130 @@
+"""The page of planning: sample size, minutes and cost from the analysis' power; the frozen plan.
+
+One job simulates a whole grid of studies; the sliders choose among its conditions. The result is
+kept per text of the study, so that a changed study never shows the power of another one.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from slipscale.experiments.lab.console.actions import power_folder
+from slipscale.experiments.lab.console.pages.editor import simulated_minutes
+from slipscale.experiments.lab.console.pages.view import failure
+from slipscale.experiments.lab.console.state import frozen_plans
+from slipscale.experiments.lab.console.study_changes import Change, changed
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from slipscale.experiments.lab.console.pages.view import View
+
+AXES = ("participants", "repetitions", "effect")
+PROTOCOL = "magnitude_estimation"  # whose power is planned
+FRAME = (48, 630, 10, 152)  # left, right, top and bottom of the curve's frame, in its own units
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Slider:
+    """One axis of the grid: its values, and the place of the chosen one among them."""
+
+    axis: str
+    values: tuple[float, ...]
+    at: int
+
+    @property
+    def value(self) -> float:
+        """The chosen value."""
+        return self.values[self.at]
+
+
+def planning(view: View) -> dict[str, Any]:
+    """Return what the page of planning shows."""
+    found, job, frozen = view.found, view.jobs.last("power"), view.jobs.last("freeze")
+    shown: dict[str, Any] = {
+        "computing": bool(job and job.running),
+        "progress": _progress(job.steps()) if job and job.running else (0, 1),
+        "freezing": bool(frozen and frozen.running),
+        "freeze_failed": failure(frozen),
+        "plans": [path.name for path in frozen_plans()],
+        "sliders": [],
+        "failed": failure(job),
+    }
+    if found.study is None:
+        return shown
+    try:
+        read = json.loads((power_folder(found.study_text) / "power.json").read_bytes())
+        conditions = read["conditions"]
+        sliders = [_slider(axis, conditions, view) for axis in AXES]
+    except (OSError, ValueError, LookupError, TypeError):
+        return shown  # nothing was computed for this text yet
+    people, repetitions, effect = (each.value for each in sliders)
+    same = {
+        each["participants"]: each
+        for each in conditions
+        if (each["repetitions"], each["effect"]) == (repetitions, effect)
+    }
+    chosen = same[people]
+    minutes = simulated_minutes(_with_repetitions(view, int(repetitions)), found.defaults.study)
+    return shown | {
+        "failed": "",
+        "sliders": sliders,
+        "target": read["target"],
+        "weakest": chosen["weakest"],
+        "power": {name: chosen["power"][name] for name in chosen["power"]},
+        "false_alarms": chosen["false_alarms"],
+        "enough": min((n for n in same if same[n]["weakest"] >= read["target"]), default=None),
+        "curve": _curve({n: each["weakest"] for n, each in same.items()}, read["target"]),
+        "minutes": None if found.live else minutes,
+        "people": int(people),
+    }
+
+
+def _progress(steps: list[str]) -> tuple[int, int]:
+    """Return how many parts are done of how many."""
+    done, _, of = (steps or ["0/1"])[-1].partition("/")
+    return int(done), max(int(of), 1)
+
+
+def _slider(axis: str, conditions: list[Mapping[str, Any]], view: View) -> Slider:
+    """Return an axis with the value that the address chooses; else the study's, else the last."""
+    values = tuple(sorted({float(each[axis]) for each in conditions}))
+    asked = view.query.get(axis, "")
+    if asked.isdecimal() and int(asked) < len(values):
+        return Slider(axis=axis, values=values, at=int(asked))
+    study = view.found.study
+    own = {"participants": study.participants if study else 0, "effect": 1.0}.get(axis, 1.0)
+    return Slider(
+        axis=axis, values=values, at=values.index(own) if own in values else -1 % len(values)
+    )
+
+
+def _with_repetitions(view: View, repetitions: int) -> str:
+    """Return the study's text with other repetitions of the task whose power is planned."""
+    text, study = view.found.study_text, view.found.study
+    for number, task in enumerate(study.tasks if study else ()):
+        if task.protocol == PROTOCOL:
+            place = ("tasks", number, "repetitions")
+            change = Change(what="set", place=place, kind="number", value=str(repetitions))
+            try:
+                return changed(text, change)
+            except UserError:
+                return text
+    return text
+
+
+def _curve(weakest: Mapping[int, float], target: float) -> dict[str, Any]:
+    """Return the power of the weakest comparison over participants, in the frame's units."""
+    left, right, top, bottom = FRAME
+    most = max(weakest)
+
+    def y(power: float) -> float:
+        return round(bottom - (bottom - top) * power, 1)
+
+    points = [
+        (round(left + (right - left) * n / most, 1), y(weakest[n]), n) for n in sorted(weakest)
+    ]
+    return {"points": points, "target": y(target), "ticks": [(y(p), f"{p:g}") for p in (0, 0.5, 1)]}

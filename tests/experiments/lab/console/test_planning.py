@@ -1,0 +1,76 @@
+"""The page of planning: conditions of a computed grid, minutes and cost, and the frozen plan."""
+
+import json
+import re
+
+from slipscale.commands import main
+from slipscale.experiments.lab.console.actions import GRID, power_folder
+from slipscale.experiments.study.file import study_text
+
+
+def computed(text, weakest):
+    """Write what slipscale power writes for the text: the weakest power of each condition."""
+    conditions = [
+        {
+            "participants": people,
+            "repetitions": repetitions,
+            "effect": 1.0,
+            "weakest": value,
+            "power": {"friedman": {"value": value, "low": 0.0, "high": 1.0}},
+            "false_alarms": {"friedman": {"value": 0.05}},
+        }
+        for (people, repetitions), value in weakest.items()
+    ]
+    folder = power_folder(text)
+    folder.mkdir(parents=True)
+    (folder / "power.json").write_text(json.dumps({"target": 0.8, "conditions": conditions}))
+
+
+def test_power_is_computed_for_the_study_by_a_process(visitor):
+    assert visitor.ask("power") == (200, "computing")
+    out = str(power_folder(study_text("biet2007")))
+    words = ("power", "biet2007", *GRID, "--steps", "--json", "--out", out)
+    assert visitor.jobs.started == [("power", *words)]
+
+
+def test_the_sliders_choose_a_condition_of_the_grid(visitor, words_of):
+    assert "Not computed yet" in words_of(visitor.see("/planning"))
+    computed(study_text("biet2007"), {(12, 1): 0.6, (20, 1): 0.85, (12, 2): 0.7, (20, 2): 0.9})
+    page = words_of(visitor.see("/planning"))
+    assert "60 % of simulated studies" in page  # the study's own number of participants
+    assert "At least 20 participants reach it" in page
+    page = visitor.see("/planning?participants=1&repetitions=1")
+    assert "90 % of simulated studies" in words_of(page)
+    assert re.findall(r"<output>(.*?)</output>", page) == ["20", "2", "1"]
+    each, hours = (float(v) for v in re.findall(r"<dd>([\d.]+)</dd>", page)[:2])
+    assert abs(hours - each * 20 / 60) <= 0.05 + 20 / 60 * 0.05
+    assert "the study has no [cost]" in words_of(page)
+
+
+def test_another_text_of_the_study_has_no_power_yet(visitor, lab, words_of):
+    (lab / "mine.toml").write_text(study_text("biet2007").replace("2007", "2008"))
+    computed(study_text("biet2007"), {(12, 1): 0.6})
+    (lab / "slipscale.toml").write_text('study = "mine.toml"\n')
+    visitor.console.state.now(fresh=True)
+    assert "Not computed yet" in words_of(visitor.see("/planning"))
+
+
+def test_a_plan_is_frozen_with_the_power_and_what_a_registry_asks(visitor, lab):
+    computed(study_text("biet2007"), {(12, 1): 0.6})
+    assert visitor.ask("freeze", sample_size="- a reason")[0] == 200
+    [(_, *words)] = visitor.jobs.started
+    power = str(power_folder(study_text("biet2007")))
+    options = ["--sample-size=- a reason", "--power", power]
+    assert words == ["study", "freeze", "biet2007", "--out", "planning/plan-001.zip", *options]
+    (lab / "planning/plan-001.zip").write_bytes(b"PK")
+    assert visitor.client.get("/planning/plan-001.zip").content == b"PK"
+    assert visitor.client.get("/planning/plan-002.zip").status_code == 404
+    visitor.ask("freeze")
+    assert "planning/plan-002.zip" in visitor.jobs.started[-1]
+
+
+def test_power_tells_a_program_how_far_it_is(capsys):
+    words = ["--participants", "6", "--studies", "5", "--steps", "--json"]
+    main(["power", "biet2007", *words])
+    steps = re.findall(r"step: (\d+)/(\d+)", capsys.readouterr().err)
+    assert steps[-1][0] == steps[-1][1]
