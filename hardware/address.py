@@ -43,9 +43,7 @@ def split_address(
         key, equals, text = word.partition("=")
         if not equals or key not in converters or key in options:
             known = ", ".join(f"{name}=..." for name in sorted(converters)) or "none"
-            raise UserError(
-                f"{what} '{address}': '{word}' is not an option of its own; known: {known}"
-            )
+            raise UserError(f"{what} '{address}': '{word}' is not an option; known: {known}")
         try:
             options[key] = converters[key](text)
         except ValueError as error:
@@ -119,11 +117,11 @@ def plate_of(options: Mapping[str, Any], *, backend: str, simulated: bool = Fals
     if given and own and given != own:
         raise UserError(
             f"plate '{backend}': the plate file of '{file.identity.name}' names another "
-            "calibration; give one of them"
+            "calibration; expected only one of them"
         )
     if given and (faults := file.implausible(given)):
         raise UserError(
-            f"plate '{backend}': the calibration is not this plate's: {'; '.join(faults)}"
+            f"plate '{backend}': the calibration does not belong to this plate: {'; '.join(faults)}"
         )
     return Plate(limits=file.plate_limits(), calibration=given or own, file=file)
 

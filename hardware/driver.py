@@ -157,11 +157,11 @@ class PlateDriver(GuardedOutput):
         if place_known and self.follow_lag_s is not None:
             return None
         follows = self.follow_lag_s is not None
-        hint = ", name what measures the finger's place ([plate] position)" if follows else ""
+        hint = ", name a sensor of the finger's position ([plate] position)" if follows else ""
         raise UserError(
             f"plate: backend '{self.name}' cannot present the texture '{surface.label}': "
-            f"{self.why_not_modulated}; present it on a plate that modulates{hint}, "
-            "or take the textures out of the study"
+            f"{self.why_not_modulated}; present it on a plate that supports modulation{hint}, "
+            "or remove the textures from the study"
         )
 
     def present(self, surface: Surface) -> Presentation:
@@ -243,7 +243,7 @@ class PlateDriver(GuardedOutput):
         """
         self.limits.check_level(level)
         if self.output is not Output.MAY_BE_ON:
-            raise PlateRefused(f"plate '{self.name}': it is {self.output}, so it follows nothing")
+            raise PlateRefused(f"plate '{self.name}': it is {self.output}, so it cannot follow")
         with self._silent_on_fault():
             self._follow(level)
 
@@ -350,8 +350,8 @@ class PlateDriver(GuardedOutput):
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
         """Drive at a checked frequency and voltage; return when it has settled."""
         raise PlateRefused(
-            f"backend '{self.name}' cannot drive {voltage_v:g} V at {frequency_hz:g} Hz: "
-            "it keeps frequency and voltage to itself"
+            f"backend '{self.name}' cannot drive {voltage_v:g} V at {frequency_hz:g} Hz: it "
+            "does not accept frequencies and voltages"
         )
 
     def __enter__(self) -> Self:

@@ -74,7 +74,7 @@ class ProtocolViolation(PlateFault):
     """A board's answer violates its protocol."""
 
     code = "protocol"
-    remedy = "Correct the board's firmware: slipscale plate conform SPEC shows where it departs."
+    remedy = "Correct the board's firmware; slipscale plate conform SPEC lists the violations."
 
 
 class PlateRefused(PlateFault):
@@ -106,8 +106,8 @@ class OverLimit(PlateFault):
 
     code = "over_limit"
     remedy = (
-        "Stay within the plate's limits; those of a plate that stands more belong into its plate "
-        "file (slipscale plate new)"
+        "Stay within the plate's limits. If the plate supports more, declare its limits in "
+        "its plate file (slipscale plate new)"
     )
 
 
@@ -119,14 +119,16 @@ class NotReached(PlateFault):
 
     code = "not_reached"
     remedy = (
-        "Look whether the amplifier is on, and have the finger press less; otherwise lower the "
-        "study's largest amplitude or recalibrate: the drive may have no voltage left for it."
+        "Check that the amplifier is on, and ask for less finger pressure; otherwise lower "
+        "the study's largest amplitude or recalibrate: the drive may have reached its highest "
+        "voltage."
     )
 
     def blinded(self) -> PlateFault:
         """Return this fault without the amplitudes."""
         return NotReached(
-            "the plate measures another amplitude than was commanded (the journal tells which)"
+            "the plate measures a different amplitude than commanded (see the journal for the "
+            "values)"
         )
 
 
@@ -146,7 +148,7 @@ class OffCalibration(PlateFault):
     def blinded(self) -> PlateFault:
         """Return this fault without the amplitude and the voltages."""
         return OffCalibration(
-            "the drive voltage differs from the calibration's (the journal records both)"
+            "the drive voltage differs from the calibration (see the journal for both values)"
         )
 
 

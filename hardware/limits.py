@@ -68,7 +68,7 @@ class PlateLimits:
             if not (math.isfinite(value) and value > 0):
                 raise UserError(f"plate limits: {name} is {value}, expected a positive number")
         if self.frequency_min_hz >= self.frequency_max_hz:
-            raise UserError("plate limits: frequency_min_hz must lie below frequency_max_hz")
+            raise UserError("plate limits: frequency_min_hz must be below frequency_max_hz")
         if self.duty > 1:
             raise UserError(f"plate limits: duty is {self.duty}, expected a fraction up to 1")
         if self.voltage_band <= 1:
@@ -131,7 +131,7 @@ class PlateLimits:
         if not predicted_v / band <= reported_v <= predicted_v * band:
             raise OffCalibration(
                 f"{reported_v:.2f} V peak drive the plate at "
-                f"{self.quantity.short(commanded_level)}, the calibration predicts "
+                f"{self.quantity.short(commanded_level)}, but the calibration predicts "
                 f"{predicted_v:.2f} V (allowed factor {band:g})"
             )
 

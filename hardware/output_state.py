@@ -93,8 +93,8 @@ class GuardedOutput(ABC):
         if self._on_time.unattended_s(now_s) > self.limits.on_time_s:
             self.silence()
             raise OverLimit(
-                f"the plate vibrated for {self.limits.on_time_s:g} s without a new command; "
-                "it was silenced"
+                f"the plate vibrated for {self.limits.on_time_s:g} s without a new command, "
+                "so it was switched off"
             )
         try:
             self._check_duty()
@@ -122,8 +122,8 @@ class GuardedOutput(ABC):
         """Update the state of the output around a command, according to this module's rules."""
         if not self._opened or self.output is Output.UNREACHABLE:
             raise ConnectionLost(
-                f"plate '{self.name}': it is not connected, or did not confirm that it is off; "
-                "nothing is presented before it is connected again"
+                f"plate '{self.name}': it is not connected, or did not confirm that it is "
+                "off; nothing is presented until it is reconnected"
             )
         with self._silent_on_fault():
             self._on_time.command(self.clock.now(), vibrates=vibrates)

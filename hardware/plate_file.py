@@ -81,7 +81,7 @@ class LimitsTable(PlateTable):
     @model_validator(mode="after")
     def _band_is_one(self) -> Self:
         if self.frequency_min_hz >= self.frequency_max_hz:
-            raise ValueError("frequency_min_hz must lie below frequency_max_hz")
+            raise ValueError("frequency_min_hz must be below frequency_max_hz")
         return self
 
     def beyond_shipped(self) -> dict[str, float]:
@@ -175,7 +175,7 @@ class PlateFile(PlateTable):
         left_out = LEVELS - limits.model_fields_set
         if left_out and not quantity.of_plate:
             names = " and ".join(sorted(quantity.named(each) for each in left_out))
-            raise ValueError(f"[limits]: expected {names}, since the plate makes {quantity.name}")
+            raise ValueError(f"[limits]: expected {names}, because the plate makes {quantity.name}")
         return self
 
     def beyond_shipped(self) -> dict[str, float]:
@@ -219,7 +219,7 @@ class PlateFile(PlateTable):
             ("device", calibration.device.serial, self.identity.device_serial),
         ]
         found = [
-            f"it was made on {what} '{made_on}', the plate file says '{own}'"
+            f"it was made on {what} '{made_on}', but the plate file has '{own}'"
             for what, made_on, own in told
             if own and made_on != own
         ]
@@ -299,13 +299,13 @@ def open_plate_file(path: Path) -> tuple[PlateFile, Calibration | None]:
     plate = _without_checksum(signed)
     if beyond := plate.unacknowledged():
         raise UserError(
-            f"{path}: {_listed(beyond)} is beyond the shipped limits; whoever answers for it "
-            f"signs: slipscale plate sign {path} --beyond-shipped-limits --by NAME"
+            f"{path}: {_listed(beyond)} is beyond the shipped limits; the person responsible "
+            f"must sign: slipscale plate sign {path} --beyond-shipped-limits --by NAME"
         )
     if signed.sha256 != checksum(plate):
         raise UserError(
-            f"{path}: was changed since it was signed; read it through, then "
-            f"slipscale plate sign {path}"
+            f"{path}: was changed after it was signed; check it, then run slipscale plate "
+            f"sign {path}"
         )
     if plate.calibration is None:
         return plate, None
@@ -313,7 +313,7 @@ def open_plate_file(path: Path) -> tuple[PlateFile, Calibration | None]:
     calibration = read_calibration(place)
     if faults := plate.implausible(calibration):
         raise UserError(
-            f"{path}: the calibration '{place}' is not this plate's: {'; '.join(faults)}"
+            f"{path}: the calibration '{place}' does not belong to this plate: {'; '.join(faults)}"
         )
     return plate, calibration
 
@@ -342,12 +342,10 @@ def new_plate(identity: Identity, wiring: Wiring, path: Path) -> None:
     _write(path, tomlkit.dumps(document), mode="x")
 
 
-NARROW_EXPECTED = (
-    "Narrow these to your plate: a peak that is taken for peak to peak is a factor of 2.",
-)
+NARROW_EXPECTED = ("Narrow these to your plate: mistaking peak for peak to peak is a factor of 2.",)
 EXAMPLES = {
     "geometry": ("length_mm = 83.0", "width_mm = 49.0", "columns = 7", "rows = 5"),
-    "calibration": ('file = "calibration.toml"  # beside this file',),
+    "calibration": ('file = "calibration.toml"  # next to this file',),
 }
 
 
@@ -388,9 +386,9 @@ def sign(path: Path, *, beyond_by: str = "", today: date) -> dict[str, float]:
         }
     elif plate.unacknowledged() or not plate.acknowledged_by_command():
         raise UserError(
-            f"{path}: {_listed(plate.unacknowledged() or beyond)} is beyond the shipped limits; "
-            "expected --beyond-shipped-limits and --by NAME, who answers for it; an "
-            "acknowledgement that was written by hand does not count"
+            f"{path}: {_listed(plate.unacknowledged() or beyond)} is beyond the shipped "
+            "limits; expected --beyond-shipped-limits and --by NAME, the person responsible; "
+            "an acknowledgement written by hand does not count"
         )
     content = {key: value for key, value in document.unwrap().items() if key != CHECKSUM}
     signed = PlateFile.model_validate(_names(content).to_code(content))

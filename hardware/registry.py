@@ -58,8 +58,10 @@ def unknown_backend(spec: str) -> str:
     port = PORT.match(spec)
     if port:
         folder = "/dev/" if port[2] and not port[1] else ""
-        return f"no backend '{name}'; a port is named after its backend: serial:{folder}{spec}"
-    return f"no backend '{name}'; {expected_one_of(name, backend_names())}, before a colon"
+        return (
+            f"unknown backend '{name}'; a port needs the name of its backend: serial:{folder}{spec}"
+        )
+    return f"unknown backend '{name}'; {expected_one_of(name, backend_names())}, before a colon"
 
 
 def open_plate(spec: str, *, clock: Clock, seed: int = 0) -> PlateDriver:

@@ -107,7 +107,7 @@ def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
         The rig failed; the plate was silenced.
     """
     if not plate.tracks or plate.calibration is None:
-        raise PlateRefused(f"backend '{plate.name}' has no resonance to be tracked")
+        raise PlateRefused(f"backend '{plate.name}' has no resonance to track")
     resonance = plate.calibration.resonance
     before_hz = plate.tracked_hz or resonance.frequency_hz
     half_hz = half_width_hz(resonance)
@@ -129,12 +129,12 @@ def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
     if not abs(top_um_pp - swept_um_pp) <= AGREES * swept_um_pp:
         raise OffCalibration(
             f"at its resonance of {now_hz:.1f} Hz the plate makes {top_um_pp:.3f} µm p-p with "
-            f"{voltage_v:.2f} V peak, the calibration predicts {swept_um_pp:.3f} µm p-p"
+            f"{voltage_v:.2f} V peak, but the calibration predicts {swept_um_pp:.3f} µm p-p"
         )
     if abs(now_hz - resonance.frequency_hz) > LARGEST_SHIFT * half_hz:
         refused = (
-            f"{now_hz:.1f} Hz is further than {half_hz:.0f} Hz from the calibrated "
-            f"{resonance.frequency_hz:.1f} Hz: calibrate anew"
+            f"{now_hz:.1f} Hz is more than {half_hz:.0f} Hz from the calibrated "
+            f"{resonance.frequency_hz:.1f} Hz: recalibrate"
         )
     if not refused:
         plate.limits.check_frequency(now_hz)

@@ -50,8 +50,8 @@ class Tones:
         places = range(1, TONES + 1)
         if self.quiet == self.antiphase or not {self.quiet, self.antiphase} <= set(places):
             raise UserError(
-                f"headphone test: tone {self.quiet} quiet and tone {self.antiphase} in antiphase; "
-                "expected two different ones of 1, 2, 3"
+                f"headphone test: tone {self.quiet} quiet and tone {self.antiphase} in "
+                "antiphase; expected two different tones of 1, 2, 3"
             )
 
     @property

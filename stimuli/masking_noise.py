@@ -77,7 +77,7 @@ def pink_noise(
         highest_db = math.floor(10 * (level_db - 20 * math.log10(peak))) / 10
         raise UserError(
             f"masking noise: level_db is {level_db:g}, expected {highest_db:.1f} or less: "
-            "above it, the noise's peaks leave full scale"
+            "above it, the noise's peaks exceed full scale"
         )
     return noise.astype(np.float32)
 

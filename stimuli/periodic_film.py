@@ -206,8 +206,8 @@ def periodic_state(
         else:
             raise ReynoldsDiverged(
                 f"no periodic film found at squeeze number {sigma:.3g}, epsilon {eps:.3g}, "
-                f"delta {delta:.3g} after {steps} Newton steps; solved reliably are squeeze "
-                "numbers up to 1e5"
+                f"delta {delta:.3g} after {steps} Newton steps; the solver is reliable for "
+                "squeeze numbers up to 1e5"
             )
     flow = outflow(pressure)
     largest = np.max(np.abs(flow), initial=np.finfo(float).tiny)

@@ -19,12 +19,15 @@ class QuantityTable(BaseModel):
     name: Annotated[str, Field(strict=True, pattern=r"^[a-z]+( [a-z]+)*$")] = Field(
         default=PLATE_AMPLITUDE.name, description="A noun in small letters, such as voltage."
     )
-    unit: Text = Field(default=PLATE_AMPLITUDE.unit, description="As it is written: V, m/s², N.")
+    unit: Text = Field(
+        default=PLATE_AMPLITUDE.unit, description=("The unit as written: V, m/s², N.")
+    )
     convention: Literal["peak to peak", "peak", "RMS", ""] = Field(
-        default="peak to peak", description="What the unit leaves open; may be empty."
+        default="peak to peak",
+        description=("The convention, if the unit leaves it open; may be empty."),
     )
     judged: Text = Field(
-        default=PLATE_AMPLITUDE.judged, description="What the participants judge, a noun."
+        default=PLATE_AMPLITUDE.judged, description=("The quality that participants judge, a noun.")
     )
 
     @classmethod

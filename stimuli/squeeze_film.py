@@ -249,8 +249,9 @@ def relative_friction(
     least = float(np.min(number[over > 0], initial=np.inf))
     if least < SQUEEZE_NUMBER_MIN:
         warnings.warn(
-            f"the squeeze number is {least:.3g}, below {SQUEEZE_NUMBER_MIN:g}: the closed form "
-            "overstates the film; slipscale.stimuli.reynolds solves it at any squeeze number",
+            f"the squeeze number is {least:.3g}, below {SQUEEZE_NUMBER_MIN:g}: the closed "
+            "form overestimates the film; use slipscale.stimuli.reynolds, which solves it at "
+            "any squeeze number",
             ClosedFormWarning,
             stacklevel=2,
         )

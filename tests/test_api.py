@@ -44,7 +44,7 @@ def test_the_package_offers_its_api_and_nothing_else():
         (lambda: slipscale.power(alpha=5), "alpha is 5, expected a share"),
         (lambda: slipscale.reconstruct("nowhere"), "nowhere"),
         (lambda: slipscale.reconstruct("biet2007_table3").sample(0), "number 0"),
-        (lambda: slipscale.open_plate("nowhere"), "no backend 'nowhere'"),
+        (lambda: slipscale.open_plate("nowhere"), "unknown backend 'nowhere'"),
     ],
 )
 def test_wrong_input_is_reported_in_one_sentence(call, said):

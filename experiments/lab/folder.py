@@ -39,33 +39,34 @@ class LabFile(BaseModel):
         json_schema_extra={"unit": "none"},
     )
     windowed: Annotated[bool, Field(strict=True)] = Field(
-        default=False, description="Whether the participant's window is not full screen."
+        default=False,
+        description=("Whether the participant's window is smaller than the full screen."),
     )
     language: str = Field(
-        default="", description="What participants read; left out: the study's own."
+        default="", description="Language of the participants' texts; default: the study's."
     )
     markers: tuple[Text, ...] = Field(
         default=(),
-        description="Where markers go, a SPEC each: lsl, serial:PORT, parallel:ADDRESS.",
+        description=(
+            "Outputs for event markers, one SPEC each: lsl, serial:PORT, parallel:ADDRESS."
+        ),
     )
     position: str = Field(
-        default="", description="What tells where the finger is; left out: the study's own."
+        default="", description="Position sensor of the finger; default: the study's."
     )
-    force: str = Field(
-        default="", description="What measures the finger's forces; left out: the study's own."
-    )
+    force: str = Field(default="", description="Force sensor of the finger; default: the study's.")
     sound_required: Annotated[bool, Field(strict=True)] = Field(
         default=False,
-        description="Whether a session of a study with masking noise is refused without a device "
-        "to hear it on, even where the study could do without.",
+        description="Whether a study with masking noise needs a sound device, even if the "
+        "study allows sessions without one.",
     )
     data: Text = Field(default="data", description="Folder of participants' data.")
     pilots: Text = Field(
-        default="pilots", description="Folder of pilots; rehearsals with a person lie in it too."
+        default="pilots", description=("Folder of pilots; also contains rehearsals with a person.")
     )
     backup: str = Field(
         default="",
-        description="Folder on another disk, to which each run's journal is copied at its end.",
+        description="Folder on another disk, to which each run's journal is copied at the end.",
     )
 
     @field_validator("plate")
@@ -80,14 +81,14 @@ class LabFile(BaseModel):
     def _a_code(cls, value: str) -> str:
         # The study defines which languages exist in addition to the shipped ones.
         if value and not CODE.fullmatch(value):
-            raise ValueError("expected a language's code, such as en, fr or de")
+            raise ValueError("expected a language code, such as en, fr or de")
         return value
 
     @field_validator("pilots")
     @classmethod
     def _apart(cls, value: str, info: ValidationInfo) -> str:
         if Path(value) == Path(info.data.get("data", "")):
-            raise ValueError("expected another folder than that of participants' data")
+            raise ValueError("expected a folder other than that of participants' data")
         return value
 
 
@@ -123,7 +124,7 @@ def init(folder: Path, answers: dict[str, str], ask: Callable[[str, str], str] |
     """
     path = folder / FILE
     if path.exists():
-        raise UserError(f"{path} exists already; edit it, or name another folder")
+        raise UserError(f"{path} already exists; edit it, or name another folder")
     given = dict(answers)
     for key, question in QUESTIONS.items():
         if ask and key not in given:
@@ -171,7 +172,7 @@ def write_settings(folder: Path, lab: LabFile) -> None:
     read_lab(folder)
     _check_study(folder, lab)
     if lab.backup and not (folder / lab.backup).is_dir():
-        raise UserError(f"backup: {lab.backup}: no such folder; connect its disk, or make it")
+        raise UserError(f"backup: {lab.backup}: no such folder; connect its disk, or create it")
     document = tomlkit.parse(lab_text(folder) or rendered({}))
     for key, value in lab.model_dump(mode="json").items():
         if key not in document or document[key] != value:
@@ -185,8 +186,8 @@ QUESTIONS = {
     "serial:/dev/ttyACM0,calibration=plate.toml",
     "screen": "Which screen is the participant's? 0 is the first",
     "language": "Which language do participants read? Empty: the study's own",
-    "data": "Where do participants' data go?",
-    "backup": "To which folder is each run copied? On another disk; empty: to none",
+    "data": "In which folder are participants' data saved?",
+    "backup": "To which folder is each run copied? On another disk; empty: no copies",
 }
 
 
@@ -196,7 +197,9 @@ def rendered(given: dict[str, str]) -> str:
 
     document = tomlkit.document()
     document.add(tomlkit.comment("Every slipscale command that is started in this folder takes"))
-    document.add(tomlkit.comment("its defaults from here; what the command line says comes first."))
+    document.add(
+        tomlkit.comment("its defaults from here; options on the command line override them.")
+    )
     for key, field in LabFile.model_fields.items():
         value = given.get(key)
         document.add(tomlkit.nl())

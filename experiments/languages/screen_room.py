@@ -35,13 +35,13 @@ class Room:
 LETTER_KEY = Room("the letter of a key, no words", 1, 1)
 KEY_NAME = Room("the name of a key, within a sentence", 24, 1)
 TITLE = Room("the title of a screen: one line", 44, 1)
-PAGE = Room("a page that is read at leisure", 90, 19)
-PROMPT = Room("a question, or what to do, in large letters", 62, 4)
-OPTION = Room("an answer, beside its key", 60, 1)
-OPTIONS = Room("answers, with | between, below their keys or beside them", 160, 1)
+PAGE = Room("a page that participants read at their own pace", 90, 19)
+PROMPT = Room("a question or instruction, in large letters", 62, 4)
+OPTION = Room("an answer, next to its key", 60, 1)
+OPTIONS = Room("answers, separated by |, below or next to their keys", 160, 1)
 UNDER_KEY = Room("a word or two below a key", 22, 3)
-FOOT = Room("a line of small letters at the foot of a screen", 72, 2)
-WORD = Room("a few words that stay a moment", 40, 3)
+FOOT = Room("a line of small print at the foot of a screen", 72, 2)
+WORD = Room("a few words shown for a moment", 40, 3)
 BANNER = Room("the strip at the top of a pilot's screens: one line", 90, 1)
 
 # The first pattern that matches a key applies.
@@ -175,4 +175,4 @@ def too_long(key: str, text: str) -> str:
     if len(lines) <= room.lines and all(len(line) <= room.letters for line in lines):
         return ""
     fits = f"{room.lines} lines of {room.letters}" if room.lines > 1 else f"{room.letters}"
-    return f"it is too long for its place ({room.where}): some {fits} letters fit"
+    return f"it is too long for its place ({room.where}): about {fits} letters fit"

@@ -164,9 +164,9 @@ def unlike(own: Texts, brought: Texts) -> Iterator[tuple[str, str]]:
         if not (text := own.get(key, "")):
             continue
         if lost := (blanks(english) or set()) - (blanks(text) or set()):
-            yield key, f"{', '.join(f'{{{name}}}' for name in sorted(lost))} is missing in it"
+            yield key, f"{', '.join(f'{{{name}}}' for name in sorted(lost))} is missing"
         if " | " in english and len(answers(text)) != len(answers(english)):
-            yield key, f"expected {len(answers(english))} answers with | between"
+            yield key, f"expected {len(answers(english))} answers separated by |"
 
 
 def texts_hash(texts: Texts) -> str:
@@ -208,7 +208,7 @@ def _blank_faults(own: Texts, shipped: Texts) -> Iterator[tuple[str, str]]:
         found, known = blanks(text), blanks(shipped[key]) or set()
         if found is None or not found <= known:
             filled = ", ".join(f"{{{name}}}" for name in sorted(known)) or "none"
-            yield key, f"its braces cannot be filled in; those there are: {filled}"
+            yield key, f"its braces cannot be filled in; available: {filled}"
 
 
 def _key_faults(texts: Texts) -> Iterator[tuple[str, str]]:
@@ -222,4 +222,4 @@ def _key_faults(texts: Texts) -> Iterator[tuple[str, str]]:
     words = answers(texts[key])
     fits = FEWEST_ANSWERS <= len(words) <= NUMBER_KEYS
     if not fits or "" in words or len(set(words)) < len(words):
-        yield key, f"expected {FEWEST_ANSWERS} to {NUMBER_KEYS} different answers, with | between"
+        yield key, (f"expected {FEWEST_ANSWERS} to {NUMBER_KEYS} different answers separated by |")

@@ -59,20 +59,20 @@ class DescendingDifference(PacedOptions):
 
     series: AtLeastOne = Field(
         default=1,
-        description="How many descending series.",
+        description="Number of descending series.",
         json_schema_extra={"unit": "series"},
     )
     catch_steps: Count = Field(
         default=1,
-        description="Steps in each series at which nothing changes.",
-        json_schema_extra={"unit": "steps a series"},
+        description="Steps per series at which nothing changes.",
+        json_schema_extra={"unit": "steps per series"},
     )
     start_level: Amplitude | None = Field(
         default=None,
-        description="Amplitude from which a series starts; left out: the study's largest.",
+        description="Amplitude at which a series starts; default: the study's largest.",
     )
     confidence: Switch = Field(
-        default=False, description="Whether to ask how sure the participant is."
+        default=False, description="Whether to ask how certain the participant is."
     )
 
 
@@ -208,8 +208,8 @@ PROTOCOL = Protocol(
     task=TASK,
     title="Descending difference",
     description=(
-        "The plate's {q.name} steps down; after each step the participant says whether they "
-        "feel a difference and what has been removed."
+        "The plate's {q.name} decreases in steps; after each step the participant says "
+        "whether they feel a difference and what has been removed."
     ),
     options=DescendingDifference,
     trials=trials,
@@ -247,7 +247,7 @@ PROTOCOL = Protocol(
             value=_catch,
             kind="label",
             description="Whether nothing changed at this step",
-            levels={"true": "catch step: nothing changed", "false": "the {q.name} stepped down"},
+            levels={"true": "catch step: nothing changed", "false": "the {q.name} decreased"},
         ),
         "difference_felt": Column(
             value=_felt,
@@ -258,12 +258,12 @@ PROTOCOL = Protocol(
         "verbal_report": Column(
             value=lambda record: record.answer("verbal_report"),
             kind="text",
-            description="Answer to: what has been removed? Word for word",
+            description="Answer to: what has been removed? In the participant's words",
         ),
         "confidence": Column(
             value=lambda record: record.answer("confidence"),
             kind="number",
-            description="How sure the participant was, 1 (a guess) to 4 (certain)",
+            description="Certainty of the participant, 1 (a guess) to 4 (certain)",
         ),
     },
 )

@@ -59,39 +59,43 @@ class Matching(RestedOptions):
     """Options for matching."""
 
     reference_levels: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = Field(
-        default=None, description="Amplitudes to be matched; left out: the study's."
+        default=None, description="Amplitudes to be matched; default: the study's."
     )
     repetitions: AtLeastOne = Field(
         default=3,
-        description="How often each reference is matched from below, and as often from above.",
-        json_schema_extra={"unit": "trials a reference and direction"},
+        description=(
+            "Number of matches of each reference from below, and equally many from above."
+        ),
+        json_schema_extra={"unit": "trials per reference and direction"},
     )
     practice: Count = Field(
         default=2,
-        description="Trials before, for practice; recorded, not analysed.",
+        description="Practice trials before the main trials; recorded, not analysed.",
         json_schema_extra={"unit": "trials"},
     )
     step_level: Positive = Field(
-        default=0.02, description="What one notch of the wheel, or one press of a key, changes."
+        default=0.02, description="Change per notch of the wheel or press of a key."
     )
     nearest_start_level: Positive = Field(
-        default=0.3, description="The plate begins at least so far from the reference."
+        default=0.3,
+        description=("Smallest distance between the plate's starting point and the reference."),
     )
     furthest_start_level: Positive = Field(
-        default=0.6, description="The plate begins at most so far from the reference."
+        default=0.6,
+        description=("Largest distance between the plate's starting point and the reference."),
     )
-    lowest_level: Amplitude = Field(default=0.0, description="It cannot be turned below this.")
-    highest_level: Positive = Field(default=2.3, description="It cannot be turned above this.")
+    lowest_level: Amplitude = Field(default=0.0, description="Lower limit of the adjustment.")
+    highest_level: Positive = Field(default=2.3, description="Upper limit of the adjustment.")
     catch_trials: Count = Field(
         default=0,
-        description="Trials among the others that begin at the reference itself: where somebody "
-        "turns it far away, attention or memory did not hold. Not analysed as matches.",
+        description="Catch trials that start at the reference itself: a match far away "
+        "indicates a lapse of attention or memory. Not analysed as matches.",
         json_schema_extra={"unit": "trials"},
     )
     reference_again: Switch = Field(
         default=False,
-        description="Whether the reference can be felt again while the plate is turned, by a key, "
-        "as often as wanted; how often is in the data.",
+        description="Whether a key presents the reference again during the adjustment, any "
+        "number of times; the number is recorded.",
     )
     repeat_timed_out: Switch = Field(
         default=True, description="Whether a timed-out trial is repeated, once."
@@ -107,8 +111,8 @@ def check(options: Matching, context: Context) -> None:
     q = context.quantity
     if options.furthest_start_level < options.nearest_start_level:
         raise UserError(
-            f"{q.named('furthest_start_level')} is {options.furthest_start_level:g}, expected no "
-            f"less than {q.named('nearest_start_level')} ({options.nearest_start_level:g})"
+            f"{q.named('furthest_start_level')} is {options.furthest_start_level:g}, expected "
+            f"at least {q.named('nearest_start_level')} ({options.nearest_start_level:g})"
         )
     for reference in options.references(context):
         low, high = (
@@ -117,8 +121,8 @@ def check(options: Matching, context: Context) -> None:
         )
         if low < options.lowest_level or high > options.highest_level:
             raise UserError(
-                f"the reference {q.short(reference)} begins at {low:g} to {q.short(high)}, beyond "
-                f"what the plate is turned to ({options.lowest_level:g} to "
+                f"trials for the reference {q.short(reference)} start at {low:g} to "
+                f"{q.short(high)}, outside the adjustment range ({options.lowest_level:g} to "
                 f"{options.highest_level:g}); expected a reference further inside"
             )
 
@@ -238,8 +242,8 @@ PROTOCOL = Protocol(
     task="matching",
     title="Matching by adjustment",
     description=(
-        "The participant feels a reference, then turns the plate from below or above until it "
-        "feels the same."
+        "The participant feels a reference, then adjusts the plate from below or above until "
+        "it feels the same."
     ),
     options=Matching,
     trials=trials,
@@ -251,11 +255,11 @@ PROTOCOL = Protocol(
         "direction": Column(
             value=lambda record: record.trial.factors["direction"],
             kind="label",
-            description="From which side the reference was approached",
+            description="Side from which the reference was approached",
             levels={
                 "ascending": "from below",
                 "descending": "from above",
-                EQUAL: "from neither: a catch trial, which began at the reference itself",
+                EQUAL: "neither: a catch trial, which started at the reference itself",
             },
         ),
         "catch": Column(
@@ -266,7 +270,7 @@ PROTOCOL = Protocol(
         ),
     },
     response={
-        **adjusted_columns("matched_level", "{q.title} that the participant turned to"),
+        **adjusted_columns("matched_level", "{q.title} set by the participant"),
         "felt_again": Column(
             value=lambda record: (
                 float(len(record.answers["matched_level"]["again_s"]))
@@ -274,7 +278,7 @@ PROTOCOL = Protocol(
                 else None
             ),
             kind="number",
-            description="How often the reference was felt again while the plate was turned",
+            description=("Number of times the reference was presented again during the adjustment"),
         ),
     },
     intervals=lambda _: TURNED,

@@ -188,7 +188,7 @@ ANSWERS: Mapping[type, tuple[Callable[[Any, Any], bool], str]] = {
         lambda question, value: (
             _number(question, value) and value == question.nearest(float(value))
         ),
-        "one of the line's places, 0 to 100",
+        "a place on the line, 0 to 100",
     ),
     Adjust: (_notches, "a whole number of notches"),
 }
@@ -201,4 +201,8 @@ def misfit(step: Ask | Adjust, value: object) -> str | None:
     """
     question = step if isinstance(step, Adjust) else step.question
     fits, words = ANSWERS.get(type(question), (lambda *_: True, ""))
-    return None if fits(question, value) else f"answered {value!r} to '{step.name}', not {words}"
+    return (
+        None
+        if fits(question, value)
+        else (f"answered {value!r} to '{step.name}', expected {words}")
+    )

@@ -129,8 +129,8 @@ class SlipscalePlateBackend(DeviceBackend):  # type: ignore[misc] # PsychoPy has
             inputType="single",
             categ="Device",
             label="SPEC",
-            hint="Empty: the device that was chosen. Otherwise as after slipscale run --plate, "
-            "such as scpi:RESOURCE,gain=20 or a plate file",
+            hint="Empty: the device that was chosen. Otherwise the same as for slipscale run "
+            "--plate, such as scpi:RESOURCE,gain=20 or a plate file",
         )
         return {"spec": spec}, ["spec"]
 

@@ -31,7 +31,7 @@ class PlateOutput:
         plate = DeviceManager.getDevice(device)
         if plate is None:
             raise ValueError(
-                f"there is no device named '{device}': add a Slipscale plate of that name in "
+                f"unknown device '{device}': add a Slipscale plate with that name in "
                 "Builder's device manager"
             )
         self.status = NOT_STARTED  # PsychoPy's scripts store their state here

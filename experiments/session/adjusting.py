@@ -50,7 +50,7 @@ class Adjusting:
         """Let the participant adjust the surface, and record every amplitude on the way."""
         start = self.surface.wanted
         if start is None:
-            raise ValueError("there is no surface to adjust: none was presented")
+            raise ValueError("no surface to adjust: none was presented")
         began_s = self.clock.now()
         trace = [(0.0, start.level)]
         again_s: list[float] = []

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
 
 RECONNECT_WAIT_S = 0.5
-UNBLINDED = "unblinded: the operator is told the amplitude from here on"
+UNBLINDED = "unblinded: the operator sees the amplitude from now on"
 
 
 class _Paused(Exception):
@@ -42,7 +42,7 @@ class _Paused(Exception):
 def stop_of(request: Request) -> StopRequested:
     """Return the exception that ends the session, with the operator's reason if one was given."""
     reason = f": {request.reason}" if request.reason else ""
-    return StopRequested(f"asked by the operator{reason}")
+    return StopRequested(f"requested by the operator{reason}")
 
 
 class Interruptions:
@@ -161,11 +161,11 @@ class Interruptions:
         now = self._progress.voidable
         trial = request.trial or now
         if trial is None:
-            self._progress.say("there is no trial to void")
+            self._progress.say("no trial can be voided now")
         elif now is None or trial.task != now.task:
-            self._progress.say(f"trial {trial.number}: its part is over, it cannot be repeated")
+            self._progress.say(f"trial {trial.number}: its part is over, so it cannot be repeated")
         elif (trial.task, trial.number) in self._voided():
-            self._progress.say(f"trial {trial.number} is voided already")
+            self._progress.say(f"trial {trial.number} is already voided")
         else:
             self._journal.write("void", task=trial.task, trial=trial.number, reason=request.reason)
             self._voids.append(trial.number)
@@ -185,7 +185,7 @@ class Interruptions:
     def _note(self, request: Request) -> None:
         """Write the operator's note into the journal."""
         self._journal.write("note", text=request.reason)
-        self._progress.say("the note is in the journal")
+        self._progress.say("the note was saved in the journal")
 
     def _unblind(self) -> None:
         """Show the operator the amplitude from now on, and record that."""

@@ -69,7 +69,7 @@ class OperatorAnswers:
     def take(self, typed: str) -> None:
         """Take the operator's entry as the answer, or show why it is not valid."""
         if self._question is None:
-            self._progress.say("no answer is waited for now")
+            self._progress.say("no question is open now")
             return
         texts = shipped_texts(ENGLISH)  # the operator's language
         entry = entry_for(self._question.question, texts)

@@ -59,7 +59,7 @@ class ResonanceTracking:
             clock.sleep(READ_S)
             samples = self._vibrometer.take()
             if not samples:
-                raise SensorFault("the vibrometer told nothing in the sweep")
+                raise SensorFault("the vibrometer returned no readings in the sweep")
             return fmean(each.values[0] for each in samples)
 
         found = track(self._plate, measured_level)

@@ -214,7 +214,7 @@ class Session:
             self._journal.write("end")
         except StopRequested as request:
             self._surface.shut_down()
-            self._journal.write("stop", reason=str(request) or "asked by the participant")
+            self._journal.write("stop", reason=str(request) or "requested by the participant")
             return "stopped"
         except UserError:
             self._surface.shut_down()
@@ -260,9 +260,9 @@ class Session:
         """Return a step's answer from the journal, and note the surface that it leaves."""
         if not same_step(past.begun.data["what"], step_record(step)):
             raise UserError(
-                f"journal {self._journal.path}, line {past.done.number + 1}: the protocol now "
-                "takes another step than the one recorded; resume with the version of Slipscale "
-                "that began the run (it is named in the journal's first line)"
+                f"journal {self._journal.path}, line {past.done.number + 1}: the protocol's "
+                "next step differs from the recorded one; resume with the version of "
+                "Slipscale that began the run (the journal's first line names it)"
             )
         answer = answer_from(past.done.data["answer"])
         if isinstance(step, Present):
@@ -332,7 +332,7 @@ class Session:
                 "answered_again", what=step_record(question), answer=answer_record(reply)
             )
             if question.name == CONSENT and isinstance(reply, Reply) and reply.value == "no":
-                raise StopRequested("the participant took their consent back")
+                raise StopRequested("the participant withdrew consent")
 
     def _ask_apart(self, question: Ask) -> Reply:
         """Ask a question with the plate silent; the current surface is lost."""
@@ -438,7 +438,7 @@ class Session:
 
     def _marker_lost(self, name: str, reason: str) -> None:
         """Report and record that an output no longer receives markers."""
-        self._progress.warn(f"NO MARKERS on {name} any more: {reason}")
+        self._progress.warn(f"NO MARKERS on {name} any longer: {reason}")
         self._journal.write("markers", outputs=list(self._markers.names), lost=name, reason=reason)
 
     def _silence(self, step: Silence) -> None:

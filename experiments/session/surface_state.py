@@ -156,7 +156,7 @@ class SurfaceState:
     def turn(self, surface: Stimulus) -> None:
         """Change the surface on the plate while the participant adjusts it."""
         if self._wanted is None:
-            raise ValueError("there is no surface to turn: none was presented")
+            raise ValueError("no surface to turn: none was presented")
         self._make(replace(self._wanted, surface=surface))
 
     def adjusted(self, surface: Stimulus) -> None:
@@ -174,7 +174,7 @@ class SurfaceState:
         """
         wanted = self._wanted
         if wanted is None:
-            raise ValueError("there is no surface to go back to: none was presented")
+            raise ValueError("no surface to return to: none was presented")
         try:
             made = self._drive(before)
             self._explore(explore)

@@ -51,11 +51,11 @@ KEYS: dict[State, dict[str, Request]] = {
 }
 RUNNING = {"p": Request(what="pause")}
 HELP: dict[State, str] = {
-    "paused": "p go on · v void trial · b void the one before · a ask again · s stop",
+    "paused": "p continue · v void trial · b void the previous one · a ask again · s stop",
     "fault": "r retry · s stop",
     "done": "",
 }
-RUNNING_HELP = "p pause · v void trial · b void the one before · a ask again · s stop"
+RUNNING_HELP = "p pause · v void trial · b void the previous one · a ask again · s stop"
 
 
 @dataclass(slots=True)
@@ -85,14 +85,14 @@ def void_prompt(trial: Trial) -> Prompt:
     def request(reason: str) -> Request | None:
         return Request(what="void", reason=reason, trial=trial) if reason else None
 
-    label = f"void trial {trial.number} because (Enter to void, Esc not to)"
+    label = f"void trial {trial.number} because (Enter to void, Esc to cancel)"
     return Prompt(label, request, "expected a reason: it is recorded with the trial")
 
 
 def stop_prompt() -> Prompt:
     """Return the prompt for the reason why the session is stopped. The reason is optional."""
     return Prompt(
-        "stop the session because (Enter to stop, Esc to go on)",
+        "stop the session because (Enter to stop, Esc to continue)",
         lambda reason: Request(what="stop", reason=reason),
     )
 
@@ -112,7 +112,7 @@ def question_prompt(asked: tuple[Ask, ...]) -> Prompt:
 def answer_prompt(ask: Ask) -> Prompt:
     """Return the prompt for a verbal report or a decision."""
     return Prompt(
-        f"{answer_wanted(ask)} (Enter to hand it in; Esc for the other keys, n to come back)",
+        f"{answer_wanted(ask)} (Enter to submit; Esc for the other keys, n to return)",
         lambda typed: Request(what="answer", reason=typed) if typed else None,
         "expected an answer",
     )

@@ -56,19 +56,19 @@ class HeadphoneTest(BaseModel):
     )
     trials: Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)] = Field(
         default=6,
-        description="How often three tones are heard.",
+        description="Number of presentations of three tones.",
         json_schema_extra={"unit": "trials"},
     )
     needed: Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)] = Field(
         default=5,
-        description="How many must be right to pass.",
+        description="Number of correct answers needed to pass.",
         json_schema_extra={"unit": "trials"},
     )
 
     @model_validator(mode="after")
     def _passable(self) -> HeadphoneTest:
         if self.needed > self.trials:
-            raise ValueError("expected needed to be no more than trials")
+            raise ValueError("expected at most the number of trials")
         return self
 
     def steps(self, context: Context, texts: Texts, noise: NoiseInEar | None) -> Steps:
@@ -157,13 +157,13 @@ class HeadphoneTest(BaseModel):
         ears = f"; the noise in the {' and the '.join(wrong_ears)} ear" if wrong_ears else ""
         elsewhere = " was heard elsewhere" if wrong_ears else ""
         prompt = (
-            f"headphone test not passed: {right} of {self.trials} right, {self.needed} needed"
-            f"{ears}{elsewhere}."
+            f"headphone test not passed: {right} of {self.trials} correct, {self.needed} "
+            f"needed{ears}{elsewhere}."
         )
         return Ask(
             name=DECISION,
             question=ChoiceQuestion(
-                prompt=prompt, options=((GO_ON, "go on as it is"), (AGAIN, "test again"))
+                prompt=prompt, options=((GO_ON, "continue anyway"), (AGAIN, "test again"))
             ),
             task=HEADPHONES,
             by="operator",

@@ -79,36 +79,37 @@ class Study(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Label = Field(
-        description="Short label of the study: letters, digits and _, beginning with a letter. "
-        "It stands in every record of the study."
+        description="Short label of the study: letters, digits and _, beginning with a "
+        "letter. It is part of every record of the study."
     )
-    title: Words = Field(description="Title of the study and of its data set, for people.")
+    title: Words = Field(description="Title of the study and of its data set.")
     authors: tuple[Words, ...] = Field(
-        default=(), description="Authors that the data set's description names."
+        default=(), description="Authors named in the data set's description."
     )
     license: Words = Field(
-        default="not decided", description="Licence that the data set's description names."
+        default="not decided", description="Licence named in the data set's description."
     )
     language: str = Field(
         default="en",
-        description="Language that the participant reads: en, fr, or one that the study brings "
-        "(`texts_files`); `--language` of a command overrides it.",
+        description="Language of the participant's texts: en, fr, or one that the study "
+        "provides (`texts_files`); a command's `--language` overrides it.",
     )
     seed: Seed = Field(
         default=1,
-        description="All orders follow from it, and all that is simulated.",
+        description="Random seed of all orders and all simulations.",
         json_schema_extra={"unit": "none"},
     )
     participants: AtLeastOne = Field(
         default=12,
-        description="How many participants are planned; a pilot runs as many.",
+        description="Number of planned participants, and of those in a pilot.",
         json_schema_extra={"unit": "participants"},
     )
     made: QuantityTable = Field(
         default=QuantityTable(),
         validation_alias="quantity",
-        description="What the plate makes and all levels are in; left out: the vibration amplitude "
-        "in µm peak to peak. In another quantity keys end in its unit.",
+        description="Quantity that the plate makes and in which levels are given; default: "
+        "the vibration amplitude in µm peak to peak. For other quantities, the "
+        "names of keys end in the unit.",
     )
     attribute: str = Field(
         default="",
@@ -133,7 +134,7 @@ class Study(BaseModel):
         description="What a study that varies a parameter holds fixed.",
     )
     plate: PlateSettings = Field(
-        default=PlateSettings(), description="Limits that every amplitude of the study must keep."
+        default=PlateSettings(), description="Limits for every amplitude of the study."
     )
     levels: Annotated[tuple[Amplitude, ...], Field(max_length=MOST)] = Field(
         default=(),
@@ -143,7 +144,7 @@ class Study(BaseModel):
     textures: Annotated[tuple[Texture, ...], Field(max_length=MOST)] = Field(
         default=(),
         validate_default=True,
-        description="Surfaces whose amplitude is modulated, for the protocols that present them.",
+        description="Surfaces with a modulated amplitude, for the protocols that present them.",
     )
     factors: Annotated[tuple[Factor, ...], Field(max_length=4)] = Field(
         default=(),
@@ -157,73 +158,74 @@ class Study(BaseModel):
     )
     task_order: Literal["fixed", "counterbalanced"] = Field(
         default="fixed",
-        description="Order of the tasks; counterbalanced: every other participant has them in "
-        "reverse.",
+        description="Order of the tasks; counterbalanced: every other participant has the "
+        "reverse order.",
     )
     sessions: Annotated[tuple[EntityLabel, ...], Field(max_length=MOST)] = Field(
         default=(),
-        description="Labels of a participant's sessions in their order, all different; left out: "
-        "one session, or sessions that are counted by the number at the end of their label.",
+        description="Labels of a participant's sessions in order, all different; default: one "
+        "session, or sessions numbered by the end of their labels.",
     )
     runs: AtLeastOne = Field(
         default=1,
-        description="How many runs each session has.",
+        description="Number of runs per session.",
         json_schema_extra={"unit": "runs"},
     )
     visits: Literal["advance", "same"] = Field(
         default="advance",
-        description="What a further session or run does in the counterbalancing. advance: it takes "
-        "the next place (the next Williams row, the other order of tasks); same: it keeps the "
-        "participant's place. The order of the surfaces is drawn anew in both cases.",
+        description="Effect of a further session or run on the counterbalancing. advance: it "
+        "takes the next place (the next Williams row, the other order of tasks); "
+        "same: it keeps the participant's place. The order of the surfaces is "
+        "drawn again in both cases.",
     )
     keys: ParticipantKeys = Field(
         default=ParticipantKeys(),
-        description="Keys of the participant where they are not the usual ones: of a keypad, a "
-        "response box or a pedal.",
+        description="Keys of the participant, if different from the usual ones: of a keypad, "
+        "a response box or a pedal.",
     )
     informed_consent: Switch = Field(
         default=False,
-        description="Whether the participant is asked for their consent before anything else; the "
-        "texts `session.consent...` say what to. Without it nothing goes on.",
+        description="Whether the participant is asked for consent before anything else; the "
+        "texts `session.consent...` describe it. Without consent the run stops.",
     )
     about_you: Annotated[tuple[PersonQuestion, ...], Field(max_length=MOST)] = Field(
         default=(), description="Questions about the participant, asked before the tasks."
     )
     questionnaires: Annotated[tuple[Questionnaire, ...], Field(max_length=MOST)] = Field(
         default=(),
-        description="Questionnaires of many items, asked before or after the tasks; each has a "
-        "table of its own.",
+        description="Questionnaires with several items, before or after the tasks; each has "
+        "its own table.",
     )
     headphone_test: HeadphoneTest | None = Field(
         default=None,
-        description="A test before the tasks whether headphones are worn, and whether the masking "
-        "noise is heard in both ears; left out: none.",
+        description="A test before the tasks of whether headphones are worn, and whether the "
+        "masking noise is heard in both ears; default: none.",
     )
     masking_noise: MaskingNoise | None = Field(
         default=None,
-        description="Pink noise in the headphones while the plate may sound; left out: none.",
+        description="Pink noise in the headphones while the plate may sound; default: none.",
     )
     private_files: Switch = Field(
         default=True,
-        description="Whether journals and the data set's files can be read by their owner only, "
-        "where the system knows owners; false: as the system makes files.",
+        description="Whether only the owner can read journals and the data set's files, if "
+        "the system supports owners; false: the system's default permissions.",
     )
     analysis: AnalysisChoices = Field(
         default=AnalysisChoices(),
-        description="How the data will be analysed, fixed before anybody looks at them.",
+        description="The planned analysis of the data, fixed before anyone sees them.",
     )
     cost: Cost | None = Field(
-        default=None, description="What the study costs; left out: no cost is computed."
+        default=None, description="Costs of the study; default: no cost is computed."
     )
     texts_files: tuple[Words, ...] = Field(
         default=(),
-        description="Files beside the study's with the texts of a language of its own; "
-        "`slipscale study texts` writes one to be filled in.",
+        description="Files next to the study's, with the texts of another language; "
+        "`slipscale study texts` writes a file to fill in.",
     )
     texts: dict[str, dict[str, Any]] = Field(
         default_factory=dict,
         validate_default=True,
-        description="Texts in place of the shipped ones: a table for each language, in it the "
+        description="Texts that replace the shipped ones: one table per language, with the "
         "texts by their keys.",
     )
 
@@ -270,7 +272,7 @@ class Study(BaseModel):
     def _presentable(cls, value: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
         faults = list(_levels(info).unpresentable(("levels",), *value))
         if len(set(value)) < len(value):
-            faults.append((("levels",), {"msg": "expected them to be all different"}))
+            faults.append((("levels",), {"msg": "expected different values"}))
         refuse(faults)
         return value
 
@@ -328,7 +330,7 @@ class Study(BaseModel):
     @classmethod
     def _different(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         if len({label.casefold() for label in value}) < len(value):
-            raise ValueError("expected them to be all different")
+            raise ValueError("expected different values")
         return value
 
     @field_validator("texts")
@@ -404,7 +406,7 @@ class Study(BaseModel):
 def _named_twice(table: str, names: list[str]) -> Iterator[Fault]:
     for number, name in enumerate(names):
         if name in names[:number]:
-            yield (table, number, "name"), {"msg": f"there is a '{name}' already"}
+            yield (table, number, "name"), {"msg": f"there is already a '{name}'"}
 
 
 def _levels(info: ValidationInfo) -> Levels:
@@ -419,7 +421,7 @@ def _impossible(
     labels = [load_protocol(other.protocol).for_task(other).task for other in before]
     if (label := protocol.for_task(task).task) in labels:
         # Their trials would be in the same table, with the same numbers.
-        said = f"there is a '{label}' already: give it a label"
+        said = f"there is already a '{label}': set another label"
         yield (*place, "label" if task.label else "protocol"), {"msg": said}
     for key in protocol.amplitudes:
         given = getattr(task, key, None) or ()
@@ -433,7 +435,7 @@ def _impossible(
         yield (*place, "protocol"), {"msg": str(error)}
         return
     if protocol.texts and protocol.instructions not in texts:
-        said = f"its instructions '{protocol.instructions}' are none of its texts"
+        said = f"its instructions '{protocol.instructions}' are not among its texts"
         yield (*place, "protocol"), {"msg": said}
     columns = {*protocol.design, *protocol.stimulus, *protocol.response}
     doubled = columns & {factor.name for factor in info.data.get("factors", ())}
@@ -464,7 +466,7 @@ def _unreadable(texts: dict[str, dict[str, Any]], tasks: tuple[Options, ...]) ->
     for language, own in texts.items():
         place = ("texts", language)
         if not CODE.fullmatch(language):
-            yield place, {"msg": "expected a language's code, such as de or pt-BR"}
+            yield place, {"msg": "expected a language code, such as de or pt-BR"}
             continue
         if language in languages():
             brought = {k: t for each in protocols for k, t in each.texts.get(language, {}).items()}
@@ -486,7 +488,9 @@ def _unspoken(texts: dict[str, dict[str, Any]], info: ValidationInfo) -> Iterato
         yield from unanswerable(asked, language, known)
         tasks = [load_protocol(t.protocol).for_task(t).task for t in info.data.get("tasks", ())]
         if info.data.get("headphone_test") and HEADPHONES in tasks:
-            said = {"msg": f"expected another label: '{HEADPHONES}' is the headphone test's"}
+            said = {
+                "msg": (f"expected another label: '{HEADPHONES}' is used by the headphone test")
+            }
             yield ("tasks", tasks.index(HEADPHONES), "label"), said
         taken = [HEADPHONES, *tasks, *(question.name for question in asked)]
         yield from unusable(info.data.get("questionnaires", ()), language, known, taken)

@@ -91,8 +91,8 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
         # The console's page can set these names, and must not reach files outside the folder.
         if Path(name).name != name or "\\" in name or not name.isprintable():
             raise UserError(
-                f"{source}: texts_files: {name!r}: expected the name of a file beside the study's, "
-                "without a folder"
+                f"{source}: texts_files: {name!r}: expected the name of a file next to the "
+                "study's, without a folder"
             )
         path = Path(source).parent / name
         if absent and not path.exists():
@@ -100,9 +100,9 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
         language, words = _read(path)
         if language in there:
             raise UserError(
-                f"{path}: language '{language}' is there already; expected another, in a file of "
-                f"its own (single texts of {', '.join(languages())} are replaced in the study "
-                "file, under [texts])"
+                f"{path}: language '{language}' already exists; expected another language (to "
+                f"replace single texts of {', '.join(languages())}, use [texts] in the study "
+                "file)"
             )
         there.add(language)
         whole += f"\n# The words of {path.name}.\n[texts.{_key(language)}]\n{_lines(words)}"
@@ -110,8 +110,8 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
         tomllib.loads(whole)
     except tomllib.TOMLDecodeError:
         raise UserError(
-            f"{source}: its texts cannot be joined by those of {', '.join(named)}; expected tables "
-            "such as [texts.en.session], not texts = {...}"
+            f"{source}: its texts cannot be combined with those of {', '.join(named)}; "
+            "expected tables such as [texts.en.session], not texts = {...}"
         ) from None
     return whole
 
@@ -123,15 +123,15 @@ def _read(path: Path) -> tuple[str, Texts]:
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise UserError(
-            f"{path}: cannot be read ({reason}); expected a file with the texts of a language, as "
-            "slipscale study texts writes one"
+            f"{path}: cannot be read ({reason}); expected a file with the texts of a "
+            "language, as written by slipscale study texts"
         ) from None
     table = dict(parse_toml(text, str(path), _Table).root)
     language = table.pop("language", None)
     words = {key: value for key, value in flatten(table).items() if value.strip()}
     faults: list[Fault] = []
     if not isinstance(language, str) or not CODE.fullmatch(language):
-        faults.append((("language",), {"msg": "expected a language's code, such as de or pt-BR"}))
+        faults.append((("language",), {"msg": "expected a language code, such as de or pt-BR"}))
     faults += [
         (tuple(key.split(".")), {"msg": "expected words in quotes"})
         for key, value in _leaves(table)
@@ -180,7 +180,13 @@ def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tu
         named = ", ".join(lacking[:MOST_NAMED])
         more = f" and {len(lacking) - MOST_NAMED} more" if len(lacking) > MOST_NAMED else ""
         remedy = f"slipscale study texts {source} --language {language} --out FILE writes them all"
-        yield "", f"{len(lacking)} texts are missing: {named}{more}; {remedy}, with those there are"
+        yield (
+            "",
+            (
+                f"{len(lacking)} texts are missing: {named}{more}; {remedy}, including the "
+                "existing ones"
+            ),
+        )
 
 
 def brought_texts(study: Study, language: str) -> dict[str, str]:
@@ -194,11 +200,11 @@ def brought_texts(study: Study, language: str) -> dict[str, str]:
 def check_own_code(language: str) -> None:
     """Raise `UserError` unless a study can add a language with this code."""
     if not CODE.fullmatch(language):
-        raise UserError(f"--language {language}: expected a language's code, such as de or pt-BR")
+        raise UserError(f"--language {language}: expected a language code, such as de or pt-BR")
     if language in languages():
         raise UserError(
-            f"--language {language}: is shipped; single texts of it are replaced in the study "
-            f"file, under [texts.{language}]"
+            f"--language {language}: is a shipped language; to replace single texts, use "
+            f"[texts.{language}] in the study file"
         )
 
 
@@ -218,9 +224,9 @@ def template(study: Study, language: str) -> str:
     own = flatten(study.texts.get(language, {}))
     english = to_translate(brought_texts(study, language))
     lines = [
-        f"# What participants read in the language '{language}'. Write a text between the quotes",
-        "# of each key; what stands in {braces} is filled in and must be there. Above each key:",
-        "# the English text, and where on the screen it is seen.",
+        f"# The participant's texts in the language '{language}'. Write a text between the quotes",
+        "# of each key; keep the words in {braces}, which are filled in. Above each key:",
+        "# the English text, and its place on the screen.",
         f"language = {json.dumps(language)}",
     ]
     section = ""

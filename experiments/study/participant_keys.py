@@ -24,27 +24,30 @@ class ParticipantKeys(BaseModel):
 
     go_on: Key = Field(
         default="space",
-        description="Key that goes on: space, enter, or the character that the key sends.",
+        description="Key to continue: space, enter, or the character that the key sends.",
     )
     yes: Key = Field(
         default="",
-        description="Character of the key for yes; left out, as no: the language's own letter.",
+        description=(
+            "Character of the key for yes; default, also for no: the language's own letter."
+        ),
     )
     no: Key = Field(default="", description="Character of the key for no.")
     numbers: Literal["typed", "spoken"] = Field(
         default="typed",
-        description="typed: the participant enters numbers. spoken: they say them aloud, and the "
-        "operator types them, at the terminal or in the console.",
+        description="typed: the participant enters numbers. spoken: the participant speaks "
+        "them, and the operator types them in the terminal or the console.",
     )
     touch: Switch = Field(
         default=False,
-        description="Whether the participant answers on a touch screen, or with a mouse: keys for "
-        "numbers, choices and going on are drawn and can be touched. A keyboard works as well.",
+        description="Whether the participant answers on a touch screen or with a mouse: keys "
+        "for numbers, choices and continuing are drawn and can be touched. A "
+        "keyboard also works.",
     )
     again: Key = Field(
         default="",
-        description="Character of the key that asks to feel the reference again, in matching; left "
-        "out: r, or a where r goes on.",
+        description="Character of the key that presents the reference again, in matching; "
+        "default: r, or a if r is the key to continue.",
     )
 
     @field_validator("go_on")
@@ -59,7 +62,7 @@ class ParticipantKeys(BaseModel):
         if self.again and not _is_character(self.again):
             raise ValueError("again: expected one character")
         if self.again.casefold() == self.go_on.casefold():
-            raise ValueError("expected again to be another key than go_on")
+            raise ValueError("expected again to differ from go_on")
         return self
 
     @model_validator(mode="after")
@@ -68,7 +71,7 @@ class ParticipantKeys(BaseModel):
             return self
         told = all(_is_character(key) for key in (self.yes, self.no))
         if not told or self.yes.casefold() == self.no.casefold():
-            raise ValueError("expected yes and no both, as two different characters")
+            raise ValueError("expected both yes and no, as two different characters")
         return self
 
     def texts(self) -> dict[str, str]:

@@ -39,7 +39,7 @@ def distinct(
     else:
         lists = [list(value or ())]
     if any(len(set(words)) < len(words) for words in lists):
-        raise ValueError("expected options that are all different")
+        raise ValueError("expected different options")
     return value
 
 
@@ -52,7 +52,7 @@ class PersonQuestion(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Label = Field(
-        description="Column of participants.tsv that holds the answer: letters, digits and _."
+        description="Column of participants.tsv for the answer: letters, digits and _."
     )
     options: (
         Annotated[tuple[Words, ...], Field(min_length=FEWEST_ANSWERS, max_length=MOST_OPTIONS)]
@@ -62,25 +62,26 @@ class PersonQuestion(BaseModel):
         | None
     ) = Field(
         default=None,
-        description="The answers to choose from, all different. Up to nine have a number key each; "
-        "more are a list that scrolls, answered by number, arrow keys or mouse. A table gives for "
-        "each code, which the data hold, the words in each language; a list gives words that are "
-        "their own codes in every language.",
+        description="The possible answers, all different. Up to nine have a number key each; "
+        "more are shown as a scrolling list, answered by number, arrow keys or "
+        "mouse. A table gives the words in each language for each code that is "
+        "stored in the data; a list gives words that are also the codes, in every "
+        "language.",
     )
     minimum: Whole | None = Field(
         default=None,
-        description="Smallest whole number that can be typed, where no options are given.",
-        json_schema_extra={"unit": "what is asked for"},
+        description="Smallest whole number that can be typed, if there are no options.",
+        json_schema_extra={"unit": "as asked for"},
     )
     maximum: Whole | None = Field(
         default=None,
         description="Largest whole number that can be typed.",
-        json_schema_extra={"unit": "what is asked for"},
+        json_schema_extra={"unit": "as asked for"},
     )
     prompt: str | Translated = Field(
         default="",
-        description="The question's words, or a table with them in each language; left out: the "
-        "shipped text `about_you.<name>`.",
+        description="The question's words, or a table with them in each language; default: "
+        "the shipped text `about_you.<name>`.",
     )
 
     _distinct = field_validator("options")(distinct)
@@ -89,7 +90,7 @@ class PersonQuestion(BaseModel):
     @classmethod
     def _free(cls, value: str) -> str:
         if value in (*TAKEN, CONSENT):
-            raise ValueError("expected another name: this one is a column already")
+            raise ValueError("expected another name: this one is already a column")
         return value
 
     @model_validator(mode="after")
@@ -119,7 +120,7 @@ class PersonQuestion(BaseModel):
             if language not in self.prompt:
                 yield ("prompt",), f"'{self.name}' has no prompt in '{language}'"
         elif not self.prompt and not shipped:
-            yield ("prompt",), f"'{self.name}' needs a prompt of its own"
+            yield ("prompt",), f"'{self.name}' needs its own prompt"
 
     def ask(self, language: str, texts: Mapping[str, str]) -> Ask:
         """Return the step that asks the question in a language.

@@ -45,14 +45,14 @@ class Item(BaseModel):
         description="The item's words, or a table with them in each language."
     )
     options: Answers | None = Field(
-        default=None, description="Answers of this item where they are not the questionnaire's."
+        default=None, description=("Answers of this item, if they differ from the questionnaire's.")
     )
 
     @field_validator("name")
     @classmethod
     def _free(cls, value: str) -> str:
         if value in (*TAKEN, CONSENT, *ROW):
-            raise ValueError("expected another code: this one is a column already")
+            raise ValueError("expected another code: this one is already a column")
         return value
 
     _distinct = field_validator("options")(distinct)
@@ -65,17 +65,17 @@ class Questionnaire(BaseModel):
 
     name: Label = Field(description="Name of the questionnaire's table, phenotype/<name>.tsv.")
     description: Words = Field(
-        description="What it measures and where it is from, for people who read the data set."
+        description="What it measures, and its source, for readers of the data set."
     )
     title: Words | Translated | None = Field(
         default=None, description="Title above its instructions."
     )
     instructions: Words | Translated | None = Field(
-        default=None, description="What is read before its first item; left out: nothing."
+        default=None, description="Text before its first item; default: none."
     )
     options: Answers = Field(
-        description="The answers to choose from, as in `about_you`: a table gives for each code, "
-        "which the data hold, the words in each language."
+        description="The possible answers, as in `about_you`: a table gives the words in each "
+        "language for each code that is stored in the data."
     )
     when: Literal["before", "after"] = Field(
         default="before", description="Whether it is asked before the tasks or after them."
@@ -159,14 +159,14 @@ def unusable(
     for number, each in enumerate(questionnaires):
         place = ("questionnaires", number)
         if each.name in names:
-            yield (*place, "name"), {"msg": f"there is a '{each.name}' already"}
+            yield (*place, "name"), {"msg": f"there is already a '{each.name}'"}
         names.add(each.name)
         for key, words in (("title", each.title), ("instructions", each.instructions)):
             yield from (((*place, key), {"msg": said}) for said in _unread(words, language, known))
         told = set()
         for index, question in enumerate(each.questions()):
             if question.name in names:
-                said = f"there is a '{question.name}' already"
+                said = f"there is already a '{question.name}'"
                 yield (*place, "items", index, "name"), {"msg": said}
             names.add(question.name)
             own = each.items[index].options is not None

@@ -104,7 +104,7 @@ class RunPlan:
         if self.order_version != ORDER_VERSION:
             raise UserError(
                 f"orders of version {self.order_version}: this Slipscale draws version "
-                f"{ORDER_VERSION}; go on with the release that began the run"
+                f"{ORDER_VERSION}; resume with the release that began the run"
             )
         if self.seed < 0:
             raise UserError(f"--seed {self.seed}: expected 0 or more")

@@ -30,10 +30,10 @@ class MaskingNoise(BaseModel):
         description="Level relative to full scale.",
         json_schema_extra={"unit": "dB re full scale"},
     )
-    fade_s: Seconds = Field(default=0.5, description="Fading in and fading out, each.")
-    required: Switch = Field(
-        default=False, description="Whether a session without an audio device is refused."
+    fade_s: Seconds = Field(
+        default=0.5, description=("Duration of the fade-in and of the fade-out.")
     )
+    required: Switch = Field(default=False, description="Whether a session needs an audio device.")
 
 
 Amount = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
@@ -44,21 +44,23 @@ class Cost(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    currency: Words = Field(default="EUR", description="The currency's name, as it is printed.")
+    currency: Words = Field(default="EUR", description="Name of the currency, as printed.")
     per_person: Amount = Field(
         default=0.0,
-        description="What each participant is paid.",
+        description="Payment per participant.",
         json_schema_extra={"unit": "currency"},
     )
     per_rig_hour: Amount = Field(
         default=0.0,
-        description="What an hour at the rig costs, experimenter included.",
-        json_schema_extra={"unit": "currency an hour"},
+        description="Cost of an hour at the rig, including the experimenter.",
+        json_schema_extra={"unit": "currency per hour"},
     )
     setup_minutes: Amount = Field(
         default=0.0,
-        description="Time at the rig before and after each run: greeting, cleaning, paying.",
-        json_schema_extra={"unit": "minutes a run"},
+        description=(
+            "Time at the rig before and after each run, for greeting, cleaning and payment."
+        ),
+        json_schema_extra={"unit": "minutes per run"},
     )
 
 
@@ -69,45 +71,48 @@ class PlateSettings(BaseModel):
 
     file: str = Field(
         default="",
-        description="A plate's own file, or its name in the folder plates; a session with a "
-        "person, and its check, are refused on another one.",
+        description="A plate's file, or its name in the folder plates; a session with a "
+        "person, and its check, are refused on any other plate.",
     )
     level: Positive = Field(
         default=PlateLimits().level,
         description="Largest amplitude that may be presented; a larger one in the study is a "
-        "fault, and the plate is never asked for it.",
+        "fault, and is never sent to the plate.",
     )
     tolerance: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = Field(
         default=None,
-        description="How far a measured amplitude may lie from the one commanded, as a share of "
-        "it; left out: as far as the plate's own limits allow. A narrower one than these is held "
-        "to, a wider one is not.",
+        description="Largest accepted difference between measured and commanded amplitude, as "
+        "a share of the commanded one; default: the plate's own limit. A narrower "
+        "value than the plate's applies, a wider one is ignored.",
         json_schema_extra={"unit": "share, 0 to 1"},
     )
     tolerance_level: Positive | None = Field(
         default=None,
-        description="The same as an amplitude; the larger of the two counts. A study of thresholds "
-        "needs a plate that holds an amplitude better than its finest difference.",
+        description="The same as an amplitude; the larger of the two applies. A threshold "
+        "study needs a plate whose tolerance is smaller than the study's finest "
+        "difference.",
     )
     track_resonance: str = Field(
         default="",
-        description="SPEC of a vibrometer, vibrometer:PORT: a generator's or a sound card's "
-        "resonance is looked for again before a trial, at three frequencies; left out: it is "
-        "driven where the calibration says. A driver board follows its resonance by itself.",
+        description="SPEC of a vibrometer, vibrometer:PORT, with which the resonance of a "
+        "generator or a sound card is measured before a trial, at three "
+        "frequencies; default: the calibrated frequency. A driver board tracks "
+        "its resonance itself.",
     )
     track_every_s: Positive = Field(
-        default=120.0, description="The least time between two such sweeps."
+        default=120.0, description="Shortest time between two such measurements."
     )
     position: str = Field(
         default="",
-        description="SPEC of what tells where the finger is, such as lasers:/dev/ttyUSB1; left "
-        "out: its place is not measured. A pilot simulates it; `--position` overrides it.",
+        description="SPEC of the finger's position sensor, such as lasers:/dev/ttyUSB1; "
+        "default: the position is not measured. A pilot simulates it; "
+        "`--position` overrides it.",
     )
     force: str = Field(
         default="",
-        description="SPEC of what measures normal and lateral force, such as "
-        "load_cells:/dev/ttyUSB2; left out: forces are not measured. A pilot simulates them; "
-        "`--force` overrides it.",
+        description="SPEC of the sensor of normal and lateral force, such as "
+        "load_cells:/dev/ttyUSB2; default: forces are not measured. A pilot "
+        "simulates them; `--force` overrides it.",
     )
 
 
@@ -149,7 +154,10 @@ else:
     _Textured = create_model(
         "_Textured",
         __config__=_CONFIG,
-        name=(Label, Field(description="What the data call the texture: letters, digits and _.")),
+        name=(
+            Label,
+            Field(description=("Name of the texture in the data: letters, digits and _.")),
+        ),
         **{
             field: (each.kind, _field(each.parameter, default=... if each.stated else each.default))
             for field, each in PARAMETERS.items()

@@ -97,8 +97,9 @@ class DaqOutput(PlateDriver):
         samples = PERIODS * self._rate_hz / self._frequency_hz
         if samples < 4 * PERIODS or abs(samples - round(samples)) > 1e-6 * samples:
             raise UserError(
-                f"plate 'daq': {self._rate_hz:g} samples per second do not fit {PERIODS} periods "
-                f"of {self._frequency_hz:g} Hz; expected a multiple of it, 4 times or more"
+                f"plate 'daq': {self._rate_hz:g} samples per second do not fit {PERIODS} "
+                f"periods of {self._frequency_hz:g} Hz; expected a multiple of it, at least 4 "
+                "times as high"
             )
         phase = 2 * math.pi * PERIODS * np.arange(round(samples)) / round(samples)
         self._sine, self._cosine = np.sin(phase), np.cos(phase)
@@ -113,7 +114,7 @@ class DaqOutput(PlateDriver):
         if needed_v > TERMINAL_V:
             raise OverLimit(
                 f"{self.limits.quantity.short(level)} needs {needed_v:.2f} V at the terminal, "
-                f"which makes {TERMINAL_V:g} V at most"
+                f"which supplies at most {TERMINAL_V:g} V"
             )
 
     def _connect(self) -> PlateIdentity:

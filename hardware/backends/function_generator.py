@@ -109,7 +109,7 @@ class FunctionGenerator(PlateDriver):
             amplifier_gain,
             wired,
             calibration,
-            unknown="plate 'scpi': the amplifier's gain is not known; say it in the SPEC as "
+            unknown="plate 'scpi': the amplifier's gain is unknown; set it in the SPEC, as "
             "gain=20, or gain=1 without an amplifier",
         )
         self._vpp_per_v = VPP_PER_V_PEAK / self.amplifier_gain
@@ -137,8 +137,8 @@ class FunctionGenerator(PlateDriver):
             return
         raise OverLimit(
             f"{voltage_v:.4g} V peak at the plate need {vpp:.4g} V peak to peak from the "
-            f"generator, which makes {made.smallest_vpp:g} to {made.largest_vpp:g} V; use an "
-            "amplifier of another gain, or other amplitudes"
+            f"generator, which supplies {made.smallest_vpp:g} to {made.largest_vpp:g} V; use "
+            "an amplifier with another gain, or other amplitudes"
         )
 
     def _drive(self, amplitude_um_pp: float) -> Presentation:
@@ -237,7 +237,7 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     channel = options.get("channel", wired or 1)
     if wired and channel != wired:
         raise UserError(
-            f"plate 'scpi': channel is {channel}, but the plate file says {wired}: one of them "
+            f"plate 'scpi': channel is {channel}, but the plate file has {wired}: one of them "
             "drives another plate"
         )
     return FunctionGenerator(

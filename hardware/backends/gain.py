@@ -34,8 +34,8 @@ def agreed_gain(
     told = {
         source: gain
         for source, gain in (
-            ("the SPEC says", given),
-            ("the plate file says", wired),
+            ("the SPEC has", given),
+            ("the plate file has", wired),
             ("the calibration was made with", calibrated),
         )
         if gain is not None
@@ -46,5 +46,5 @@ def agreed_gain(
     if not all(math.isclose(gains[0], each) for each in gains):
         sources = ", ".join(f"{source} {gain:g}" for source, gain in told.items())
         backend = unknown.partition(":")[0]
-        raise UserError(f"{backend}: the amplifier's gain is told in two ways: {sources}")
+        raise UserError(f"{backend}: two different values for the amplifier's gain: {sources}")
     return gains[0]

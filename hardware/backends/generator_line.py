@@ -86,4 +86,6 @@ class GeneratorLine:
                 raise PlateNotFound(f"{self.resource}: cannot be opened ({error})") from error
             if getattr(error, "error_code", None) == StatusCode.error_timeout:
                 raise PlateTimeout(f"{self.resource}: no answer") from error
-            raise ConnectionLost(f"{self.resource}: the device went away ({error})") from error
+            raise ConnectionLost(
+                f"{self.resource}: the device was disconnected ({error})"
+            ) from error

@@ -83,12 +83,12 @@ class GeneratorOutput:
         resource = self.line.resource
         fields = self.line.ask("*IDN?").split(",")
         if len(fields) != len(PlateIdentity.__slots__):
-            raise WrongDevice(f"{resource}: '{','.join(fields)}' answers, no generator")
+            raise WrongDevice(f"{resource}: '{','.join(fields)}' answers, which is not a generator")
         found = self._chosen or dialect_of(fields[0], fields[1])
         if found is None:
             raise WrongDevice(
-                f"{resource}: '{fields[0]} {fields[1]}' answers, a make that is not known; "
-                f"dialect=... makes it one of: {', '.join(DIALECTS)}"
+                f"{resource}: '{fields[0]} {fields[1]}' answers, an unknown make; use "
+                f"dialect=... with one of: {', '.join(DIALECTS)}"
             )
         self.dialect, self.range = found, found.range_of(fields[1])
         self._may_be_on = True
@@ -123,8 +123,8 @@ class GeneratorOutput:
         if not setting.holds(value):
             raise PlateRefused(
                 f"{self.line.resource}: {self._command(setting.item.ask)} is {value} after "
-                f"{setting.value}; the generator was reset, or changed at its front panel, or does "
-                "not keep the setting"
+                f"{setting.value}; the generator was reset, was changed at its front panel, "
+                "or does not keep the setting"
             )
 
     def switch_on(self) -> None:
@@ -173,8 +173,8 @@ class GeneratorOutput:
             return
         self._out_of_reach = True
         raise StillVibrating(
-            f"{self.line.resource}: the output could not be switched off ({fault.message}; tried "
-            f"{reopenings} times to open it anew), so the plate may still vibrate"
+            f"{self.line.resource}: the output could not be switched off ({fault.message}; "
+            f"the connection was reopened {reopenings} times), so the plate may still vibrate"
         ) from fault
 
     def set(self, item: Item, value: float) -> None:

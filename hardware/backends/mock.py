@@ -117,7 +117,7 @@ class MockPlate(PlateDriver):
     def inject(self, fault: str, *, phase: str = "", n: int = 1) -> None:
         """Inject a fault at the ``n``-th command of a phase from now ("" counts all but check)."""
         if fault not in FAULTS or phase not in ("", *PHASES):
-            raise ValueError(f"no fault '{fault}' or no phase '{phase}'")
+            raise ValueError(f"unknown fault '{fault}' or unknown phase '{phase}'")
         self._schedule.add(Injection(fault, phase, n))
 
     def adopt(self, quantity: Quantity, largest_level: float) -> None:
@@ -215,7 +215,7 @@ class MockPlate(PlateDriver):
             if code == ConnectionLost.code:
                 self._set(OFF)
                 self._connected, self._lost = False, True
-            raise FAULTS[code](f"mock plate: fault '{code}', on order")
+            raise FAULTS[code](f"mock plate: fault '{code}', as requested")
 
     def _require_line(self) -> None:
         if not self._connected:

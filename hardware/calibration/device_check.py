@@ -38,7 +38,9 @@ def check_device(plate: Checked, identity: PlateIdentity, *, wanted: str) -> tup
         The calibration is too old, or dated after today.
     """
     if wanted and identity.serial != wanted and not plate.simulated:
-        raise WrongDevice(f"the plate file is for device '{wanted}', this is '{identity.serial}'")
+        raise WrongDevice(
+            f"the plate file is for device '{wanted}', but this is '{identity.serial}'"
+        )
     if plate.calibration is None:
         return ()
     today = datetime.now(tz=UTC).date()

@@ -21,8 +21,8 @@ FEWEST_POINTS = 6
 CONFIDENCE = 0.95
 EXPLAINED_MIN = 0.5  # fraction of a frequency sweep's variance; pure noise gives about 0.1
 NO_RESONANCE = (
-    "frequency sweep: no resonance; the plate responds alike at all frequencies, so look whether "
-    "the vibrometer reads the plate, and sweep where its resonance is"
+    "frequency sweep: no resonance; the plate responds equally at all frequencies. Check that "
+    "the vibrometer measures the plate, and sweep around its resonance"
 )
 WEIGHTING_ROUNDS = 5
 LARGEST_WEIGHT_RATIO = 1e4
@@ -75,7 +75,7 @@ def fit_resonance(points: Sequence[Point]) -> Peak:
     if not (inside and height > 0 and np.all(np.isfinite(covariance))):
         raise UserError(
             f"frequency sweep: no peak between {frequency_hz.min():g} and "
-            f"{frequency_hz.max():g} Hz; sweep where the resonance is"
+            f"{frequency_hz.max():g} Hz; sweep around the resonance"
         )
     explained = 1 - np.var(per_volt - response(frequency_hz, *best)) / np.var(per_volt)
     if explained < EXPLAINED_MIN:

@@ -135,7 +135,7 @@ class Calibration(CalibrationTable):
     def _range_was_measured(self) -> Calibration:
         measured_v = [each.voltage_v for each in self.points if each.sweep == "voltage"]
         if not measured_v or self.gain.voltage_max_v > max(measured_v) * (1 + 1e-9):
-            raise ValueError("gain.voltage_max_v lies beyond the voltages in points")
+            raise ValueError("gain.voltage_max_v is larger than the voltages in points")
         half_width_hz = self.resonance.frequency_hz / (2 * self.resonance.quality_factor)
         for each in self.points:
             apart_hz = abs(each.frequency_hz - self.resonance.frequency_hz)
@@ -152,8 +152,9 @@ class Calibration(CalibrationTable):
         made_with = self.gain.voltage_max_v / source_v if source_v else self.drive.amplifier_gain
         if not math.isclose(made_with, self.drive.amplifier_gain, rel_tol=1e-6):
             raise ValueError(
-                f"drive.amplifier_gain is {self.drive.amplifier_gain:g}, the calibration was made "
-                f"with {made_with:g} (gain.voltage_max_v by drive.source_max_v)"
+                f"drive.amplifier_gain is {self.drive.amplifier_gain:g}, but the calibration "
+                f"was made with {made_with:g} (gain.voltage_max_v divided by "
+                "drive.source_max_v)"
             )
         return self
 
@@ -167,8 +168,8 @@ class Calibration(CalibrationTable):
             # For extremely large numbers, the distance is nan.
             if misfit > MISFIT or math.isnan(misfit):
                 raise ValueError(
-                    f"the readings of the {readings[0].sweep} sweep lie {misfit:.0%} from what "
-                    f"resonance and gain say, expected up to {MISFIT:.0%}"
+                    f"the readings of the {readings[0].sweep} sweep differ by {misfit:.0%} "
+                    f"from the resonance and gain, expected up to {MISFIT:.0%}"
                 )
         return self
 
@@ -233,7 +234,7 @@ class Calibration(CalibrationTable):
             ("device", self.device.serial, identity.serial),
         )
         return tuple(
-            f"the calibration was made on {what} '{made_on}', this is '{here}'"
+            f"the calibration was made on {what} '{made_on}', but this is '{here}'"
             for what, made_on, here in compared
             if made_on != here
         )
@@ -243,20 +244,20 @@ class Calibration(CalibrationTable):
         made = self.made.date
         if made > today + timedelta(days=1):  # it may already be tomorrow in another time zone
             raise UserError(
-                f"calibration: it is dated {made}, after today ({today}); set this computer's "
-                "clock, or calibrate anew"
+                f"calibration: its date, {made}, is after today ({today}); set this "
+                "computer's clock, or recalibrate"
             )
         if (today - made).days > EXPIRED_DAYS:
             raise UserError(
                 f"calibration: it is {(today - made).days} days old, expected up to "
-                f"{EXPIRED_DAYS}; calibrate anew"
+                f"{EXPIRED_DAYS}; recalibrate"
             )
 
     def notes(self, today: date) -> tuple[str, ...]:
         """Return notes for the operator, for example that the calibration is old."""
         age_days = (today - self.made.date).days
         if age_days > OLD_DAYS:
-            return (f"the calibration is {age_days} days old; calibrate anew",)
+            return (f"the calibration is {age_days} days old; recalibrate",)
         return ()
 
     def summary(self) -> dict[str, Any]:

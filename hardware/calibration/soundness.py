@@ -77,8 +77,8 @@ def _saturates(sweep: Sweep) -> Iterator[str]:
     above = float(np.polyfit(sweep.voltage_v[high], sweep.reading_um[high], 1)[0])
     if below > 0 and above < (1 - 2 * CURVED) * below:
         yield (
-            f"the plate saturates: above {middle:g} V it gains {above:.4g} µm p-p per volt, below "
-            f"{below:.4g}; sweep to a lower voltage"
+            f"the plate saturates: its gain is {above:.4g} µm p-p per volt above {middle:g} "
+            f"V, but {below:.4g} below; sweep to a lower voltage"
         )
 
 
@@ -107,8 +107,8 @@ def _drifts(sweep: Sweep) -> Iterator[str]:
     drift = float(np.mean(apart))
     if abs(drift) > DRIFT:
         yield (
-            f"the plate changed during the sweep: its way down differs by {drift:+.1%} from its "
-            "way up; let it warm up"
+            f"the plate changed during the sweep: downward readings differ by {drift:+.1%} "
+            "from upward ones; let it warm up"
         )
 
 
@@ -184,6 +184,7 @@ def changed(calibration: Calibration, before: Calibration) -> str:
     why = mistake(ratio, calibration.drive.amplifier_gain)
     guess = f"; a factor of {ratio:.3g}: {why}?" if why else ""
     return (
-        f"the gain is {calibration.um_pp_per_v_peak:.4g} µm p-p per V peak, the plate's last "
-        f"calibration ({before.made.date}) says {before.um_pp_per_v_peak:.4g}{guess}"
+        f"the gain is {calibration.um_pp_per_v_peak:.4g} µm p-p per V peak, but "
+        f"{before.um_pp_per_v_peak:.4g} in the plate's last calibration "
+        f"({before.made.date}){guess}"
     )

@@ -81,8 +81,8 @@ def _readback_proves(rig: Rig) -> None:
         told = plate.present(rig.surface(0.5)).readback
         if told.kind not in PROVING or told.level is None:
             raise NotApplicable(
-                f"its readback is '{told.kind}', which shows no wrong amplitude; measure with a "
-                "vibrometer"
+                f"its readback is '{told.kind}', which cannot reveal a wrong amplitude; "
+                "measure with a vibrometer"
             )
 
 
@@ -198,7 +198,7 @@ RULES: tuple[tuple[str, Callable[[Rig], None]], ...] = (
     ("0 µm is output off", _zero_is_off),
     ("a command outside the limits leaves the plate as it was", _limits_leave_it),
     ("silence may be called at any time, and more than once", _silence_repeats),
-    ("an exception of the caller ends silent", _exception_ends_off),
+    ("after an exception of the caller the plate is off", _exception_ends_off),
     ("a plate that is not connected raises a PlateFault", _closed_is_told),
     ("it can be closed and connected again", _reconnects),
     ("check() is cheap", _check_is_cheap),

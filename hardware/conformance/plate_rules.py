@@ -213,11 +213,11 @@ RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("the watchdog silences when no correct frame comes", _watchdog),
     ("repetitions count as heard by the watchdog", _watchdog_and_repetitions),
     ("WDOG goes with the next command for the plate", _watchdog_clears),
-    ("DRIV drives as told", _open_loop),
+    ("DRIV drives as commanded", _open_loop),
     ("lists have room for 64 amplitudes", _list_limits),
     ("a list is filled in order and within limits", _list_is_filled),
     ("only a settled plate plays a list, of its length", _list_waits_for_hold),
     ("the times of a list are held to their limits", _list_times),
-    ("a list is played and told by its mean", _list_plays),
+    ("a list is played, and its mean is reported", _list_plays),
     ("! ends a list", _stop_ends_a_list),
 )

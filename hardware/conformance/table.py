@@ -38,7 +38,7 @@ def examine(bench: Bench) -> Iterator[Verdict]:
     try:
         bench.greet()
     except Departure as departure:
-        yield Verdict(rule="the board answers and tells its limits", outcome="departs",
+        yield Verdict(rule="the board answers and reports its limits", outcome="departs",
                       detail=str(departure))  # fmt: skip
         return
     for rule, check in RULES:

@@ -225,7 +225,7 @@ def play(
 
 RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("the mean in HOLD lies within 2.5 % of TARGET", _hold_is_true),
-    ("a ramp is no step", _ramps),
+    ("a ramp is not a step", _ramps),
     ("OFF is silent", _off_is_silent),
     ("! leaves the plate silent", _stop_is_silent),
     ("! ends open loop", _stop_ends_open_loop),

@@ -49,7 +49,7 @@ def _found(
 def _too_far(samples: Sequence[Sample]) -> Iterator[str]:
     largest = max(abs(value) for each in samples for value in each.values)
     if largest > LONGEST_MM:
-        yield f"a place of {largest:g} mm, off any plate"
+        yield f"a position of {largest:g} mm, off any plate"
 
 
 def _too_fast(samples: Sequence[Sample]) -> Iterator[str]:
@@ -72,7 +72,7 @@ def _counts(samples: Sequence[Sample]) -> Iterator[str]:
     steps = [after.values[0] - before.values[0] for before, after in pairwise(samples)]
     mean = sum(steps) / len(steps)
     if mean > 0 and all(abs(step - mean) <= EVEN * mean for step in steps):
-        yield "x rises in even steps: a time or a counter, and no place"
+        yield "x rises in even steps, like a time or a counter, not a position"
 
 
 def _too_strong(samples: Sequence[Sample]) -> Iterator[str]:
@@ -81,7 +81,7 @@ def _too_strong(samples: Sequence[Sample]) -> Iterator[str]:
     if largest > LARGEST_N:
         yield f"a force of {largest:g} N"
     if median(normal) < NEGATIVE_N:
-        yield f"a normal force of {median(normal):.2f} N: its sign, or its tare"
+        yield f"a normal force of {median(normal):.2f} N: check its sign and its tare"
 
 
 def _swapped(samples: Sequence[Sample]) -> Iterator[str]:

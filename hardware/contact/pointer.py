@@ -52,7 +52,7 @@ class WindowPointer(ContactSource):
     ) -> None:
         finger = surroundings.finger
         if finger is None or finger.unit != "px":
-            raise UserError("--position mouse: there is no window whose pointer it could follow")
+            raise UserError("--position mouse: there is no window that provides a pointer")
         self._finger = finger
         self._clock = surroundings.clock
         self._mm_per_pixel = mm_per_pixel
@@ -88,9 +88,7 @@ def open_position(address: str, surroundings: Surroundings) -> ContactSource:
     """Return the pointer (entry point ``mouse``). Raises `UserError`."""
     _, options = addresses.split_address(address, OPTIONS, what="--position mouse")
     if "mm_per_pixel" not in options:
-        raise UserError(
-            f"--position 'mouse:{address}': expected mm_per_pixel=..., as it was measured"
-        )
+        raise UserError(f"--position 'mouse:{address}': expected mm_per_pixel=..., as measured")
     return WindowPointer(
         surroundings,
         mm_per_pixel=options["mm_per_pixel"],

@@ -36,6 +36,6 @@ def open_source(kind: Kind, spec: str, surroundings: Surroundings) -> ContactSou
     found = {point.name: point for point in entry_points(group=GROUPS[kind])}
     if name not in found:
         known = ", ".join([*sorted(found), NONE])
-        raise UserError(f"--{kind} '{spec}': no source '{name}'; there are: {known}")
+        raise UserError(f"--{kind} '{spec}': unknown source '{name}'; expected one of {known}")
     factory: SourceFactory = found[name].load()
     return factory(address, surroundings)

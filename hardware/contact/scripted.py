@@ -97,8 +97,8 @@ def read_way(path: Path) -> list[Sample]:
         finite = all(math.isfinite(each) for each in (time_s, *values))
         if len(row) != len(COLUMNS) or not finite or time_s < after:
             raise UserError(
-                f"--position scripted: {path}, line {line}: expected {len(COLUMNS)} numbers, the "
-                f"time not before {after:g} s"
+                f"--position scripted: {path}, line {line}: expected {len(COLUMNS)} numbers, "
+                f"and a time of at least {after:g} s"
             )
         way.append(Sample(time_s, tuple(values)))
     if not way:

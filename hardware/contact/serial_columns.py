@@ -237,7 +237,7 @@ class SerialColumns(ContactSource):
 def _place(text: str) -> int:
     value = addresses.number(text)
     if value != int(value) or not 0 <= value <= 99:  # noqa: PLR2004 - nobody sends more
-        raise ValueError("expected which number of the line it is, from 1")
+        raise ValueError("expected the number's place in the line, from 1")
     return int(value)
 
 
@@ -251,7 +251,7 @@ def _baud(text: str) -> int:
 def _scale(text: str) -> float:
     value = addresses.number(text)
     if value == 0:
-        raise ValueError("expected another number than 0")
+        raise ValueError("expected a number other than 0")
     return value
 
 
@@ -285,7 +285,9 @@ def _source(
         for number, each in enumerate(names, start=1)
     ]
     if not all(channel.place for channel in channels[: 1 if what == "--position" else None]):
-        raise UserError(f"{what} '{name}:{address}': expected the number of {names[0]}, from 1")
+        raise UserError(
+            f"{what} '{name}:{address}': expected the place of {names[0]} in the line, from 1"
+        )
     return SerialColumns(
         name,
         port,

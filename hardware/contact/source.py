@@ -30,7 +30,7 @@ class SensorFault(PlateFault):
     """A source of position or force has disappeared, or sends nothing readable."""
 
     code = "sensor"
-    remedy = "Check the sensor's cable and its SPEC: slipscale check shows what it tells."
+    remedy = "Check the sensor's cable and its SPEC; slipscale check shows its readings."
 
 
 class Sample(NamedTuple):

@@ -71,7 +71,7 @@ def build(folder: Path, *flags: str) -> Path:
     ]
     done = subprocess.run([*command, "-o", library], capture_output=True, text=True, check=False)  # noqa: S603 - our own command
     if done.returncode:
-        raise UserError(f"firmware: {compiler} refused it: {done.stderr.strip()}")
+        raise UserError(f"firmware: {compiler} failed: {done.stderr.strip()}")
     return library
 
 
@@ -102,7 +102,7 @@ def load(library: Path) -> ctypes.CDLL:
         for each in (code.board_end, code.board_silence, code.board_state, *amplitudes):
             each.argtypes = [ctypes.c_void_p]
     except (OSError, AttributeError) as error:
-        raise UserError(f"firmware: {library} is no library of it ({error})") from None
+        raise UserError(f"firmware: {library} cannot be loaded ({error})") from None
     return code
 
 

@@ -71,7 +71,12 @@ def _answer(emulator: Emulator, line: str) -> str:
             ACTS[line](emulator)
         else:
             return json.dumps(
-                {"error": f"no control line '{line}': fault NAME, quit, {', '.join(ACTS)}"}
+                {
+                    "error": (
+                        f"unknown control line '{line}': expected fault NAME, quit, "
+                        f"{', '.join(ACTS)}"
+                    )
+                }
             )
     except ValueError as error:
         return json.dumps({"error": str(error)})

@@ -80,7 +80,7 @@ class EmulatorProcess:
     def _answer(self) -> str:
         line = self._process.stdout.readline() if self._process.stdout is not None else ""
         if not line:
-            raise RigError("the emulated board ended by itself")
+            raise RigError("the emulated board ended unexpectedly")
         return line.strip()
 
     def __enter__(self) -> Self:

@@ -121,6 +121,6 @@ def test_scripts_that_fail_say_why_and_leave_the_plate_silent(board, built, pyth
     )
     done = python("-c", one_then_other, "--pilot")
     assert done.returncode != 0
-    assert "add a Slipscale plate of that name in Builder's device manager" in done.stderr
+    assert "add a Slipscale plate with that name in Builder's device manager" in done.stderr
     assert "OverLimit" in done.stderr.rpartition("Traceback")[2]
     assert not board.state()["vibrates"]

@@ -182,7 +182,7 @@ def test_a_plate_that_is_driven_when_it_should_be_off_is_still_a_fault():
 
 
 def test_a_backend_without_open_loop_drive_says_so(plate):
-    with pytest.raises(PlateRefused, match="keeps frequency and voltage to itself"):
+    with pytest.raises(PlateRefused, match="does not accept frequencies and voltages"):
         plate.excite(frequency_hz=30_500.0, voltage_v=1.0)
 
 
@@ -318,7 +318,7 @@ def test_every_fault_tells_what_to_do_about_it():
 
 
 def test_an_unknown_backend_is_refused_with_those_there_are():
-    with pytest.raises(UserError, match=r"no backend 'mokc'; expected one of (daq, )?mock"):
+    with pytest.raises(UserError, match=r"unknown backend 'mokc'; expected one of (daq, )?mock"):
         open_plate("mokc", clock=VirtualClock())
 
 
@@ -375,7 +375,7 @@ def test_an_output_that_was_not_confirmed_off_presents_nothing_before_it_is_conn
 def test_a_plate_that_is_off_follows_nothing(plate):
     plate._follow = plate.heard.append
     plate.silence()
-    with pytest.raises(PlateRefused, match="confirmed off, so it follows nothing"):
+    with pytest.raises(PlateRefused, match="confirmed off, so it cannot follow"):
         plate.follow(1.0)
     assert 1.0 not in plate.heard
 
@@ -434,7 +434,7 @@ def test_a_backend_that_follows_needs_no_modulator_where_the_fingers_place_is_kn
     )  # fmt: skip
     plate = Follower()
     assert plate.check_supported(texture, place_known=True) is None
-    with pytest.raises(UserError, match=r"name what measures the finger's place"):
+    with pytest.raises(UserError, match=r"name a sensor of the finger's position"):
         plate.check_supported(texture)
     with pytest.raises(UserError, match="holds one amplitude at a time"):
         Recorder().check_supported(texture, place_known=True)

@@ -128,7 +128,7 @@ def test_a_new_file_that_cannot_be_is_refused_in_a_sentence(tmp_path, words, sai
 
 def test_a_change_counts_only_when_it_is_signed_and_comments_stay(file):
     edit(file, "amplitude_um_pp = 2.5", "amplitude_um_pp = 1.0  # it is cracked")
-    with pytest.raises(UserError, match=r"was changed since it was signed; .*plate sign"):
+    with pytest.raises(UserError, match=r"was changed after it was signed; .*plate sign"):
         opened(file)
     assert sign(file) == 0
     with opened(file) as driver:
@@ -275,7 +275,7 @@ def test_a_calibration_whose_name_no_file_can_have_is_refused(file):
 @pytest.mark.parametrize(
     "device, expected, said",
     [
-        ({"plate": "P-8"}, "", "made on plate 'P-8', the plate file says 'P-7'"),
+        ({"plate": "P-8"}, "", "made on plate 'P-8', but the plate file has 'P-7'"),
         ({"backend": "scpi"}, "", "made on backend 'scpi'"),
         ({}, "quality_factor = [100, 200]", "quality_factor is 60, the plate file expects 100"),
         ({}, "resonance_hz = [31000, 32000]", "resonance_hz is 30"),
@@ -290,7 +290,7 @@ def test_a_calibration_that_is_not_this_plates_is_refused(file, device, expected
         text = file.read_text(encoding="utf-8")
         file.write_text(re.sub(rf"^{name} = .*$", expected, text, flags=re.MULTILINE), "utf-8")
     assert sign(file) == 0
-    with pytest.raises(UserError, match="is not this plate's") as caught:
+    with pytest.raises(UserError, match="does not belong to this plate") as caught:
         opened(file)
     assert said in str(caught.value)
 
@@ -298,8 +298,8 @@ def test_a_calibration_that_is_not_this_plates_is_refused(file, device, expected
 @pytest.mark.parametrize(
     "gain, channel, spec, said",
     [
-        ("20", "", ",gain=10", "the SPEC says 10, the plate file says 20"),
-        ("20", "channel = 2", ",channel=1", "channel is 1, but the plate file says 2"),
+        ("20", "", ",gain=10", "the SPEC has 10, the plate file has 20"),
+        ("20", "channel = 2", ",channel=1", "channel is 1, but the plate file has 2"),
     ],
 )
 def test_wiring_and_spec_that_differ_are_refused(tmp_path, gain, channel, spec, said):

@@ -109,7 +109,7 @@ def test_the_sweep_is_hardly_felt_and_ends_silent():
 def test_a_resonance_far_from_the_calibrated_one_is_not_believed(resonance_hz):
     plate = generator(resonance_hz)
     found = track(plate, measured(plate))
-    assert "calibrate anew" in found.refused
+    assert "recalibrate" in found.refused
     assert found.frequency_hz == CALIBRATED_HZ
     assert plate.tracked_hz is None
     assert plate.twin.drive == OFF

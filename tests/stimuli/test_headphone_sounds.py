@@ -60,5 +60,5 @@ def test_the_noise_is_in_the_ear_that_is_said_at_its_level(ear):
 
 @pytest.mark.parametrize("quiet, antiphase", [(1, 1), (0, 2), (2, 4)])
 def test_a_trial_that_proves_nothing_is_refused(quiet, antiphase):
-    with pytest.raises(UserError, match="two different ones"):
+    with pytest.raises(UserError, match="two different tones"):
         Tones(quiet=quiet, antiphase=antiphase, level_db=-20.0)

@@ -139,11 +139,11 @@ class Actions:
 
     def _check_free(self, found: Snapshot) -> None:
         if found.live:
-            raise UserError(f"a session of participant {found.live.label} runs now; end it first")
+            raise UserError(f"a session of participant {found.live.label} is running; end it first")
         for kind in USING_THE_PLATE:
             job = self._jobs.last(kind)
             if job and job.running:
-                raise UserError(f"{job.about}: still at work; wait until it is over")
+                raise UserError(f"{job.about}: still running; wait until it is finished")
 
     def _begin(self, asked: Begin) -> str:
         found = self._free()
@@ -152,19 +152,19 @@ class Actions:
         new = roster is not None and asked.participant == roster.new
         if not new and not (person and person.next_visit):
             raise UserError(
-                f"participant {asked.participant} is not next any more; look at the table again"
+                f"participant {asked.participant} is no longer next; check the table again"
             )
         if is_mock(found.defaults.plate) and not asked.pilot:
             raise UserError(
-                f"the plate is '{found.defaults.plate}', which nobody feels: write the real plate "
-                "into slipscale.toml, or rehearse"
+                f"plate '{found.defaults.plate}' is simulated; participants cannot feel it. "
+                "Set the real plate in slipscale.toml, or rehearse"
             )
         pilot = ("--pilot",) if asked.pilot else ()
         about = f"participant {asked.participant}"
         self._jobs.start(
             "session", about, "next", "--yes", "--participant", asked.participant, *pilot
         )
-        return f"{about}: the session begins"
+        return f"{about}: starting the session"
 
     def _resume(self, asked: Resume) -> str:
         found = self._free()
@@ -175,7 +175,7 @@ class Actions:
             if (visit.session, visit.run, visit.state) == wanted:
                 about = f"participant {asked.participant}"
                 self._jobs.start("session", about, "resume", str(visit.path))
-                return f"{about}: the session goes on"
+                return f"{about}: resuming the session"
         raise UserError(f"participant {asked.participant} has no such interrupted run")
 
     def _ask(self, asked: Ask) -> str:
@@ -183,7 +183,7 @@ class Actions:
         if live is None or live.status is None or live.status.token != asked.token:
             raise UserError("that session is over")
         if asked.what in ("void", "note", "answer") and not asked.reason.strip():
-            raise UserError("expected words: why, what is to be noted, or the answer")
+            raise UserError("expected a text: a reason, a note, or the answer")
         if asked.what == "unblind":
             _check_meant(asked.word)
         about_trial = asked.what in ("void", "answer")
@@ -198,7 +198,7 @@ class Actions:
                 question=asked.question,
             ),
         )
-        return f"the session was asked: {asked.what.replace('_', ' ')}"
+        return f"request sent to the session: {asked.what.replace('_', ' ')}"
 
     def warnings(self) -> list[tuple[str, str]]:
         """Return the sessions' unacknowledged warnings as (session, sentence)."""
@@ -218,8 +218,8 @@ class Actions:
         self._check_free(self._state.now(fresh=True))  # works in a folder without settings, too
         if text_hash(lab_text(Path())) != asked.before:
             raise UserError(
-                f"{FILE} was changed on disk since this page showed it; reload the page, and "
-                "change it again"
+                f"{FILE} was changed on disk after this page was loaded; reload the page, and "
+                "make the change again"
             )
         write_settings(Path(), asked.settings)
         self._state.now(fresh=True)
@@ -240,14 +240,14 @@ class Actions:
         found = self._now()
         _check_meant(asked.word)
         if found.roster is None:
-            raise UserError("there is nobody yet")
+            raise UserError("there are no participants yet")
         unblind(found.defaults.data, found.roster)
         live = found.live
         if live and live.status and not live.pilot:
             words = "the operator asked the console to show results (unblinded)"
             post(live.visit.path, LiveRequest(token=live.status.token, what="note", reason=words))
         self._now()
-        return "written down: results are shown from now on"
+        return "recorded: results are shown from now on"
 
     def _exclude(self, asked: Exclude) -> str:
         found = self._now()
@@ -261,7 +261,9 @@ class Actions:
         back_up_exclusions(found.defaults.out(pilot=asked.pilot), asked.participant)
         self._now()
         done = "excluded" if asked.excluded else "included again"
-        return f"participant {asked.participant} is {done}; the next analysis follows it"
+        return (
+            f"participant {asked.participant} is {done}; the next analysis takes this into account"
+        )
 
     def _withdraw(self, asked: Withdraw) -> str:
         found = self._free()
@@ -271,19 +273,22 @@ class Actions:
         gone = withdraw(dataset, asked.participant)
         self._now()
         left = "".join(
-            f" {dataset} was merged from {source}, which may still hold them: withdraw there too."
+            f" {dataset} was merged from {source}, which may still contain their data: "
+            "withdraw the participant there too."
             for source in sources_with(dataset, asked.participant)
         )
         return (
-            f"participant {asked.participant} has withdrawn: {len(gone)} files and folders were "
-            "removed or rewritten, the results of all participants among them. Copies that you "
-            f"made elsewhere are yours to remove.{left}"
+            f"participant {asked.participant} has withdrawn: {len(gone)} files and folders "
+            "were removed or rewritten, including the results of all participants. Remove any "
+            f"copies that you made elsewhere.{left}"
         )
 
     def _analyse(self, _: Nothing) -> str:
         found = self._now()
         if not found.seen:
-            raise UserError("results would unblind you: unblind first, or wait for all planned")
+            raise UserError(
+                "results would unblind you: unblind first, or wait for all planned participants"
+            )
         self._start_analysis(found)
         return "analysing"
 
@@ -364,14 +369,14 @@ class Actions:
         self._now()
         numbers = ("--participants", str(asked.participants), "--seed", str(asked.seed))
         self._jobs.start("pilot", "the pilot", "pilot", *numbers, parts=asked.participants)
-        return "the pilot runs"
+        return "the pilot is running"
 
     def _save(self, asked: Study) -> str:
         found = self._now()
         path = self._study_file(found)
         if text_hash(study_text(str(path))) != asked.before:
             raise UserError(
-                f"{path}: was changed on disk since this page showed it; copy what you wrote, "
+                f"{path}: was changed on disk after this page was loaded; copy your text, "
                 "reload the page, and edit it again"
             )
         parse_whole(asked.text, str(path))
@@ -389,13 +394,13 @@ class Actions:
         self._now()
         path = Path(f"{asked.name}.toml")
         if path.exists() or asked.name in shipped_studies():
-            raise UserError(f"{path}: there is one already; choose another name")
+            raise UserError(f"{path}: already exists; choose another name")
         parse_whole(asked.text, path.name)
         label = re.sub("[^A-Za-z0-9]+", "_", asked.name)
         text = re.sub(r"(?m)^name\s*=.*$", f'name = "{label}"', asked.text, count=1)
         parse_whole(text, path.name)
         write_file(path, text)
-        return f"wrote {path}; to use it, choose it on the page Settings"
+        return f"wrote {path}; to use it, select it on the page Settings"
 
 
 # The word to type to unblind, in the console's languages.
@@ -411,7 +416,7 @@ def why_not_edited(found: Snapshot) -> str:
     """Return why the study's file cannot be edited here; empty if it can."""
     name = found.defaults.study
     if name in shipped_studies():
-        return f"'{name}' comes with Slipscale: make a copy, and edit that"
+        return f"'{name}' comes with Slipscale: make a copy, and edit the copy"
     if found.study and found.study.name in studies(found.defaults.data):
-        return f"'{name}' has data: a changed study would no longer be theirs; make a copy"
+        return f"'{name}' has data, which a changed study would no longer match; make a copy"
     return ""

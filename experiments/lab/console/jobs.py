@@ -111,7 +111,7 @@ class Jobs:
         """
         before = self._last.get(kind)
         if before and before.running:
-            raise UserError(f"{before.about}: still at work; wait until it is over")
+            raise UserError(f"{before.about}: still running; wait until it is finished")
         place = Path(tempfile.mkdtemp(prefix="slipscale-"))
         output, errors = place / "output.txt", place / "errors.txt"
         try:

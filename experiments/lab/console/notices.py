@@ -66,15 +66,15 @@ def _running(begun: list[tuple[str, Visit]]) -> str:
     if len(names) < 2:  # noqa: PLR2004
         return ""
     return (
-        f"{len(names)} sessions run at once: {', '.join(names)}. These pages show and steer the "
-        "first; the others are steered in their own terminals"
+        f"{len(names)} sessions are running: {', '.join(names)}. These pages show and control "
+        "the first; control the others in their own terminals"
     )
 
 
 def _damaged(label: str, visit: Visit) -> str:
     return (
         f"the journal of participant {label} ({visit}) is damaged{_where(visit.path)}: "
-        f"{visit.path}; slipscale data verify says what; what is whole of it is used"
+        f"{visit.path}; the undamaged records are used (for details: slipscale data verify)"
     )
 
 
@@ -103,9 +103,9 @@ def _still_to_come(begun: list[tuple[str, Visit]], now: datetime) -> str:
     if (began - now).total_seconds() < AHEAD_S:
         return ""
     return (
-        f"the clock of this computer was changed: it says {now:%Y-%m-%d %H:%M} UTC, and "
-        f"participant {label} ({visit}) began at {began:%Y-%m-%d %H:%M} UTC. Set it right before "
-        "the next session; answers and response times are not touched by it"
+        f"the clock of this computer was changed: it shows {now:%Y-%m-%d %H:%M} UTC, but "
+        f"participant {label} ({visit}) began at {began:%Y-%m-%d %H:%M} UTC. Set it correctly "
+        "before the next session; answers and response times are not affected"
     )
 
 
@@ -117,9 +117,9 @@ def _edited(theirs: list[tuple[str, Visit]], file: str, name: str, text: str) ->
     people = ", ".join([*dict.fromkeys(other)][:MOST_NAMED])
     more = ", ..." if len(other) > MOST_NAMED else ""
     return (
-        f"{file} was edited after participants were run with it ({people}{more}): their journals "
-        "keep what they had, and whoever comes next has what it says now. Bring it back as it was, "
-        "or give the changed study another name and another folder for its data"
+        f"{file} was edited after participants were run with it ({people}{more}): their "
+        "journals keep the earlier version, and later participants get the new one. Restore "
+        "the file, or give the changed study another name and another data folder"
     )
 
 

@@ -58,8 +58,8 @@ class Presence:
         if not ports:
             return ()
         sentence = (
-            f"another console of this folder is open (port {ports}): all show and steer the same, "
-            "and whoever asks first is heard"
+            f"another console of this folder is open (port {ports}): all consoles show and "
+            "control the same session, and the first request counts"
         )
         return (sentence,)
 

@@ -32,8 +32,8 @@ def private_folder() -> Path:
         except OSError:
             continue
     raise UserError(
-        f"{Path.home() / '.cache' / 'slipscale'}: expected a folder that only you can read and "
-        "write; remove it, or make it yours (chmod 700)"
+        f"{Path.home() / '.cache' / 'slipscale'}: expected a folder that only you can read "
+        "and write; remove it, or restrict it to yourself (chmod 700)"
     )
 
 

@@ -146,7 +146,7 @@ class Guard:
         """Return the response to a rejected or redirected request; None if a page may respond."""
         headers, access = Headers(scope=scope), self._access
         if not access.tls and belongs_to_another(scope.get("client")):
-            return _refused("This console is another user's.", 403)
+            return _refused("This console belongs to another user.", 403)
         if headers.get("host", "") not in access.hosts:
             return _refused("This is not the console's address.", 400)
         given = parse_qs(scope["query_string"].decode("latin-1")).get("token", [""])[0]
@@ -170,8 +170,8 @@ class Guard:
         length = headers.get("content-length", "")
         ours = headers.get("origin") in self._access.origins and headers.get(ASKING) == "1"
         reasons = {
-            "Only GET and POST are answered.": method != "POST",
-            "This console only shows.": self._access.read_only,
+            "Only GET and POST are supported.": method != "POST",
+            "This console is read-only.": self._access.read_only,
             "The request comes from another page.": not ours,
             "Expected JSON.": headers.get("content-type", "").split(";")[0] != "application/json",
             "Too long.": not length.isdecimal() or int(length) > LARGEST_BODY,

@@ -65,8 +65,10 @@ def serve(*, port: int, lan: str | None, browser: bool) -> None:
     with TemporaryDirectory() as place, listening:
         config = _configuration(app, access, Path(place))
         print(f"the console: {access.address}")
-        only = "only shows, to whoever has this address" if lan else "on this computer alone"
-        print(f"{only}; the address opens one browser, once; Ctrl-C ends it, and no session")
+        only = "read-only, for everyone who has this address" if lan else "on this computer only"
+        print(
+            f"{only}; the address opens one browser, once; Ctrl-C closes the console but no session"
+        )
         sys.stdout.flush()
         door = private_folder() / f"console-{access.port}.html"
         access.entrance.renewed = partial(_renew, access, door)
@@ -137,8 +139,8 @@ def _listen(host: str, port: int) -> socket.socket:
         return socket.create_server((host, port))
     except OSError as error:
         raise UserError(
-            f"port {port} at {host}: {error.strerror}; is another console open there? Name another "
-            "with --port, or 0 for any that is free"
+            f"port {port} at {host}: {error.strerror}; is another console open there? Name "
+            "another port with --port, or 0 for any free one"
         ) from None
 
 
@@ -160,8 +162,8 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
     openssl = shutil.which("openssl")
     if not openssl:
         raise UserError(
-            "--lan needs openssl, to make a certificate; install it, or look from another room "
-            f"through an ssh tunnel: ssh -L {PORT}:127.0.0.1:{PORT} THIS-COMPUTER"
+            "--lan needs openssl to make a certificate; install it, or use an ssh tunnel from "
+            f"another room: ssh -L {PORT}:127.0.0.1:{PORT} THIS-COMPUTER"
         )
     certificate, key = place / "certificate.pem", place / "key.pem"
     command = [openssl, "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
@@ -171,7 +173,9 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
         [*command, "-keyout", str(key)], capture_output=True, text=True, check=False
     )
     if made.returncode:
-        raise UserError(f"openssl makes no certificate: {made.stderr.strip().splitlines()[-1]}")
+        raise UserError(
+            f"openssl failed to make a certificate: {made.stderr.strip().splitlines()[-1]}"
+        )
     return certificate, key
 
 

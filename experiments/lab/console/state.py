@@ -171,8 +171,8 @@ def take_snapshot() -> Snapshot:
         defaults = here()
         if defaults.file is None:
             return Snapshot(
-                problem=f"{Path.cwd()}: there is no slipscale.toml here; set the folder up on the "
-                "page Settings, or bring the file back"
+                problem=f"{Path.cwd()}: slipscale.toml is missing; set the folder up on the "
+                "page Settings, or restore the file"
             )
         study, text = read_study(defaults.study)
         roster = read_roster(defaults.data, study, text)
@@ -196,7 +196,7 @@ def take_snapshot() -> Snapshot:
     except UserError as error:
         return Snapshot(problem=harmless(str(error)), defaults=defaults)
     except FileNotFoundError:
-        return Snapshot(problem="The laboratory folder has gone. Is its disk connected?")
+        return Snapshot(problem="The laboratory folder is missing. Is its disk connected?")
 
 
 def _anew(found: Snapshot) -> Live | None:

@@ -61,7 +61,7 @@ class Asking(Unmoved):
                 self._compared = question.options
                 self._body, self._hint = self._comparison, texts["window.choose_key"]
             case VisualAnalogueQuestion():
-                raise TypeError("a visual analogue scale has a screen of its own")
+                raise TypeError("a visual analogue scale uses a separate screen")
             case _:
                 assert_never(question)
 

@@ -38,8 +38,8 @@ class WindowLost(RigError):
 
     def __init__(self) -> None:
         super().__init__(
-            "the participant's window is gone: the display server ended or closed the connection. "
-            "Start it again, then resume the run"
+            "the participant's window is closed: the display server ended or closed the "
+            "connection. Start the server again, then resume the run"
         )
 
 

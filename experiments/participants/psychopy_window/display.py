@@ -62,8 +62,8 @@ def import_visual() -> Any:
     # A second import after a failed one would seem to succeed, so the display is checked first.
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         raise UserError(
-            "no display: DISPLAY is not set. Log in at the machine's own screen, or run under "
-            "a virtual one: xvfb-run slipscale run ..."
+            "no display: DISPLAY is not set. Log in at the machine's own screen, or use a "
+            "virtual one: xvfb-run slipscale run ..."
         )
     # Programs that we start must not see PsychoPy's own package folder.
     os.environ.setdefault("PSYCHOPYNOPACKAGES", "1")
@@ -77,14 +77,14 @@ def import_visual() -> Any:
         ) from None
     except OSError as error:
         raise UserError(
-            f"PsychoPy cannot write its settings: {error}. Set HOME to a folder that can be written"
+            f"PsychoPy cannot write its settings: {error}. Set HOME to a writable folder"
         ) from None
     except Exception as error:
         if type(error).__name__ != "NoSuchDisplayException":
             raise
         raise UserError(
-            f"no display answers at DISPLAY={os.environ.get('DISPLAY')}. Check that the X server "
-            "runs and lets this user in"
+            f"no display responds at DISPLAY={os.environ.get('DISPLAY')}. Check that the X "
+            "server is running and that this user may use it"
         ) from None
     logging.console.setLevel(logging.CRITICAL)  # the terminal belongs to the operator
     return visual

@@ -303,7 +303,7 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
     if isinstance(question, ChoiceQuestion | ComparisonQuestion):
         return KeyEntry(choice_keys(question))
     if isinstance(question, VisualAnalogueQuestion):
-        raise TypeError("a visual analogue scale is no entry: it has a screen of its own")
+        raise TypeError("a visual analogue scale cannot be an entry: it uses a separate screen")
     if isinstance(question, NumberQuestion | WholeNumberQuestion | TextQuestion):
         return TypedEntry(question)
     assert_never(question)
@@ -326,7 +326,7 @@ def choice_keys(question: ChoiceQuestion | ComparisonQuestion) -> dict[str, Valu
     if not 1 <= count <= NUMBER_KEYS:
         raise UserError(
             f"question '{question.prompt}' has {count} options, expected 1 to {NUMBER_KEYS}: "
-            "each is a number key"
+            "each needs a number key"
         )
     numbers = range(1, count + 1)
     if isinstance(question, ComparisonQuestion):

@@ -66,7 +66,7 @@ def faults(scene: Scene) -> Iterator[str]:
         if not each.fits:
             yield f"{_named(each.content)}: is too long for its place on the screen"
         elif max(each.right, -each.left) > HALF_WIDTH or max(each.top, -each.bottom) > HALF_HEIGHT:
-            yield f"{_named(each.content)}: reaches beyond the screen"
+            yield f"{_named(each.content)}: extends beyond the screen"
     for one, other in combinations(laid, 2):
         across = min(one.right, other.right) - max(one.left, other.left)
         down = min(one.top, other.top) - max(one.bottom, other.bottom)

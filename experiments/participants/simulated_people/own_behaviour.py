@@ -155,8 +155,8 @@ def load_behaviour(name: str) -> InstalledBehaviour:
     point = installed(PARTICIPANTS).get(name)
     if point is None:
         raise UserError(
-            f"simulated person '{name}': no installed package has one of that name; expected "
-            f"{' or '.join(behaviour_names()) or 'the package that brings it to be installed'}"
+            f"simulated person '{name}': no installed package provides it; expected "
+            f"{' or '.join(behaviour_names()) or 'the package that provides it to be installed'}"
         )
     subject = f"simulated person '{name}' of the package {package_of(point)}"
     kind: object = watched(point, point.load, subject)

@@ -71,103 +71,111 @@ class Population(BaseModel):
         frozen=True, extra="forbid", allow_inf_nan=False, populate_by_name=True
     )
 
-    name: str = Field(default="biet2007", description="What reports call it.")
+    name: str = Field(default="biet2007", description="Name of the population in reports.")
     levels: tuple[NotNegative, ...] = Field(
         default=AMPLITUDE_UM_PP,
         alias=IN_UM,
         min_length=2,
-        description="Where the sensation is known, ascending; between them it follows a monotone "
-        "cubic, outside them the ends are held. Biet 2007, Table III; between: our assumption.",
+        description="Amplitudes at which the sensation is known, ascending; between them it "
+        "follows a monotone cubic, outside them it is constant. Biet 2007, Table "
+        "III; between: our assumption.",
     )
-    unit: str = Field(default="", description="What the levels are in; left out: µm peak to peak.")
+    unit: str = Field(default="", description=("Quantity of the levels; default: µm peak to peak."))
     mean_sensation: tuple[Percent, ...] = Field(
         default=MEAN_SENSATION,
-        description="Mean at each, 0 to 100. Biet 2007, Table III.",
+        description="Mean sensation at each amplitude, 0 to 100. Biet 2007, Table III.",
     )
     sd_sensation: tuple[AboveZero, ...] = Field(
         default=SD_SENSATION,
-        description="Standard deviation at each. Biet 2007, Table III (read as the sample's).",
+        description=(
+            "Standard deviation at each amplitude. Biet 2007, Table III (read as the sample's)."
+        ),
     )
     shared: Share = Field(
         default=0.55,
-        description="Part of the variance at the ends of the amplitudes that is the person's "
-        "intercept; what the trial leaves is the exponent's. Our assumption: the published table "
-        "leaves the pairing open; sensations at the two ends then correlate by 0.29.",
+        description="Share of the variance at the lowest and highest amplitude that is due to "
+        "the person's intercept; the rest, without the trials' share, is due to "
+        "the exponent. Our assumption: the published table does not give the "
+        "pairing; sensations at the two ends then correlate by 0.29.",
     )
     trial_to_trial: Share = Field(
-        default=0.15, description="Part of the variance that is each trial's. Our assumption."
+        default=0.15,
+        description=("Share of the variance that is due to single trials. Our assumption."),
     )
     noise_sigma: NotNegative = Field(
         default=0.25,
-        description="People's own trial-to-trial noise: standard deviation of its logarithm. Our "
-        "assumption.",
+        description="Differences in trial-to-trial noise between people: standard deviation "
+        "of its logarithm. Our assumption.",
     )
     scale_tops: tuple[AboveZero, ...] = Field(
         default=(10.0, 20.0, 50.0, 100.0, 1000.0),
         min_length=1,
-        description="Each participant has one of them. Our assumption: free-modulus scales are "
-        "round numbers over decades; the least step is 1 in 100 of it.",
+        description="Scale tops, one of which each participant has. Our assumption: "
+        "free-modulus scales are round numbers over decades; the smallest step is "
+        "1 in 100 of it.",
     )
     line_shift_sd: NotNegative = Field(
         default=0.3,
-        description="People's own use of a line between two words: spread of the logit of where "
-        "they put the middle. Our assumption.",
+        description="Differences between people in their use of a line between two words: "
+        "spread of the logit at which they put the middle. Our assumption.",
     )
     line_stretch_sigma: NotNegative = Field(
         default=0.2,
-        description="Likewise, how much of the line they use: standard deviation of the logarithm "
-        "of the factor on the logit. Our assumption.",
+        description="Differences between people in how much of the line they use: standard "
+        "deviation of the logarithm of the factor on the logit. Our assumption.",
     )
     criterion: NotNegative = Field(
         default=1.6,
-        description="A change by x is noticed with d' = x / noise against it. Our assumption, so "
-        "that nearly all feel the paper's steps (\"all of the subjects feel clearly the "
-        'difference").',
+        description="Noise of a difference: a change by x is noticed with d' = x / noise. Our "
+        "assumption, so that nearly everyone feels the paper's steps (\"all of "
+        'the subjects feel clearly the difference").',
     )
     criterion_sd: NotNegative = Field(
         default=0.3, description="Spread of people's criteria. Our assumption."
     )
     noise: AboveZero = Field(
-        default=2.2, description="Change of sensation of d' = 1, median person. Our assumption."
+        default=2.2, description=("Change of sensation for d' = 1, median person. Our assumption.")
     )
     threshold_sigma: NotNegative = Field(
         default=0.25,
-        description="People's own thresholds: standard deviation of the logarithm of their noise. "
-        "Our assumption.",
+        description="Differences in thresholds between people: standard deviation of the "
+        "logarithm of their noise. Our assumption.",
     )
     exploration_s: AboveZero = Field(default=3.0, description="Median. Our assumption.")
     exploration_sigma: NotNegative = Field(
-        default=0.3, description="Of the logarithm, trial to trial. Our assumption."
+        default=0.3,
+        description=("Standard deviation of the logarithm, between trials. Our assumption."),
     )
     answer_s: AboveZero = Field(default=2.0, description="Median. Our assumption.")
     answer_sigma: NotNegative = Field(
-        default=0.4, description="Of the logarithm, trial to trial. Our assumption."
+        default=0.4,
+        description=("Standard deviation of the logarithm, between trials. Our assumption."),
     )
     pace_sigma: NotNegative = Field(
         default=0.25,
-        description="People's own pace of exploring and answering: standard deviation of its "
-        "logarithm. Our assumption.",
+        description="Differences between people in their pace of exploring and answering: "
+        "standard deviation of its logarithm. Our assumption.",
     )
     reading_words_per_minute: AboveZero = Field(
         default=238.0,
-        description="Silent reading. Brysbaert 2019, J. Mem. Lang. 109, 104047: mean of 190 "
-        "studies.",
+        description="Speed of silent reading. Brysbaert 2019, J. Mem. Lang. 109, 104047: mean "
+        "of 190 studies.",
     )
     reading_sigma: NotNegative = Field(
         default=0.14,
-        description="Of the logarithm, between people. Brysbaert 2019: most adults read 175 to "
-        "300 words a minute.",
+        description="Standard deviation of the logarithm, between people. Brysbaert 2019: "
+        "most adults read 175 to 300 words per minute.",
     )
     screen_s: NotNegative = Field(
-        default=1.0, description="Of each screen beside its words. Our assumption."
+        default=1.0, description="Time per screen in addition to reading. Our assumption."
     )
     habits: Habits = Field(
-        default=Habits(), description="What people do beside answering; all off by default."
+        default=Habits(), description="Habits in addition to the answers; all off by default."
     )
     behaviour: str = Field(
         default="",
-        description="Name of a package's own behaviour (an entry point of slipscale.participants); "
-        "left out: Slipscale's own people answer.",
+        description="Name of a behaviour from a package (an entry point of "
+        "slipscale.participants); default: Slipscale's own simulated people.",
     )
 
     @model_serializer(mode="wrap")
@@ -183,12 +191,15 @@ class Population(BaseModel):
     def _possible(self) -> Self:
         known = self.levels
         if not len(known) == len(self.mean_sensation) == len(self.sd_sensation):
-            raise ValueError(f"expected as many values of {IN_UM}, mean_sensation and sd_sensation")
+            raise ValueError(
+                f"expected the same number of values of {IN_UM}, mean_sensation and sd_sensation"
+            )
         if any(low >= high for low, high in pairwise(known)):
-            raise ValueError(f"{IN_UM}: expected them to ascend")
+            raise ValueError(f"{IN_UM}: expected ascending values")
         if self.shared + self.trial_to_trial > 1:
             raise ValueError(
-                "shared and trial_to_trial are parts of one variance: expected at most 1 together"
+                "shared and trial_to_trial are shares of the same variance: expected a sum of "
+                "at most 1"
             )
         for mean, sd in zip(self.mean_sensation, self.sd_sensation, strict=True):
             if sd**2 >= mean * (100 - mean):
@@ -309,8 +320,8 @@ def read_population(name: str) -> Population:
     """
     if name in POPULATIONS and name in behaviour_names():
         raise UserError(
-            f"{load_behaviour(name).named}: '{name}' is a shipped population; expected the entry "
-            "point to have another name"
+            f"{load_behaviour(name).named}: '{name}' is a shipped population; expected a "
+            "different name for the entry point"
         )
     if name in POPULATIONS:
         return POPULATIONS[name]()
@@ -322,8 +333,8 @@ def read_population(name: str) -> Population:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         known = ", ".join([*POPULATIONS, *behaviour_names()])
         raise UserError(
-            f"population '{name}': {reason}; expected a TOML file or one of the populations that "
-            f"are there: {known}"
+            f"population '{name}': {reason}; expected a TOML file or one of the available "
+            f"populations: {known}"
         ) from None
     found = parse_toml(text, name, Population)
     if found.behaviour:
@@ -339,4 +350,4 @@ def _of_package(name: str) -> Population:
         return Population.model_validate({**own, "name": name, OWN: name})
     except (TypeError, ValueError) as error:
         said = in_words(error) if isinstance(error, ValidationError) else error
-        raise UserError(f"{behaviour.named}: its population is none: {said}") from None
+        raise UserError(f"{behaviour.named}: its population is invalid: {said}") from None

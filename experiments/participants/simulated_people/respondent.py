@@ -79,8 +79,8 @@ LEAST_RATIO = 0.01  # nobody types a ratio of 0
 def unanswered(protocol: str, name: str) -> str:
     """Return the error message for a question that no simulated participant answers."""
     return (
-        f"{protocol}: no simulated participant can answer '{name}', so there is no pilot "
-        f"of it; expected its 'simulated' to say who answers"
+        f"{protocol}: no simulated participant can answer '{name}', so the study cannot be "
+        "piloted; expected the protocol's 'simulated' to name who answers"
     )
 
 

@@ -75,7 +75,7 @@ class QuestPlusBatch:
         posteriors *= self.posteriors
         totals = posteriors @ np.ones((self.rule.prior.size, 1))
         if not np.all(totals > 0):
-            raise UserError("QUEST+: no combination of parameters allows an answer given")
+            raise UserError("QUEST+: no combination of parameters allows one of the answers")
         posteriors /= totals
         return type(self)(rule=self.rule, posteriors=posteriors, trials=self.trials + 1)
 

@@ -63,7 +63,7 @@ class Interleaved:
     ) -> Self:
         """Return the tracks before their first trial, after checking the stopping rule for each."""
         if not tracks:
-            raise UserError("interleaved tracks: there are none, expected at least one")
+            raise UserError("interleaved tracks: none given, expected at least one")
         for track in tracks:
             stopping.check(track)
         before = cls(tracks=tracks, stopping=stopping, stream=stream, order=order)

@@ -89,7 +89,7 @@ class QuestPlus:
         if weights and len(weights) != len(self.threshold_levels):
             raise UserError(
                 f"QUEST+: {len(weights)} threshold_weights for {len(self.threshold_levels)} "
-                f"thresholds, expected as many"
+                "thresholds, expected equal numbers"
             )
         if weights and not (np.isfinite(weights).all() and min(weights) >= 0 and max(weights) > 0):
             raise UserError("QUEST+: threshold_weights must be 0 or more, and one above 0")
@@ -97,8 +97,8 @@ class QuestPlus:
         if cells > LARGEST_GRID:
             raise UserError(
                 f"QUEST+: {len(self.levels)} levels times {cells // len(self.levels)} "
-                f"combinations of parameters are {cells} cells, at most {LARGEST_GRID} fit; use "
-                f"coarser grids"
+                f"combinations of parameters are {cells} cells, more than {LARGEST_GRID}; use "
+                "coarser grids"
             )
 
     @property
@@ -212,9 +212,9 @@ class QuestPlusTrack:
         total = posterior.sum()
         if not total > 0:
             raise UserError(
-                f"QUEST+: no combination of parameters allows "
+                "QUEST+: no combination of parameters allows "
                 f"{'a correct' if correct else 'a wrong'} answer at "
-                f"{self.rule.levels[level_index]:g}; let lapses go above 0"
+                f"{self.rule.levels[level_index]:g}; allow lapses above 0"
             )
         return type(self)(
             rule=self.rule, posterior=_frozen(posterior / total), trials=self.trials + 1
@@ -248,7 +248,7 @@ def _check_grid(name: str, values: Sequence[float], *, lowest: float) -> None:
         raise UserError(f"QUEST+: {name} is empty, expected at least one value")
     array = np.asarray(values, float)
     if not np.isfinite(array).all() or np.any(np.diff(array) <= 0):
-        raise UserError(f"QUEST+: {name} must be finite and rising")
+        raise UserError(f"QUEST+: {name} must be finite and ascending")
     if array[0] < lowest:
         raise UserError(
             f"QUEST+: {name} begins at {array[0]:g}, expected "

@@ -48,12 +48,12 @@ def adjusted_columns(name: str, description: str) -> dict[str, Column]:
         "turns": Column(
             value=turns,
             kind="number",
-            description="How often the {q.name} was changed on the way",
+            description="Number of changes of the {q.name} during the adjustment",
         ),
         "trace": Column(
             value=trace,
             kind="text",
-            description="Every {q.name} on the way: seconds from the beginning, a colon, "
-            "{q.unit_in_full}",
+            description="Every {q.name} during the adjustment: seconds from the beginning, a "
+            "colon, {q.unit_in_full}",
         ),
     }

@@ -34,18 +34,19 @@ class StandardOptions(RatedOptions):
     """Options for tasks with a standard, in addition to their order and pace."""
 
     standard_level: Annotated[Amplitude, Field(gt=0)] = Field(
-        description="Amplitude of the standard that everything is judged against."
+        description="Amplitude of the standard, with which all surfaces are compared."
     )
     standard_every_trials: AtLeastOne = Field(
         default=1,
-        description="The standard is felt before every so many trials; 1: first in each trial. "
-        "Otherwise at the beginning of each block and after each rest as well.",
+        description="The standard is presented before each group of this many trials; 1: "
+        "first in each trial. Otherwise also at the beginning of each block and "
+        "after each rest.",
         json_schema_extra={"unit": "trials"},
     )
     catch_trials: Count = Field(
         default=0,
-        description="Trials in which the right answer is the standard itself, among the others, to "
-        "see whether attention holds; not analysed with them.",
+        description="Catch trials in which the surface is the standard itself, to check "
+        "attention; not analysed with the other trials.",
         json_schema_extra={"unit": "trials"},
     )
 

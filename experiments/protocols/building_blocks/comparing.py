@@ -44,14 +44,13 @@ class ComparingOptions(RestedOptions):
 
     practice: Count = Field(
         default=3,
-        description="Trials with surfaces that are easily told apart before, for practice; "
-        "recorded, not analysed.",
+        description="Practice trials before the main trials, with surfaces that are easily "
+        "distinguished; recorded, not analysed.",
         json_schema_extra={"unit": "trials"},
     )
     catch_trials: Count = Field(
         default=0,
-        description="Trials with surfaces that are easily told apart among the others, to see "
-        "whether attention holds.",
+        description="Catch trials with surfaces that are easily distinguished, to check attention.",
         json_schema_extra={"unit": "trials"},
     )
     repeat_timed_out: Switch = Field(
@@ -193,7 +192,7 @@ DESIGN: Mapping[str, Column] = {
     "catch": Column(
         value=lambda record: truth(record.trial.factors["catch"]),
         kind="label",
-        description="Whether it is a practice or catch trial, outside the plan",
-        levels={"true": "outside the plan", "false": "one of the plan"},
+        description="Whether it is a practice or catch trial, which is not part of the plan",
+        levels={"true": "not part of the plan", "false": "part of the plan"},
     ),
 }

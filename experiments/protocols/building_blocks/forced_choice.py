@@ -49,24 +49,27 @@ class ForcedChoiceOptions(AdaptiveOptions):
 
     intervals: Literal[2, 3] = Field(
         default=2,
-        description="How many surfaces a trial has, one of them to be found.",
+        description="Number of surfaces in a trial, one of which is the target.",
         json_schema_extra={"unit": "intervals"},
     )
     practice: Count = Field(
         default=3,
-        description="Trials at the highest level before, for practice; recorded, not analysed.",
+        description=(
+            "Practice trials at the highest level, before the main trials; recorded, not analysed."
+        ),
         json_schema_extra={"unit": "trials"},
     )
     catch_trials: Count = Field(
         default=4,
-        description="Trials at the highest level among the others, to see whether attention "
-        "holds; the tracks are not told of them.",
+        description="Catch trials at the highest level, to check attention; the tracks ignore "
+        "them.",
         json_schema_extra={"unit": "trials"},
     )
     feedback: Literal["none", "practice", "always"] = Field(
-        default="practice", description="When the participant is told whether they were right."
+        default="practice",
+        description=("When the participant learns whether the answer was correct."),
     )
-    feedback_s: Positive = Field(default=0.8, description="How long that is shown.")
+    feedback_s: Positive = Field(default=0.8, description="Duration of the feedback.")
 
     @property
     def guess(self) -> float:
@@ -256,20 +259,20 @@ DESIGN: Mapping[str, Column] = {
         value=lambda record: truth(record.trial.factors["catch"]),
         kind="label",
         description="Whether it is a catch trial",
-        levels={"true": "at the highest level, to see whether attention holds", "false": "none"},
+        levels={"true": "at the highest level, to check attention", "false": "none"},
     ),
 }
 STIMULUS: Mapping[str, Column] = {
     "track_level": Column(
         value=lambda record: record.trial.factors["track_level"],
         kind="number",
-        description="By how much the surface to be found differs from the others{q.behind}",
+        description="Difference between the target surface and the others{q.behind}",
         units="{q.bids}",
     ),
     "target_interval": Column(
         value=lambda record: record.trial.factors["target_interval"],
         kind="number",
-        description="Interval that held the surface to be found",
+        description="Interval that contained the target surface",
     ),
 }
 RESPONSE: Mapping[str, Column] = {
@@ -281,7 +284,7 @@ RESPONSE: Mapping[str, Column] = {
     "correct": Column(
         value=_correct,
         kind="label",
-        description="Whether that was the surface to be found",
+        description="Whether that was the target surface",
         levels={"true": "right", "false": "wrong"},
     ),
 }

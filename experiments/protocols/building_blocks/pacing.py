@@ -21,12 +21,12 @@ class PacedOptions(Options):
     )
     exploration_maximum_s: Positive | None = Field(
         default=None,
-        description="Longest time for stroking a surface; then the question comes by itself. "
-        "Left out: the participant decides.",
+        description="Longest time for stroking a surface, after which the question appears "
+        "automatically; default: the participant decides.",
     )
     response_time_limit_s: Positive | None = Field(
         default=None,
-        description="Time after which the trial's main question counts as timed out; left out: "
+        description="Time after which the trial's main question counts as timed out; default: "
         "no limit.",
     )
     rest_minimum_s: Seconds = Field(default=0.0, description="Shortest rest between blocks.")
@@ -60,6 +60,6 @@ class RestedOptions(PacedOptions):
 
     rest_every_trials: AtLeastOne = Field(
         default=25,
-        description="A rest after so many trials.",
+        description="A rest after every group of this many trials.",
         json_schema_extra={"unit": "trials"},
     )

@@ -42,31 +42,34 @@ class RatedOptions(PacedOptions):
 
     repetitions: AtLeastOne = Field(
         default=1,
-        description="How often each surface is rated.",
-        json_schema_extra={"unit": "ratings a surface"},
+        description="Number of ratings of each surface.",
+        json_schema_extra={"unit": "ratings per surface"},
     )
     practice: Count = Field(
         default=1,
-        description="How often each surface is rated before, for practice; recorded, not analysed.",
-        json_schema_extra={"unit": "ratings a surface"},
+        description=(
+            "Number of practice ratings of each surface, before the main trials; recorded, "
+            "not analysed."
+        ),
+        json_schema_extra={"unit": "ratings per surface"},
     )
     randomisation: Rule = Field(
         default="blocked",
-        description="Order of the surfaces. simple: all trials shuffled together; blocked: each "
-        "repetition shuffled on its own; williams: rows of a Williams square, balanced for what "
-        "follows what.",
+        description="Order of the surfaces. simple: all trials are shuffled together; "
+        "blocked: each repetition is shuffled separately; williams: rows of a "
+        "Williams square, in which the surfaces' succession is balanced.",
     )
     no_immediate_repeat: Switch = Field(
         default=True,
-        description="Whether orders in which a surface follows itself are avoided, from the last "
-        "practice trial to the first main trial too.",
+        description="Whether the same surface never follows itself, including the step from "
+        "the last practice trial to the first main trial.",
     )
     repeat_timed_out: Switch = Field(
         default=True, description="Whether a timed-out trial is repeated, once."
     )
     rest_every_trials: AtLeastOne | None = Field(
         default=None,
-        description="A rest after so many trials; left out: after each block.",
+        description="A rest after every group of this many trials; default: after each block.",
         json_schema_extra={"unit": "trials"},
     )
 
@@ -255,7 +258,7 @@ BLOCK = {
     "block": Column(
         value=lambda record: record.trial.factors["block"],
         kind="number",
-        description="Block of presentation, practice included, from 1",
+        description="Block of presentation, including practice, from 1",
     ),
 }
 TEXTURE = {

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.ordering.randomisation import Stream
 
 ALONE = (
-    "no_immediate_repeat: one surface alone must follow itself; "
-    "use more surfaces, or no_immediate_repeat = false"
+    "no_immediate_repeat: a single surface must follow itself; use more surfaces, or "
+    "no_immediate_repeat = false"
 )
 # Four hours of trials; generating one order takes a second.
 MOST = 1200

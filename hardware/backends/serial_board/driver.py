@@ -313,8 +313,8 @@ class SerialBoard(PlateDriver):
         ):
             raise WrongDevice(
                 f"{self.port}: the board drives {board.frequency_min_hz:g} to "
-                f"{board.frequency_max_hz:g} Hz, the plate's limits are {ours.frequency_min_hz:g} "
-                f"to {ours.frequency_max_hz:g} Hz"
+                f"{board.frequency_max_hz:g} Hz, but the plate's limits are "
+                f"{ours.frequency_min_hz:g} to {ours.frequency_max_hz:g} Hz"
             )
         self.limits = replace(
             ours,
@@ -340,7 +340,7 @@ def _parsed(parse: Callable[[str], T], value: str) -> T:
     try:
         return parse(value)
     except wire.ImpossibleValue as error:
-        raise ProtocolViolation(f"the board tells impossible limits: {error}") from error
+        raise ProtocolViolation(f"the board reports impossible limits: {error}") from error
     except ValueError as error:
         raise GarbledReply(f"the board answered '{value}', which cannot be read") from error
 

@@ -235,7 +235,7 @@ def parse_list_limits(value: str) -> ListLimits:
 def _finite(text: str) -> float:
     number = float(text)
     if not math.isfinite(number):
-        raise ValueError(f"'{text}' is no number")
+        raise ValueError(f"'{text}' is not a number")
     return number
 
 

@@ -40,10 +40,10 @@ OPENING: dict[int, tuple[type[PlateFault], str]] = {
     errno.ENXIO: (PlateNotFound, "no device at this port"),
     errno.ENODEV: (PlateNotFound, "no device at this port"),
     errno.EIO: (PlateNotFound, "no device at this port"),
-    errno.EACCES: (NoPermission, "you may not open this port"),
-    errno.EPERM: (NoPermission, "you may not open this port"),
-    errno.EBUSY: (PlateBusy, "another program holds this port"),
-    errno.EAGAIN: (PlateBusy, "another program holds this port"),
+    errno.EACCES: (NoPermission, "no permission to open this port"),
+    errno.EPERM: (NoPermission, "no permission to open this port"),
+    errno.EBUSY: (PlateBusy, "another program is using this port"),
+    errno.EAGAIN: (PlateBusy, "another program is using this port"),
 }
 
 
@@ -87,7 +87,7 @@ class SerialLine:
         try:
             return action()
         except UNPLUGGED as error:
-            raise ConnectionLost(f"{self.port}: the device went away ({error})") from error
+            raise ConnectionLost(f"{self.port}: the device was disconnected ({error})") from error
 
 
 def _opening_fault(port: str, error: Exception) -> PlateFault:
@@ -97,5 +97,5 @@ def _opening_fault(port: str, error: Exception) -> PlateFault:
         fault, what = OPENING[number]
         return fault(f"{port}: {what}")
     if "PermissionError" in str(error):
-        return PlateBusy(f"{port}: another program holds this port")
+        return PlateBusy(f"{port}: another program is using this port")
     return PlateNotFound(f"{port}: cannot be opened ({error})")

@@ -20,10 +20,13 @@ if TYPE_CHECKING:
 
 # Reasons why a board that should vibrate does not.
 SILENCED: dict[str, tuple[type[PlateFault], str]] = {
-    "OFF": (ConnectionLost, "the board switched its output off by itself"),
-    "WDOG": (PlateTimeout, "the board heard nothing from this computer and silenced the plate"),
-    "HOT": (PlateRefused, "the board is too warm and silenced the plate"),
-    "LONG": (OverLimit, "the board silenced the plate: it was on for too long"),
+    "OFF": (ConnectionLost, "the board switched its output off"),
+    "WDOG": (
+        PlateTimeout,
+        ("the board received nothing from this computer and switched the plate off"),
+    ),
+    "HOT": (PlateRefused, "the board is too warm and switched the plate off"),
+    "LONG": (OverLimit, "the board switched the plate off: it was on for too long"),
     "OPEN": (PlateRefused, "the board drives in open loop"),
 }
 
@@ -62,14 +65,14 @@ def check_status(
     if status.state == "SAT":
         reached = "less" if measured_um_pp is None else f"{measured_um_pp:.3f} µm p-p"
         raise NotReached(
-            f"{active.what} was commanded, {reached} is all that {status.voltage_v:.1f} V give"
+            f"{active.what} was commanded, but {status.voltage_v:.1f} V reach only {reached}"
         )
     if active.state == FOLLOWS:
         return
     if status.state == "RAMP":
-        raise NotReached(f"{active.what} was commanded, and the plate does not settle there")
+        raise NotReached(f"{active.what} was commanded, but the plate does not settle there")
     if status.state != active.state:
-        raise PlateRefused(f"{port}: the board tells {status.state}, not {active.state}")
+        raise PlateRefused(f"{port}: the board reports {status.state}, not {active.state}")
     if measured_um_pp is not None:
         limits.check_reached(active.amplitude_um_pp, measured_um_pp)
     if active.predicted_v is not None:

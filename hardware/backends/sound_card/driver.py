@@ -129,14 +129,16 @@ class SoundCard(PlateDriver):
             full_scale_v,
             plate_file.wiring.amplifier_gain if plate_file else None,
             calibration,
-            unknown="plate 'sound': it is not known how many volts the plate gets; measure them "
-            "with an oscilloscope and say the V peak at full scale in the SPEC as full_scale=20",
+            unknown="plate 'sound': the voltage at the plate is unknown; measure it with an "
+            "oscilloscope and set the V peak at full scale in the SPEC, as "
+            "full_scale=20",
         )
         highest_hz = PASSBAND * rate_hz
         if highest_hz <= self.limits.frequency_min_hz:
             raise UserError(
-                f"plate 'sound': rate is {rate_hz:g} Hz, which carries {highest_hz:g} Hz at most; "
-                f"the plate is driven at {self.limits.frequency_min_hz:g} Hz or more"
+                f"plate 'sound': rate is {rate_hz:g} Hz, which supports at most "
+                f"{highest_hz:g} Hz; the plate is driven at {self.limits.frequency_min_hz:g} "
+                "Hz or more"
             )
         self.limits = replace(
             self.limits, frequency_max_hz=min(self.limits.frequency_max_hz, highest_hz)
@@ -245,7 +247,7 @@ class SoundCard(PlateDriver):
         begun_s = self._machine.now()
         while self._carrier.level != self._carrier.target:
             if self._machine.now() - begun_s > RAMP_S + ENDS_S:
-                raise ConnectionLost(f"sound device '{self.device}': it asks for no samples")
+                raise ConnectionLost(f"sound device '{self.device}': it requests no samples")
             self._machine.sleep(POLL_S)
 
     def _read_back(self) -> Readback:
@@ -270,16 +272,16 @@ class SoundCard(PlateDriver):
         if self._stream is None:
             raise ConnectionLost(f"{name}: not connected")
         if not self._stream.active:
-            raise ConnectionLost(f"{name}: it went away")
+            raise ConnectionLost(f"{name}: it was disconnected")
         if self._underflows:
             raise PlateBusy(
-                f"{name}: this computer was too slow for it ({self._underflows} times), the "
+                f"{name}: this computer was too slow ({self._underflows} times), so the "
                 "carrier was interrupted"
             )
         if self._unattended:
             raise PlateTimeout(
-                f"{name}: the session gave no command for {self._attention_s:g} s, the plate was "
-                "silenced"
+                f"{name}: the session sent no command for {self._attention_s:g} s, so the "
+                "plate was switched off"
             )
         self._attended_s = self._machine.now()
 
@@ -289,7 +291,7 @@ class SoundCard(PlateDriver):
             return
         if not self._stream.active:
             if not self._aborted:
-                raise ConnectionLost(f"sound device '{self.device}': it went away")
+                raise ConnectionLost(f"sound device '{self.device}': it was disconnected")
             return
         try:
             self._until_ramped()

@@ -45,7 +45,7 @@ class Requirements(_Table):
     def _voltage_is_safe(cls, voltage_v: float) -> float:
         limit = PlateLimits().voltage_v
         if voltage_v > limit:
-            raise ValueError(f"is beyond the safe limit, expected above 0, at most {limit:g} V")
+            raise ValueError(f"is beyond the safe limit, expected above 0 and at most {limit:g} V")
         return voltage_v
 
 

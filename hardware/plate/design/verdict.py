@@ -154,7 +154,7 @@ def judged(
     if amplitude_um_peak < wanted.amplitude_um_peak:
         why_not.append(
             f"{amplitude_um_peak:.2f} µm peak at the {wanted.finger_place}, "
-            f"{wanted.amplitude_um_peak:g} wanted"
+            f"{wanted.amplitude_um_peak:g} required"
         )
     if solution.uncertainty is not None and solution.uncertainty > CONVERGED:
         why_not.append(
@@ -163,8 +163,8 @@ def judged(
         )
     if solution.resonance_hz < frequency_min_hz:
         why_not.append(
-            f"resonates at {solution.resonance_hz / 1e3:.2f} kHz, "
-            f"{frequency_min_hz / 1e3:.3g} at least wanted"
+            f"resonates at {solution.resonance_hz / 1000.0:.2f} kHz, at least "
+            f"{frequency_min_hz / 1000.0:.3g} required"
         )
     if not limits.frequency_min_hz <= solution.resonance_hz <= limits.frequency_max_hz:
         needs.append(

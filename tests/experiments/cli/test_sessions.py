@@ -260,8 +260,8 @@ def test_check_tells_of_noise_that_would_clip_and_where_it_would_not(tmp_path, r
     loud = sound(-3.0)
     assert loud.passed is False
     highest = re.search(r"level_db is -3, expected (-\d+\.\d) or less", loud.detail)[1]
-    assert "leave full scale" not in sound(highest).detail
-    assert "leave full scale" in sound(float(highest) + 0.2).detail
+    assert "exceed full scale" not in sound(highest).detail
+    assert "exceed full scale" in sound(float(highest) + 0.2).detail
 
 
 def test_check_refuses_a_label_that_run_would_refuse(tmp_path):

@@ -46,8 +46,8 @@ def test_what_the_command_line_leaves_open_is_asked(folder):
         ({"language": "tlh"}, "language 'tlh': expected one of en, fr"),
         ({"screen": "left"}, "screen.*whole number"),
         ({"screen": "-1"}, "screen"),
-        ({"pilots": "data"}, "pilots: expected another folder"),
-        ({"pilots": "./data"}, "pilots: expected another folder"),
+        ({"pilots": "data"}, "pilots: expected a folder other"),
+        ({"pilots": "./data"}, "pilots: expected a folder other"),
     ],
 )
 def test_what_cannot_be_used_is_refused_and_nothing_is_written(folder, given, complaint):
@@ -64,7 +64,7 @@ def test_lab_init_makes_a_folder_in_which_commands_work(folder, capsys, monkeypa
     assert (here().plate, here().windowed, here().markers) == ("serial:COM3", True, ())
     assert main(["participants"]) == 0
     assert main(["lab", "init"]) == 2
-    assert "exists already" in capsys.readouterr().err
+    assert "already exists" in capsys.readouterr().err
 
 
 def test_a_folders_markers_and_sources_are_its_sessions(folder):
@@ -74,7 +74,7 @@ def test_a_folders_markers_and_sources_are_its_sessions(folder):
 
 def test_a_folder_that_is_one_is_not_overwritten(folder):
     init(folder, {}, None)
-    with pytest.raises(UserError, match="exists already"):
+    with pytest.raises(UserError, match="already exists"):
         init(folder, {}, None)
 
 

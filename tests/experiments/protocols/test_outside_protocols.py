@@ -183,10 +183,10 @@ def test_a_study_may_replace_a_text_that_a_protocol_brings(pilot):
     [
         ({"simulated": {}}, "no simulated participant can answer 'grip'"),
         ({"texts": {"fr": GRIP.texts["fr"]}}, "has no texts in 'en'; it has them in fr"),
-        ({"instructions": "grip.intro"}, "its instructions 'grip.intro' are none of its texts"),
+        ({"instructions": "grip.intro"}, "its instructions 'grip.intro' are not among its texts"),
         (
             {"texts": {"en": {"session.rest": "Rest!", **GRIP.texts["en"]}}},
-            "its en text 'session.rest' could hide another's",
+            "its en text 'session.rest' could replace another protocol's",
         ),
         (
             {"design": {"onset": GRIP.response["grip"]}},

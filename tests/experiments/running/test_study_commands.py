@@ -126,7 +126,7 @@ def test_a_study_whose_orders_cannot_be_drawn_is_not_valid(tmp_path):
         'name = "one"\ntitle = "One"\namplitudes_um_pp = [1.0]\n'
         '[[tasks]]\nprotocol = "magnitude_estimation"\nrepetitions = 2\n'
     )
-    with pytest.raises(UserError, match="one surface alone"):
+    with pytest.raises(UserError, match="a single surface"):
         validate(str(path))
 
 

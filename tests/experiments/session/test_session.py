@@ -320,7 +320,7 @@ def test_a_changed_protocol_is_not_resumed_into_nonsense(laboratory, plan):
     path = plan().journal_path(laboratory.folder)
     other = plan(seed=1)  # another order of surfaces
     assert other.journal_path(laboratory.folder) == path
-    with pytest.raises(UserError, match="the protocol now takes another step"):
+    with pytest.raises(UserError, match="the protocol's next step differs"):
         laboratory.run(other)
 
 

@@ -170,7 +170,7 @@ ASKING = SessionStatus(state="waiting", voidable=THIRD, answering=SAID)
 def test_what_the_participant_says_is_typed_and_enter_hands_it_in():
     who, _ = operator(*"12.5", "\r", "7", "\r")
     who.tell(ASKING)
-    assert "How slippery? (Enter to hand it in" in str(who.lines())
+    assert "How slippery? (Enter to submit" in str(who.lines())
     requests = [request for _ in range(8) if (request := who.poll())]
     assert requests == [Request(what="answer", reason="12.5"), Request(what="answer", reason="7")]
     who.tell(SessionStatus(state="waiting"))

@@ -129,24 +129,24 @@ def test_faults_between_keys_are_told_at_once_too_each_with_its_line():
         "impossible.toml has 14 faults:",
         "  line 5, seed: expected 0 or more, got -1",
         "  line 6, amplitudes_um_pp: 3.0 is beyond the plate's 2.5 µm p-p",
-        "  line 6, amplitudes_um_pp: expected them to be all different",
+        "  line 6, amplitudes_um_pp: expected different values",
         "  line 7, texts.en.session.wellcome: unknown text; expected a text such as session.w",
-        "  line 8, texts.fr.session.welcome: its braces cannot be filled in; those there are: none",
-        "  line 11, texts.Klingon: expected a language's code, such as de or pt-BR",
+        "  line 8, texts.fr.session.welcome: its braces cannot be filled in; available: none",
+        "  line 11, texts.Klingon: expected a language code, such as de or pt-BR",
         "  line 13, item 1 of textures: 2.7 is beyond the plate's 2.5 µm p-p",
         "  line 22, start_um_pp of item 1 of tasks: 2.7 is beyond the plate's 2.5 µm p-p",
         (
-            "  line 25, protocol of item 2 of tasks: there is a 'descendingdifference' "
-            "already: give it a label"
+            "  line 25, protocol of item 2 of tasks: there is already a "
+            "'descendingdifference': set another label"
         ),
         "  line 26, start_um_pp of item 2 of tasks: 2.9 is beyond the plate's 2.5 µm p-p",
         (
-            "  line 28, modulus of item 3 of tasks: standard_um_pp and modulus go "
-            "together: give both, or neither"
+            "  line 28, modulus of item 3 of tasks: standard_um_pp and modulus "
+            "belong together: set both, or neither"
         ),
         "  line 31, practise of item 3 of tasks: unknown key",
-        "  line 37, prompt of item 2 of about_you: 'shoe_size' needs a prompt of its own",
-        "  line 42, name of item 3 of about_you: there is a 'sex' already",
+        "  line 37, prompt of item 2 of about_you: 'shoe_size' needs its own prompt",
+        "  line 42, name of item 3 of about_you: there is already a 'sex'",
     ]
     for told, line in zip(str(caught.value).splitlines(), expected, strict=True):
         assert told.startswith(line)
@@ -166,15 +166,15 @@ def test_a_task_without_trials_is_refused():
     "change, complaint",
     [
         (("[0, 1]", "[]"), "amplitudes_um_pp: is missing"),
-        (("[0, 1]", "[1, 1]"), "all different"),
+        (("[0, 1]", "[1, 1]"), "different values"),
         (("[0, 1]", "[0, nan]"), "finite number"),
         (("[0, 1]", "1.0"), r"amplitudes_um_pp: expected a list in \[brackets\], got 1.0"),
         (('title = "Small"', 'title = "Small"\nplate = 2.5'), "plate: expected a table, got 2.5"),
-        (("[0, 1]", "[0.0, -0.0]"), "all different"),
+        (("[0, 1]", "[0.0, -0.0]"), "different values"),
         (("[0, 1]", '["0"]'), "expected a number"),
         (("[[tasks]]", "[tasks]"), "expected \\[\\[tasks\\]\\] tables"),
         (('protocol = "magnitude_estimation"', "modulus = 3"), "expected one of"),
-        (('"magnitude_estimation"', '"magnitude_estimation"\nmodulus = 10'), "go together"),
+        (('"magnitude_estimation"', '"magnitude_estimation"\nmodulus = 10'), "belong together"),
         (
             ('"magnitude_estimation"', f'"magnitude_estimation"{SHORT}'),
             "line 7, exploration_maximum_s of item 1 of tasks: expected no less than",
@@ -196,12 +196,12 @@ def test_a_task_without_trials_is_refused():
         (('title = "Small"', 'title = "Small"\ntexts.fr.session.rest = "{x}"'), "session.rest"),
         (
             ("[[tasks]]", '[[tasks]]\nprotocol = "magnitude_estimation"\n[[tasks]]'),
-            "give it a label",
+            "set another label",
         ),
         (("[[tasks]]", ASKED.format('"a", "a"') + "[[tasks]]"), "line 7, options of .*different"),
         (
             ("[[tasks]]", 2 * ASKED.format('"a", "b"') + "[[tasks]]"),
-            "line 9, name of item 2 of about_you: there is a 'sex' already",
+            "line 9, name of item 2 of about_you: there is already a 'sex'",
         ),
     ],
 )

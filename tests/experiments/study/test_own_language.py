@@ -147,7 +147,7 @@ def test_a_text_that_comes_with_a_newer_slipscale_is_asked_for_and_no_old_run_is
     [
         ({"session__rest": ""}, "1 texts are missing: session.rest"),
         ({"session__wellcome": "Hallo"}, r"texts\.de\.session\.wellcome: unknown text"),
-        ({"window__progress": "{done} sind vorbei"}, r"window\.progress: {total} is missing in it"),
+        ({"window__progress": "{done} sind vorbei"}, r"window\.progress: {total} is missing"),
         ({"window__progress": "{done} {total} {x}"}, r"line \d+, window\.progress: its braces"),
         ({"comparing__options": "das erste | das zweite"}, "expected 3 answers"),
         ({"window__yes_key": "n"}, "expected two different letters"),
@@ -168,9 +168,9 @@ def test_what_would_fail_on_the_screen_is_refused_when_the_study_is_read(study, 
     "text, told",
     [
         ("session.rest = 3\nlanguage = 'de'", "line 1, session.rest: expected words in quotes"),
-        ("[session]\nrest = 'Pause'", "language: expected a language's code"),
-        ("language = 'Deutsch!'", "expected a language's code, such as de"),
-        ("language = 'fr'", "language 'fr' is there already"),
+        ("[session]\nrest = 'Pause'", "language: expected a language code"),
+        ("language = 'Deutsch!'", "expected a language code, such as de"),
+        ("language = 'fr'", "language 'fr' already exists"),
         ("language = 'de", "is not TOML"),
         (None, "cannot be read"),
     ],
@@ -188,12 +188,12 @@ def test_a_file_that_is_none_is_refused_with_its_name(study, text, told):
     [
         (('language = "de"', 'language = "tlh"'), "language: expected one of en, fr, de"),
         (("{ de = ", "{ nl = "), "prompt of item 1 of about_you: 'hand' has no prompt in 'de'"),
-        (('["texts.de.toml"]', '["texts.de.toml", "texts.de.toml"]'), "is there already"),
+        (('["texts.de.toml"]', '["texts.de.toml", "texts.de.toml"]'), "already exists"),
         (('["texts.de.toml"]', '"texts.de.toml"'), "texts_files: expected a list"),
         (('["texts.de.toml"]', '["texts.de.toml"]\ntexts = 1.5'), "texts: expected a table"),
-        (("texts.de.toml", "../texts.de.toml"), "a file beside the study's, without a folder"),
-        (("texts.de.toml", "/etc/passwd"), "a file beside the study's, without a folder"),
-        (("texts.de.toml", "texts\\u0000.toml"), "a file beside the study's, without a folder"),
+        (("texts.de.toml", "../texts.de.toml"), "a file next to the study's, without a folder"),
+        (("texts.de.toml", "/etc/passwd"), "a file next to the study's, without a folder"),
+        (("texts.de.toml", "texts\\u0000.toml"), "a file next to the study's, without a folder"),
         (("amplitudes", 'texts = {en = {window = {full = "x"}}}\namplitudes'), "not texts = {"),
     ],
 )
@@ -213,7 +213,7 @@ def test_the_template_has_every_text_with_its_english_and_place(study):
     table = tomllib.loads(written)
     assert table.pop("language") == "de"
     assert flatten(table) == dict.fromkeys(to_translate({}), "")
-    assert "# {done} of {total} trials are done\n# (a line of small letters" in written
+    assert "# {done} of {total} trials are done\n# (a line of small print" in written
     assert "filled in: {done}, {total})\nprogress" in written
 
 
@@ -222,9 +222,9 @@ def test_the_template_keeps_what_is_translated_already(study):
     texts(str(study), "de", out)
     table = tomllib.loads(out.read_text(encoding="utf-8"))
     assert table["session"]["welcome"] == GERMAN["session.welcome"]
-    with pytest.raises(UserError, match="exists already"):
+    with pytest.raises(UserError, match="already exists"):
         texts(str(study), "de", out)
-    for code, told in (("fr", "is shipped"), ("Deutsch!", "expected a language's code")):
+    for code, told in (("fr", "is a shipped language"), ("Deutsch!", "expected a language code")):
         with pytest.raises(UserError, match=told):
             texts(str(study), code, out.with_name("other.toml"))
 
@@ -257,5 +257,5 @@ def test_a_language_may_stand_in_the_study_file_itself_and_is_checked_alike(stud
     study.write_text(inside, encoding="utf-8")
     assert "no fault" in validate(str(study))
     study.write_text(inside.replace("{done}", "viele"), encoding="utf-8")
-    with pytest.raises(UserError, match=r"texts\.de\.window\.progress: {done} is missing in it"):
+    with pytest.raises(UserError, match=r"texts\.de\.window\.progress: {done} is missing"):
         validate(str(study))

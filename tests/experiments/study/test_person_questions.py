@@ -92,7 +92,7 @@ def test_words_that_are_missing_in_the_language_of_a_run_are_told_not_replaced()
     [
         (HAND.replace("fr =", "xx ="), "expected languages among en, fr"),
         (HAND.replace('left = {en = "left", ', "left = {"), "in the same languages"),
-        (HAND.replace('"droite"', '"gauche"'), "all different"),
+        (HAND.replace('"droite"', '"gauche"'), "different options"),
         (HAND.replace('en = "left", ', "").replace(
             'en = "right", ', ""), "has no words for its options in 'en'"),
         (AGE + 'options = ["1", "2"]\n', "either options, or minimum and maximum"),
@@ -102,7 +102,7 @@ def test_words_that_are_missing_in_the_language_of_a_run_are_told_not_replaced()
         (AGE.replace("18", "-1"), "minimum"),
         (AGE.replace("99", "99.5"), "maximum"),
         (AGE.replace("age_years", "informed_consent"), "another name"),
-        (AGE.replace("age_years", "shoe_size"), "needs a prompt of its own"),
+        (AGE.replace("age_years", "shoe_size"), "needs its own prompt"),
         (AGE + 'prompt = {fr = "Quel âge ?"}\n', "no prompt in 'en'"),
         (AGE + 'prompt = {xx = "?"}\n', "expected languages among en, fr"),
     ],

@@ -175,18 +175,21 @@ def test_an_item_is_asked_again_where_the_operator_wants(plan, laboratory):
             ('name = "likert"', 'name = "two words"'),
             "name of item 1 of questionnaires: expected letters",
         ),
-        (('name = "likert"', 'name = "magnitudeestimation"'), "there is a 'magnitudeestimation'"),
+        (
+            ('name = "likert"', 'name = "magnitudeestimation"'),
+            "there is already a 'magnitudeestimation'",
+        ),
         (
             ('name = "effort"', 'name = "likert"'),
-            "name of item 2 of questionnaires: there is a 'likert'",
+            "name of item 2 of questionnaires: there is already a 'likert'",
         ),
         (
             ('name = "q02"', 'name = "q01"'),
-            "name of item 2 of items of item 1 of questionnaires: there is a 'q01' already",
+            "name of item 2 of items of item 1 of questionnaires: there is already a 'q01'",
         ),
         (
             ('name = "e1"', 'name = "q01"'),
-            "name of item 1 of items of item 2 of questionnaires: there is a 'q01'",
+            "name of item 1 of items of item 2 of questionnaires: there is already a 'q01'",
         ),
         (('name = "q02"', 'name = "session_id"'), "expected another code"),
         ((', fr = "tout à fait"', ""), "words for every code in the same languages"),
@@ -199,7 +202,7 @@ def test_an_item_is_asked_again_where_the_operator_wants(plan, laboratory):
             ('en = "You"', 'tlh = "You"'),
             "title of item 1 of questionnaires: expected languages among en, fr",
         ),
-        (('fr = "tout à fait"', 'fr = "moyennement"'), "options that are all different"),
+        (('fr = "tout à fait"', 'fr = "moyennement"'), "expected different options"),
         (('options = ["easy", "hard"]', 'options = ["easy"]'), "at least 2 of them"),
         (('when = "after"', 'when = "between"'), "'before' or 'after'"),
         (('description = "Made up"', ""), "description of item 2 of questionnaires: is missing"),
@@ -273,7 +276,7 @@ def test_who_takes_consent_back_ends_the_run_for_good(plan, laboratory):
         made, person=lambda _: ScriptedParticipant(answer, laboratory.clock), operator=Again()
     )
     assert outcome == "stopped"
-    assert "took their consent back" in laboratory.records(made, "stop")[0].data["reason"]
+    assert "withdrew consent" in laboratory.records(made, "stop")[0].data["reason"]
     build_dataset(laboratory.folder)
     assert "\tno\t" in (laboratory.folder / "participants.tsv").read_text()
     with pytest.raises(UserError, match=r"withdrew consent.*slipscale data withdraw"):

@@ -117,7 +117,7 @@ def test_every_fault_of_the_textures_is_told_at_once():
         (
             "[[tasks]]",
             f"{RIDGES}[[tasks]]",
-            "name of item 2 of textures: there is a 'ridges' already",
+            "name of item 2 of textures: there is already a 'ridges'",
         ),
         (
             '[[tasks]]\nprotocol = "magnitude_estimation"',

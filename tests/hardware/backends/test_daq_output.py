@@ -113,7 +113,7 @@ def test_a_device_that_goes_while_it_drives_is_said_to_be_on(screen):
     "more, said",
     [
         (",rate=1000.5", "do not fit 10 periods of 125 Hz"),
-        (",rate=250", "4 times or more"),
+        (",rate=250", "at least 4 times"),
     ],
 )
 def test_a_sine_that_cannot_be_made_is_refused(screen, more, said):

@@ -219,12 +219,12 @@ def test_without_a_calibration_it_can_be_driven_but_presents_nothing():
 
 
 def test_a_gain_other_than_the_calibrations_is_the_users_fault():
-    with pytest.raises(UserError, match="the SPEC says 5, the calibration was made with 10"):
+    with pytest.raises(UserError, match="the SPEC has 5, the calibration was made with 10"):
         Watched(calibration=calibration(amplifier_gain=10), amplifier_gain=5)
 
 
 def test_an_amplifiers_gain_is_never_guessed():
-    with pytest.raises(UserError, match=r"gain is not known.*gain=20"):
+    with pytest.raises(UserError, match=r"gain is unknown.*gain=20"):
         open_plate(f"scpi:{RESOURCE}", clock=SystemClock())
     with pytest.raises(UserError, match="gain is '-20', expected a number above 0"):
         open_plate(f"scpi:{RESOURCE},gain=-20", clock=SystemClock())
@@ -488,7 +488,7 @@ def test_a_setting_that_changed_since_the_connection_is_refused_before_the_outpu
     plate, wire = local(make)
     plate.connect()
     press(wire.generator, key)
-    with pytest.raises(PlateRefused, match="reset, or changed at its front panel"):
+    with pytest.raises(PlateRefused, match="reset, was changed at its front panel"):
         plate.present(surface(1.2))
     assert wire.generator.channel[1].plate_vpp() == 0
     assert plate.output is Output.OFF
@@ -542,7 +542,7 @@ def test_every_make_presents_from_its_own_smallest_voltage_on_and_refuses_less(m
     with plate:
         made = plate.present(surface(1.001 * smallest_um_pp))
         assert made.readback.level == pytest.approx(smallest_um_pp, rel=0.01)
-        with pytest.raises(OverLimit, match="from the generator, which makes"):
+        with pytest.raises(OverLimit, match="from the generator, which supplies"):
             plate.check_supported(surface(0.99 * smallest_um_pp))
         assert wire.generator.channel[1].on  # as it was
     assert wire.generator.errors == []

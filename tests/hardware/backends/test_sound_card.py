@@ -291,7 +291,7 @@ def test_excitation_is_held_to_the_cards_full_scale_and_the_plates_limits(card):
 
 
 def test_what_a_rate_cannot_carry_is_refused():
-    with pytest.raises(UserError, match="rate is 48000 Hz, which carries 21600 Hz at most"):
+    with pytest.raises(UserError, match="rate is 48000 Hz, which supports at most 21600 Hz"):
         open_plate("sound:3,full_scale=10,rate=48000", clock=VirtualClock())
     slow = open_plate("sound:3,full_scale=10,rate=64000", clock=VirtualClock())
     assert slow.limits.frequency_max_hz == 28_800
@@ -301,7 +301,7 @@ def test_what_a_rate_cannot_carry_is_refused():
     "address, why",
     [
         ("", "expected sound:DEVICE"),
-        ("3", "say the V peak at full scale in the SPEC as full_scale=20"),
+        ("3", "set the V peak at full scale in the SPEC, as full_scale=20"),
         ("3,full_scale=0", "expected a number above 0"),
         ("3,channel=3,full_scale=1", "expected 1 or 2"),
     ],
@@ -312,7 +312,9 @@ def test_an_address_that_does_not_suffice_is_refused(address, why):
 
 
 def test_another_full_scale_than_the_calibrations_is_refused(calibration):
-    with pytest.raises(UserError, match="told in two ways: the SPEC says 10, the calibration"):
+    with pytest.raises(
+        UserError, match=r"two different values .*: the SPEC has 10, the calibration"
+    ):
         open_plate(f"sound:3,full_scale=10,calibration={calibration}", clock=VirtualClock())
 
 

@@ -143,7 +143,7 @@ def dated(calibration, date):
 def test_an_old_calibration_is_told_and_an_older_one_refused(calibration):
     later = TODAY + dt.timedelta(days=OLD_DAYS + 1)
     assert calibration.notes(TODAY) == ()
-    assert calibration.notes(later) == ("the calibration is 181 days old; calibrate anew",)
+    assert calibration.notes(later) == ("the calibration is 181 days old; recalibrate",)
     calibration.check_date(TODAY + dt.timedelta(days=EXPIRED_DAYS))
     with pytest.raises(UserError, match="366 days old, expected up to 365"):
         calibration.check_date(TODAY + dt.timedelta(days=EXPIRED_DAYS + 1))
@@ -187,7 +187,7 @@ def test_a_calibration_of_another_device_is_refused_before_anything_is_presented
 @pytest.mark.parametrize("date", [dt.date(2020, 1, 1), dt.date(2099, 1, 1)])
 def test_a_calibration_of_an_impossible_date_is_refused(calibration, date):
     own = made_on(dated(calibration, date), backend="real", serial="twin")
-    with pytest.raises(UserError, match="calibrate anew"):
+    with pytest.raises(UserError, match="recalibrate"):
         Real(clock=VirtualClock(), calibration=own).connect()
 
 

@@ -75,9 +75,9 @@ def test_the_files_of_common_makes_are_read(tmp_path, make):
     "made, why",
     [
         ({"step_s": 1.0}, "samples are 1 s apart"),
-        ({"step_s": 1e-5}, r"samples are 1e-05 s apart, expected 4 or more in a period"),
+        ({"step_s": 1e-5}, r"samples are 1e-05 s apart; expected 4 or more per period"),
         ({"samples": 100}, "shorter than 5 periods"),
-        ({"step_s": -1e-6}, "do not rise evenly"),
+        ({"step_s": -1e-6}, "are not evenly spaced"),
     ],
 )
 def test_a_trace_that_cannot_hold_the_sine_is_refused(made, why):
@@ -91,7 +91,7 @@ def test_times_that_are_uneven_by_more_than_a_hundredth_of_a_step_are_refused(sh
     times_s = there.times_s.copy()
     times_s[1000:] += share * (times_s[1] - times_s[0])
     uneven = Trace(times_s=times_s, volts_v=there.volts_v)
-    with nullcontext() if even else pytest.raises(ValueError, match="do not rise evenly"):
+    with nullcontext() if even else pytest.raises(ValueError, match="are not evenly spaced"):
         assert uneven.amplitude_v_peak(FREQUENCY_HZ) == pytest.approx(1.0, rel=1e-3)
 
 

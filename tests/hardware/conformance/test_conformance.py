@@ -113,7 +113,7 @@ class Lateness:
 def test_a_board_that_departs_is_a_no(emulate, capsys):
     board = emulate("--fault", "deaf", "--back-after", "0")
     assert commands.main(["plate", "conform", f"serial:{board.port}"]) == 1
-    assert "departs         the board answers and tells its limits" in capsys.readouterr().out
+    assert "departs         the board answers and reports its limits" in capsys.readouterr().out
 
 
 # Of each kind of wrong board a rule that finds it; `python -m tools.wrong_boards` runs all on all.
@@ -135,13 +135,13 @@ FOUND_BY = {
     "ForgetsNotAtStop": "a frame with ! inside is not run",
     "FrozenReadback": "the mean in HOLD lies within 2.5 % of TARGET",
     "InvertedList": "a list keeps its time and its order",
-    "NoLimits": "what lies outside the board's limits is -222",
+    "NoLimits": "values outside the board's limits are -222",
     "NoOnTimeLimit": "the longest on-time silences",
     "NoWatchdog": "WDOG is silent",
     "NoWatchdogInList": "the watchdog watches a list",
     "NoWatchdogInOpen": "the watchdog watches open loop",
     "SlowList": "a list keeps its time and its order",
-    "StepsInsteadOfRamp": "a ramp is no step",
+    "StepsInsteadOfRamp": "a ramp is not a step",
     "FalseHold": "HOLD is true with a loaded plate",
     "NoSaturation": "a loaded plate at the largest amplitude is held, or SAT",
     "WideHold": "HOLD is true with a loaded plate",
@@ -195,7 +195,7 @@ class OffFrequency(Board):
 def test_open_loop_keeps_its_frequency_within_a_hertz(monkeypatch, off_hz, kept):
     monkeypatch.setattr(OffFrequency, "off_hz", off_hz)
     with nullcontext() if kept else pytest.raises(Departure, match="Hz and"):
-        check("DRIV drives as told", *on_a_bench(OffFrequency))
+        check("DRIV drives as commanded", *on_a_bench(OffFrequency))
 
 
 def test_every_step_of_the_guided_part_is_kept_by_the_correct_board():
@@ -292,7 +292,7 @@ def test_a_backend_that_only_echoes_is_told_that_this_proves_nothing():
     [
         (["serial:"], "expected serial:PORT"),
         (["mock", "--guided"], "for driver boards"),
-        (["nowhere:COM3"], "no backend 'nowhere'"),
+        (["nowhere:COM3"], "unknown backend 'nowhere'"),
     ],
 )
 def test_what_cannot_be_examined_is_refused(arguments, said, capsys):

@@ -86,5 +86,5 @@ def test_a_host_that_hangs_is_noticed_by_its_watchdog(port):
         plate.present(VirtualSurface(level=1.2))
         time.sleep(1.2)
         plate.read_back()  # the heart beats again, and hears what happened
-        with pytest.raises(PlateTimeout, match="heard nothing"):
+        with pytest.raises(PlateTimeout, match="received nothing"):
             checked_for(plate, 2.0)

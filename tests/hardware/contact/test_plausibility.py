@@ -49,7 +49,7 @@ def test_a_place_that_is_no_fingers_is_told(values, said):
     "values, said",
     [
         (lambda t: (0.1 * pressing(t)[1], pressing(t)[0]), "are swapped"),
-        (lambda t: (-pressing(t)[0], pressing(t)[1]), "its sign, or its tare"),
+        (lambda t: (-pressing(t)[0], pressing(t)[1]), "check its sign and its tare"),
         (lambda t: (1000 * pressing(t)[0], pressing(t)[1]), "a force of"),
         (lambda _: (0.5, 0.2), "the same reading"),
     ],

@@ -28,7 +28,7 @@ def journal_of(lab, number, folder="data"):
 UNUSABLE = {
     "the file of the folder is gone": (
         lambda lab: (lab / "slipscale.toml").unlink(),
-        "no slipscale.toml here",
+        "slipscale.toml is missing",
     ),
     "the file of the folder is no TOML": (
         lambda lab: (lab / "slipscale.toml").write_text("study ="),
@@ -80,7 +80,7 @@ def test_a_folder_that_has_gone_while_the_page_is_open(
     gone.rmdir()
     visitor.console.state.now(fresh=True)
     for path in PAGES:
-        assert "has gone" in visitor.see(path)
+        assert "laboratory folder is missing" in visitor.see(path)
     monkeypatch.chdir(lab)
 
 
@@ -121,7 +121,7 @@ ODD = {
     "a journal is damaged": (damaged, "participant 02 (run 01) is damaged at line 6"),
     "two sessions run": (
         two_sessions,
-        "2 sessions run at once: participant 02 (run 01), participant 02 (run 01)",
+        "2 sessions are running: participant 02 (run 01), participant 02 (run 01)",
     ),
     "the clock was set back": (set_back, "the clock of this computer was changed"),
     "the study was edited between participants": (

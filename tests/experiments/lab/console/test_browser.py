@@ -168,7 +168,7 @@ def test_a_study_is_written_in_the_form_with_keyboard_and_mouse(page, tmp_path):
         expect(page.locator("#study-faults")).to_be_empty()
         page.get_by_label("Name of the copy").fill("own")
         page.get_by_role("button", name="Save as a copy").press("Enter")
-        page.get_by_text("choose it on the page Settings").wait_for()
+        page.get_by_text("select it on the page Settings").wait_for()
     study = read_study(str(tmp_path / "own.toml"))[0]
     assert (study.name, study.participants) == ("own", 5)
     assert [task.protocol for task in study.tasks] == ["matching", "magnitude_estimation"]
@@ -288,7 +288,7 @@ def test_a_short_day(page, tmp_path):
     assert [kinds.count(k) for k in ("note", "pause", "go_on", "void", "resume")] == [1] * 5
     assert (records[-1].kind, records[-1].data["reason"]) == (
         "stop",
-        "asked by the operator: enough",
+        "requested by the operator: enough",
     )
     assert old.complaints == []
     assert {url.partition("/")[0] for url in old.requested} == {"http:"}

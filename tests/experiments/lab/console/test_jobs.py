@@ -31,7 +31,7 @@ def test_one_of_a_kind_runs_at_a_time(lab, monkeypatch):
     assert "usage: slipscale" in job.said()
 
     monkeypatch.setattr(job.process, "poll", lambda: None)
-    with pytest.raises(UserError, match="the checklist: still at work"):
+    with pytest.raises(UserError, match="the checklist: still running"):
         jobs.start("check", "the checklist", "--help")
 
 

@@ -159,7 +159,7 @@ def test_what_is_asked_on_the_page_reaches_the_session(visitor, session):
         assert visitor.ask("ask", token=token, what="ask_again", question="age")[0] == 200
         assert box.poll() == Request(what="ask_again", question=AGE)
         status, said = visitor.ask("ask", token=token, what="note", reason=" ")
-        assert (status, "expected words" in said) == (409, True)
+        assert (status, "expected a text" in said) == (409, True)
     status, said = visitor.ask("ask", token=token, what="stop")
     assert (status, said) == (409, "that session is over")
 
@@ -197,7 +197,7 @@ def test_while_a_session_runs_no_other_begins_and_nothing_checks_the_plate(visit
             "resume": {"participant": "02", "session": "", "run": "01"},
         }.items():
             status, said = visitor.ask(action, **fields)
-            assert (status, "runs now; end it first" in said) == (409, True)
+            assert (status, "is running; end it first" in said) == (409, True)
         assert "The session of participant 02 runs" in words_of(visitor.see("/"))
     assert visitor.jobs.started == []
 
@@ -224,7 +224,7 @@ def test_a_session_begins_as_slipscale_next_would(visitor, recorded):
     assert visitor.ask("begin", participant="03")[0] == 200
     assert visitor.jobs.started == [("session", "next", "--yes", "--participant", "03")]
     status, said = visitor.ask("begin", participant="07")
-    assert (status, "is not next any more" in said) == (409, True)
+    assert (status, "is no longer next" in said) == (409, True)
 
 
 def test_while_a_session_begins_or_ends_no_other_is_offered(visitor, recorded):
@@ -237,7 +237,7 @@ def test_while_a_session_begins_or_ends_no_other_is_offered(visitor, recorded):
     assert "participant 03: the session begins or ends" in words_of(page)
     assert "data-do=" not in page
     status, said = visitor.ask("begin", participant="03")
-    assert (status, "still at work" in said) == (409, True)
+    assert (status, "still running" in said) == (409, True)
 
 
 def test_an_interrupted_run_goes_on_as_slipscale_resume_would(visitor, recorded):

@@ -119,7 +119,7 @@ def test_another_user_of_this_computer_is_refused_whatever_they_hold(served):
         asking.start()
         answers.append(told.get(timeout=60))
         asking.join()
-    assert answers[0] == (403, "This console is another user's.\n")
+    assert answers[0] == (403, "This console belongs to another user.\n")
     assert answers[1][0] == 200
 
 
@@ -299,7 +299,7 @@ def test_in_the_network_the_console_only_shows(phone, recorded, asking):
     headers = asking | {"origin": "https://192.168.0.12:8470"}
     for action in ("begin", "ask", "check", "save", "unblind"):
         answer = phone.client.post(f"/do/{action}", content=BODY, headers=headers)
-        assert (answer.status_code, answer.text) == (403, "This console only shows.\n")
+        assert (answer.status_code, answer.text) == (403, "This console is read-only.\n")
     for path in PAGES[:5]:
         page = phone.see(path)
         assert "data-do=" not in page
@@ -334,7 +334,7 @@ def test_the_certificate_is_for_the_address_and_plain_http_is_not_served(lab, tm
         try:
             address = process.stdout.readline().split()[-1]
             assert address.startswith("https://127.0.0.1:")
-            assert "only shows" in process.stdout.readline()
+            assert "read-only" in process.stdout.readline()
             context = ssl.create_default_context()
             context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
             request = urllib.request.Request(address, method="GET")  # noqa: S310 - our own address

@@ -58,7 +58,7 @@ def test_a_new_folder_is_set_up_in_the_browser(visitor, lab):
         ({"plate": "serail:COM1"}, "serail"),
         ({"language": "xx"}, "xx"),
         ({"backup": "/not/there"}, "backup: /not/there: no such folder"),
-        ({"pilots": "data"}, "another folder than that of participants' data"),
+        ({"pilots": "data"}, "a folder other than that of participants' data"),
         ({"screen": -1}, "screen"),
         ({"plate": "mock\n[x]"}, ""),
     ],
@@ -91,7 +91,7 @@ def test_a_file_with_a_fault_is_never_overwritten_by_defaults(visitor, lab):
 
 def test_settings_wait_for_the_end_of_a_session(visitor, session, status, lab):
     with session(status):
-        assert "runs now; end it first" in save(visitor, lab)[1]
+        assert "is running; end it first" in save(visitor, lab)[1]
 
 
 def test_a_plate_is_tried_before_it_is_saved(visitor, lab, tmp_path, words_of):

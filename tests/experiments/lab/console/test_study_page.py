@@ -79,7 +79,7 @@ def test_a_study_with_data_is_never_edited_and_a_copy_is_offered(visitor, record
     assert visitor.ask("copy", name="second-one", text=text)[0] == 200
     assert 'name = "second_one"' in (lab / "second-one.toml").read_text()
     status, said = visitor.ask("copy", name="second-one", text=text)
-    assert (status, "there is one already" in said) == (409, True)
+    assert (status, "already exists" in said) == (409, True)
 
 
 def test_a_shipped_study_is_not_edited(visitor):

@@ -128,7 +128,7 @@ def test_a_population_file_may_name_them_with_numbers_of_its_own(tmp_path):
         (0.2, "modest")
     )
     file.write_text('behaviour = "shy"\n')
-    with pytest.raises(UserError, match="'shy': no installed package has one of that name; expec"):
+    with pytest.raises(UserError, match="'shy': no installed package provides it; expec"):
         read_population(str(file))
 
 
@@ -142,9 +142,9 @@ def test_a_population_without_them_is_written_as_it_always_was():
     "name, said",
     [
         ("faulty", r"raised ZeroDivisionError: nothing felt \(module .*test_behaviour, line"),
-        ("wordy", "answered 'a lot' to 'estimate', not a number of 0 or more"),
+        ("wordy", "answered 'a lot' to 'estimate', expected a number of 0 or more"),
         ("instant", "takes -1.0 for a step, expected seconds"),
-        ("misnumbered", "its population is none: trial_to_tral: unknown key"),
+        ("misnumbered", "its population is invalid: trial_to_tral: unknown key"),
         ("nobody", "expected a class derived from Behaviour"),
     ],
 )
@@ -155,7 +155,7 @@ def test_what_is_wrong_with_them_is_one_sentence_that_names_the_package(name, sa
 
 def test_the_name_of_a_shipped_population_is_refused(installed):
     installed["realistic"] = Point("realistic", Modest)
-    with pytest.raises(UserError, match="'realistic' is a shipped population; expected the entry"):
+    with pytest.raises(UserError, match="'realistic' is a shipped population; expected a diff"):
         read_population("realistic")
     assert set(population.POPULATIONS) == {"biet2007", "realistic"}
 

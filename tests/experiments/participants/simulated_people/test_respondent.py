@@ -197,14 +197,14 @@ def test_the_shipped_populations_are_read_by_name_and_others_from_a_file(tmp_pat
 @pytest.mark.parametrize(
     "text, said",
     [
-        ("shared = 0.9\ntrial_to_trial = 0.2\n", "at most 1 together"),
+        ("shared = 0.9\ntrial_to_trial = 0.2\n", "a sum of at most 1"),
         ("[habits]\nlapses = 1.5\n", "lapses"),
         ("[habits]\ndropout = nan\n", "dropout"),
         (
             "amplitude_um_pp = [2, 1]\nmean_sensation = [9, 9]\nsd_sensation = [1, 1]\n",
             "ascend",
         ),
-        ("mean_sensation = [50.0]\n", "as many values"),
+        ("mean_sensation = [50.0]\n", "the same number of values"),
         ("sd_sensation = [60.0, 8.0, 8.0, 8.0]\n", "no distribution"),
         ("unknown = 1\n", "unknown"),
     ],

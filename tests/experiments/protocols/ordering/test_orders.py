@@ -91,7 +91,7 @@ def test_every_order_presents_each_surface_as_often_as_asked(
 
 @pytest.mark.parametrize("rule", RULES)
 def test_a_surface_that_must_follow_itself_is_refused(rule):
-    with pytest.raises(UserError, match="one surface alone"):
+    with pytest.raises(UserError, match="a single surface"):
         order(1, 2, rule)
     assert [c for block in order(1, 2, rule, alone=False) for c in block] == [0, 0]
 
@@ -108,7 +108,7 @@ def test_practice_ends_with_another_surface_than_the_main_trials_begin_with(
 
 
 def test_practice_of_one_surface_that_the_main_trials_begin_with_is_refused():
-    with pytest.raises(UserError, match="one surface alone"):
+    with pytest.raises(UserError, match="a single surface"):
         practice_order(1, 1, stream=Stream(1), following=0)
     assert practice_order(1, 0, stream=Stream(1), following=0) == []
     assert practice_order(1, 2, stream=Stream(1), following=None) == [[0], [0]]

@@ -206,7 +206,7 @@ def test_after_a_fault_came_up_nothing_can_be_presented_before_one_connects_agai
         board.fault("deaf")
         with pytest.raises(PlateTimeout):
             fault_within(plate)
-        with pytest.raises(ConnectionLost, match="before it is connected again"):
+        with pytest.raises(ConnectionLost, match="until it is reconnected"):
             plate.present(SURFACE)
 
 
@@ -481,7 +481,7 @@ class ChatteringLine:
         (
             wire.BoardLimits(frequency_min_hz=50e3, frequency_max_hz=60e3),
             WrongDevice,
-            "the board drives 50000 to 60000 Hz, the plate's limits are 25000 to 40000",
+            "the board drives 50000 to 60000 Hz, but the plate's limits are 25000 to 40000",
         ),
     ],
 )

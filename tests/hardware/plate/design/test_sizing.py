@@ -100,8 +100,8 @@ def test_the_verdict_is_the_finite_elements_at_the_place_of_the_finger(tmp_path,
     [
         (1.0, 30e3, [], []),
         (1.0, 45e3, [], ["45.00 kHz (shipped: 25 to 40)"]),
-        (1.0, 24e3, ["resonates at 24.00 kHz, 25 at least wanted"], ["24.00 kHz"]),
-        (1.3, 30e3, ["1.20 µm peak at the middle, 1.3 wanted"], ["2.6 µm p-p"]),
+        (1.0, 24e3, ["resonates at 24.00 kHz, at least 25 required"], ["24.00 kHz"]),
+        (1.3, 30e3, ["1.20 µm peak at the middle, 1.3 required"], ["2.6 µm p-p"]),
     ],
 )
 def test_a_solved_plate_is_held_against_brief_and_driver(
