@@ -39,18 +39,19 @@ class ConstantStimuli(ComparingOptions):
     standard_level: Amplitude = Field(default=1.2, description="Amplitude of the standard.")
     comparison_levels: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = Field(
         default=None,
-        description="Amplitudes that are compared with the standard, each equally often; left "
-        "out: the study's.",
+        description="Amplitudes that are compared with the standard, equally often each; "
+        "default: the study's.",
     )
     question: Literal["forced_choice", "yes_no"] = Field(
         default="forced_choice",
-        description="forced_choice: which of the two was more slippery, the comparison standing "
-        "first or second equally often; yes_no: whether the second, always the comparison, was.",
+        description="forced_choice: which of the two was more slippery; the comparison is "
+        "first or second equally often. yes_no: whether the second, always the "
+        "comparison, was more slippery.",
     )
     repetitions: AtLeastOne = Field(
         default=20,
-        description="How often each comparison is presented.",
-        json_schema_extra={"unit": "trials a comparison"},
+        description="Number of presentations of each comparison.",
+        json_schema_extra={"unit": "trials per comparison"},
     )
 
     def comparisons(self, context: Context) -> tuple[float, ...]:
@@ -66,9 +67,9 @@ def check(options: ConstantStimuli, context: Context) -> None:
     """Raise `UserError` if comparisons are repeated, or none differs from the standard."""
     comparisons, key = options.comparisons(context), context.quantity.named("comparison_levels")
     if len(set(comparisons)) < len(comparisons):
-        raise UserError(f"{key}: expected them to be all different")
+        raise UserError(f"{key}: expected different amplitudes")
     if set(comparisons) == {options.standard_level}:
-        raise UserError(f"{key}: expected one that is not the standard itself")
+        raise UserError(f"{key}: expected amplitudes other than the standard")
 
 
 def possible_levels(options: ConstantStimuli, context: Context) -> tuple[float, ...]:
@@ -212,7 +213,9 @@ PROTOCOL = Protocol(
         "comparison_level": _column(
             "comparison_level", "{q.title} of the comparison{q.behind}", units="{q.bids}"
         ),
-        "comparison_interval": _column("comparison_interval", "Interval that held the comparison"),
+        "comparison_interval": _column(
+            "comparison_interval", ("Interval that contained the comparison")
+        ),
     },
     response={
         "response": Column(

@@ -40,8 +40,8 @@ class DifferenceThreshold(ForcedChoiceOptions):
     )
     comparison: Literal["more", "less"] = Field(
         default="more",
-        description="Whether the surface to be found has more amplitude than the standard, or "
-        "less; the question follows.",
+        description="Whether the target surface has a larger or a smaller amplitude than the "
+        "standard; the question is worded accordingly.",
     )
 
     def compared_level(self, level: float) -> float:
@@ -55,8 +55,8 @@ def check(options: DifferenceThreshold, context: Context) -> None:
     q = context.quantity
     if options.compared_level(options.highest_level) < 0:
         raise UserError(
-            f"{q.named('highest_level')} is {options.highest_level:g}, more than the standard "
-            f"({q.short(options.standard_level)}) can lose"
+            f"{q.named('highest_level')} is {options.highest_level:g}, but the standard is "
+            f"only {q.short(options.standard_level)} and cannot be reduced by more"
         )
 
 

@@ -46,18 +46,18 @@ class MagnitudeEstimation(RatedOptions):
 
     scale_top: Literal["none", "declared"] = Field(
         default="none",
-        description="declared: the participant says beforehand which number the most slippery "
-        "surface would get.",
+        description="declared: the participant states beforehand which number the most "
+        "slippery surface would get.",
     )
     standard_level: Amplitude | None = Field(
         default=None,
-        description="Amplitude of a standard that is presented before each block; left out: no "
-        "standard, and the modulus is free. Goes together with modulus.",
+        description="Amplitude of a standard that is presented before each block; default: no "
+        "standard and a free modulus. Requires modulus.",
     )
     modulus: Positive | None = Field(
         default=None,
         validate_default=True,
-        description="Number that the standard is given. Goes together with the standard.",
+        description="Number assigned to the standard. Requires the standard.",
         json_schema_extra={"unit": "the participant's scale"},
     )
 
@@ -68,7 +68,7 @@ class MagnitudeEstimation(RatedOptions):
             info.data["standard_level"] is None
         ):
             key = info.context.in_file(("standard_level",))[0] if info.context else "the standard"
-            raise ValueError(f"{key} and modulus go together: give both, or neither")
+            raise ValueError(f"{key} and modulus belong together: set both, or neither")
         return value
 
 
@@ -170,7 +170,7 @@ PROTOCOL = Protocol(
         "modulus": Column(
             value=lambda record: record.trial.factors["modulus"],
             kind="number",
-            description="Number given to the standard; n/a with a free modulus",
+            description="Number assigned to the standard; n/a with a free modulus",
         ),
     },
 )

@@ -56,38 +56,38 @@ class MagnitudeProduction(StandardOptions):
     """Options for magnitude production."""
 
     numbers: Annotated[tuple[Positive, ...], Field(min_length=2)] = Field(
-        description="Numbers that the participant is shown, all different; the standard is the "
-        "modulus.",
+        description="Numbers that are shown to the participant, all different; the standard "
+        "is the modulus.",
         json_schema_extra={"unit": "the modulus's scale"},
     )
     modulus: Positive = Field(
         default=10.0,
-        description="Number that the standard is given.",
+        description="Number assigned to the standard.",
         json_schema_extra={"unit": "the numbers' scale"},
     )
     practice: Count = Field(
         default=1,
-        description="How often each number is produced from either side before, for practice; "
-        "recorded, not analysed.",
-        json_schema_extra={"unit": "trials a number and beginning"},
+        description="Number of practice productions per number and side, before the main "
+        "trials; recorded, not analysed.",
+        json_schema_extra={"unit": "trials per number and starting side"},
     )
     repetitions: AtLeastOne = Field(
         default=2,
-        description="How often each number is produced from a low beginning, and as often from a "
-        "high one.",
-        json_schema_extra={"unit": "trials a number and beginning"},
+        description="Number of productions per number from a low starting point, and equally "
+        "many from a high one.",
+        json_schema_extra={"unit": "trials per number and starting side"},
     )
     step_level: Positive = Field(
-        default=0.05, description="What one notch of the wheel, or one press of a key, changes."
+        default=0.05, description="Change per notch of the wheel or press of a key."
     )
-    lowest_level: Positive = Field(default=0.1, description="It cannot be turned below this.")
-    highest_level: Positive = Field(default=2.3, description="It cannot be turned above this.")
+    lowest_level: Positive = Field(default=0.1, description="Lower limit of the adjustment.")
+    highest_level: Positive = Field(default=2.3, description="Upper limit of the adjustment.")
 
     @field_validator("numbers")
     @classmethod
     def _different(cls, value: tuple[float, ...]) -> tuple[float, ...]:
         if len(set(value)) < len(value):
-            raise ValueError("expected numbers that are all different")
+            raise ValueError("expected different numbers")
         return value
 
 
@@ -102,8 +102,8 @@ def check(options: MagnitudeProduction, context: Context) -> None:
         )
     if options.step_level > (high - low) / 2:
         raise UserError(
-            f"{q.named('step_level')} is {options.step_level:g}; expected at most half of what "
-            f"the plate is turned through ({q.short((high - low) / 2)})"
+            f"{q.named('step_level')} is {options.step_level:g}; expected at most half of the "
+            f"adjustment range ({q.short((high - low) / 2)})"
         )
 
 
@@ -240,31 +240,37 @@ PROTOCOL = Protocol(
         "number": Column(
             value=lambda record: record.trial.factors["number"],
             kind="number",
-            description="Number that was shown",
+            description="Number shown to the participant",
         ),
         "modulus": Column(
             value=lambda record: record.trial.factors["modulus"],
             kind="number",
-            description="Number given to the standard",
+            description="Number assigned to the standard",
         ),
         "began": Column(
             value=lambda record: record.trial.factors["began"],
             kind="label",
-            description="Where the plate began",
+            description="Starting point of the plate",
             levels={
-                "low": "in the lowest quarter of what it can be turned to",
+                "low": "in the lowest quarter of the adjustment range",
                 "high": "in the highest quarter",
             },
         ),
     },
     stimulus=STANDARD_COLUMN,
     response={
-        **adjusted_columns("produced_level", "{q.title} that the participant turned to"),
+        **adjusted_columns("produced_level", "{q.title} set by the participant"),
         "bound": Column(
             value=_bound,
             kind="label",
-            description="Whether the plate was left within one notch of how far it can be turned",
-            levels={"lowest": "of its lowest", "highest": "of its highest", "none": "of neither"},
+            description=(
+                "Whether the final setting was within one notch of a limit of the adjustment range"
+            ),
+            levels={
+                "lowest": "of the lower limit",
+                "highest": "of the upper limit",
+                "none": "of neither",
+            },
         ),
     },
     intervals=lambda options: JUDGED if options.in_each_trial else STANDARD,

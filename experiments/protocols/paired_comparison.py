@@ -46,9 +46,9 @@ class PairedComparison(ComparingOptions):
     )
     repetitions: AtLeastOne = Field(
         default=2,
-        description="How often each pair or triad is presented; it stands in both orders equally "
-        "often where that is even.",
-        json_schema_extra={"unit": "trials a pair or triad"},
+        description="Number of presentations of each pair or triad; if it is even, each order "
+        "is equally frequent.",
+        json_schema_extra={"unit": "trials per pair or triad"},
     )
 
 
@@ -62,7 +62,9 @@ def check(options: PairedComparison, context: Context) -> None:
     """Raise `UserError` if there are not enough surfaces."""
     size, there = SIZE[options.form], len(compared_surfaces(options, context))
     if there < size:
-        raise UserError(f"form = '{options.form}' compares {size} surfaces, the study has {there}")
+        raise UserError(
+            f"form = '{options.form}' compares {size} surfaces, but the study has {there}"
+        )
 
 
 def trials(options: PairedComparison, context: Context) -> int:

@@ -41,31 +41,33 @@ class VisualAnalogueScale(RatedOptions):
 
     resolution: Annotated[float, Field(strict=True, ge=0.1, le=10, allow_inf_nan=False)] = Field(
         default=1.0,
-        description="Distance of two places that the mark can have on the line of 100: 1 gives 101 "
-        "places. 100 must be a whole number of them.",
+        description="Distance between adjacent places of the mark on the line of 100: 1 gives "
+        "101 places. Must divide 100 without a remainder.",
         json_schema_extra={"unit": "hundredths of the line"},
     )
     key_step: Annotated[float, Field(strict=True, gt=0, le=50, allow_inf_nan=False)] = Field(
         default=1.0,
         validate_default=True,
-        description="What one press of an arrow key moves the mark, a whole number of the "
-        "resolution; the page keys move it five times as far, Home and End to the line's ends.",
+        description="Distance that one press of an arrow key moves the mark, a multiple of "
+        "the resolution; the page keys move it five times as far, Home and End to "
+        "the line's ends.",
         json_schema_extra={"unit": "hundredths of the line"},
     )
     cursor_start: Start = Field(
         default="random",
-        description="Where keys move the mark from. random: anywhere, drawn for each trial, so "
-        "that the pull of the start is spread over the line and can be told.",
+        description="Position from which keys move the mark. random: anywhere, drawn for each "
+        "trial, so that the effect of the start is spread over the line and can "
+        "be estimated.",
     )
     cursor_shown: Switch = Field(
         default=False,
-        description="Whether the mark is seen at its start before the first press or click; else "
-        "the line is empty until then.",
+        description="Whether the mark is visible at its start before the first press or "
+        "click; otherwise the line is empty until then.",
     )
     catch_trials: Count = Field(
         default=0,
-        description="Trials on the bare plate, without vibration, among the others, to see whether "
-        "attention holds; not analysed with them.",
+        description="Catch trials on the bare plate, without vibration, to check attention; "
+        "not analysed with the other trials.",
         json_schema_extra={"unit": "trials"},
     )
 
@@ -79,9 +81,9 @@ class VisualAnalogueScale(RatedOptions):
         )
         if abs(of / whole - round(of / whole)) > 1e-9:  # noqa: PLR2004 - 0.1 has no exact float
             raise ValueError(
-                "expected a number that 100 is a whole number of, such as 0.5, 1 or 5"
+                "expected a number that divides 100 without a remainder, such as 0.5, 1 or 5"
                 if info.field_name == "resolution"
-                else f"expected a whole number of the resolution ({whole:g})"
+                else f"expected a multiple of the resolution ({whole:g})"
             )
         return value
 
@@ -174,7 +176,7 @@ def rated(step: Ask, person: SimulatedPerson) -> float:
     """Return the mark of a simulated person, at the resolution of the line."""
     question = step.question
     if not isinstance(question, VisualAnalogueQuestion):
-        raise TypeError(f"'{step.name}' is no visual analogue scale")
+        raise TypeError(f"'{step.name}' is not a visual analogue scale")
     return question.nearest(person.rating(question.start))
 
 
@@ -205,7 +207,7 @@ PROTOCOL = Protocol(
         "resolution": Column(
             value=lambda record: record.trial.factors["resolution"],
             kind="number",
-            description="Distance of two places that the mark can have",
+            description="Distance between adjacent places of the mark",
         ),
         "cursor_start": Column(
             value=lambda record: record.trial.factors["cursor_start"],
@@ -215,7 +217,7 @@ PROTOCOL = Protocol(
         "cursor_shown": Column(
             value=lambda record: truth(record.trial.factors["cursor_shown"]),
             kind="label",
-            description="Whether the mark was seen there before the first press or click",
+            description="Whether the mark was visible there before the first press or click",
             levels={"true": "seen", "false": "the line was empty"},
         ),
     },

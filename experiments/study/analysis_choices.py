@@ -86,10 +86,12 @@ class Thresholds(BaseModel):
         description="Flag zeros: a larger share of the estimates of amplitudes above 0 is zero.",
     )
     timed_out_share: Share = Field(
-        default=0.1, description="Flag timed_out: a larger share of the trials has no answer."
+        default=0.1,
+        description=("Flag timed_out: largest share of trials that may have no answer."),
     )
     fast_share: Share = Field(
-        default=0.05, description="Flag fast: a larger share of the answers takes less than fast_s."
+        default=0.05,
+        description=("Flag fast: largest share of answers that may take less than fast_s."),
     )
     fast_s: Annotated[float, Field(gt=0)] = Field(
         default=0.2, description="Response time below which an answer counts as fast."
@@ -103,8 +105,8 @@ class Thresholds(BaseModel):
     )
     reliability: Annotated[float, Field(ge=-1, le=1)] = Field(
         default=0.5,
-        description="Flag unreliable: a smaller correlation between the first and the second half "
-        "of the repetitions.",
+        description="Flag unreliable: smallest accepted correlation between the first and the "
+        "second half of the repetitions.",
         json_schema_extra={"unit": "correlation, -1 to 1"},
     )
     drift_factor: Annotated[float, Field(gt=1)] = Field(
@@ -115,20 +117,20 @@ class Thresholds(BaseModel):
     )
     false_alarm_share: Share = Field(
         default=0.5,
-        description='Flag false_alarms: a larger share of the catch steps is answered "yes".',
+        description=('Flag false_alarms: largest share of catch steps that may be answered "yes".'),
     )
     fault_share: Share = Field(
         default=0.25,
-        description="Flag faults: a larger share of the trials had a plate fault or was presented "
-        "again.",
+        description="Flag faults: largest share of trials that may have had a plate fault or "
+        "a repeated presentation.",
     )
 
 
 def _no_outcome(flags: tuple[QualityFlag, ...]) -> tuple[QualityFlag, ...]:
     if wrong := [flag for flag in flags if flag in OF_THE_OUTCOME]:
         raise ValueError(
-            f"{wrong[0]} selects participants by the effect that is tested, so that pure noise "
-            "becomes significant; remove it: the report shows the results without the flagged "
+            f"{wrong[0]} selects participants by the effect that is tested, which makes pure "
+            "noise significant; remove it: the report shows the results without the flagged "
             "participants as a sensitivity analysis"
         )
     return flags
@@ -141,12 +143,12 @@ class AnalysisChoices(BaseModel):
 
     normalisation: Normalisation | None = Field(
         default=None,
-        description="How estimates are brought to one scale; left out: scale_top where every "
+        description="How estimates are brought to a common scale; default: scale_top if every "
         "trial has one, else grand_maximum.",
     )
     zero_rule: ZeroRule = Field(
         default="exclude",
-        description="What becomes of estimates of zero where a logarithm is taken.",
+        description="Treatment of estimates of zero before logarithms.",
     )
     standard_deviation: SdConvention = Field(
         default="sample",
@@ -156,18 +158,19 @@ class AnalysisChoices(BaseModel):
         default=(), description="Flags that exclude a participant from every analysis."
     )
     thresholds: Thresholds = Field(
-        default=Thresholds(), description="When a participant's data is flagged."
+        default=Thresholds(), description=("Thresholds at which a participant's data are flagged.")
     )
     primary: Primary = Field(
         default="ranks",
-        description="The primary analysis, which the report's answer and the power plan rest on: "
-        "ranks (Friedman's test, and Wilcoxon's test of each pair, Holm-corrected; keeps estimates "
-        "of zero) or logarithms (repeated-measures ANOVA, and paired t of each pair, "
-        "Holm-corrected). Every other test is reported as secondary.",
+        description="The primary analysis, on which the report's answer and the power "
+        "analysis are based: ranks (Friedman's test, and Wilcoxon's test of each "
+        "pair, Holm-corrected; keeps estimates of zero) or logarithms "
+        "(repeated-measures ANOVA, and paired t of each pair, Holm-corrected). "
+        "Every other test is reported as secondary.",
     )
     tests: tuple[Test, ...] | None = Field(
         default=None,
-        description='Tests to run; left out: all. The others are reported as "not chosen".',
+        description='Tests to run; default: all. The others are reported as "not chosen".',
     )
     confidence: Annotated[float, Field(gt=0.5, lt=1)] = Field(
         default=0.95,
@@ -176,36 +179,38 @@ class AnalysisChoices(BaseModel):
     )
     equivalence_ratio: Annotated[float, Field(gt=1, allow_inf_nan=False)] = Field(
         default=1.25,
-        description="Two amplitudes count as equal where the ratio of their geometric means lies "
-        "between 1 over this and this (two one-sided tests). The default is bioequivalence's "
-        "bound, 0.80 to 1.25; declare what difference matters to you.",
+        description="Two amplitudes count as equal if the ratio of their geometric means lies "
+        "between 1/x and x, where x is this value (two one-sided tests). The "
+        "default is the bioequivalence bound, 0.80 to 1.25; declare the "
+        "difference that matters to you.",
         json_schema_extra={"unit": "ratio"},
     )
     group: str | None = Field(
         default=None,
-        description="Column of participants.tsv that tells the group of a participant, to compare "
-        "groups; left out: group, where there is one.",
+        description="Column of participants.tsv with each participant's group, to compare "
+        "groups; default: group, if it exists.",
     )
     threshold_curve: ThresholdCurve | None = Field(
         default=None,
-        description="Psychometric function of thresholds: weibull, log_logistic and log_normal are "
-        "functions of the level's logarithm; gumbel, logistic and normal of the level itself. Left "
-        "out: weibull, and normal for comparisons on both sides of a standard.",
+        description="Psychometric function of thresholds: weibull, log_logistic and "
+        "log_normal are functions of the level's logarithm; gumbel, logistic and "
+        "normal of the level itself. Default: weibull, and normal for comparisons "
+        "on both sides of a standard.",
     )
     threshold_share: Annotated[float, Field(gt=0, lt=1)] = Field(
         default=0.5,
-        description="Where on the curve the threshold is, without guesses and lapses: 0.5 is "
-        "half-way between the asymptotes.",
+        description="Position of the threshold on the curve, without guesses and lapses: 0.5 "
+        "is half-way between the asymptotes.",
         json_schema_extra={"unit": "share, 0 to 1"},
     )
     largest_lapse: Annotated[float, Field(ge=0, lt=0.5)] = Field(
         default=0.2,
-        description="Upper bound of the lapse rate that participants share in the model of the "
-        "population; catch trials inform it.",
+        description="Upper bound of the lapse rate that participants share in the model of "
+        "the population; catch trials help to estimate it.",
         json_schema_extra={"unit": "share, 0 to 0.5"},
     )
     codebook: str | None = Field(
         default=None,
-        description="Code book for verbal reports: a path relative to the data set; left out: "
+        description="Code book for verbal reports: a path relative to the data set; default: "
         "the shipped one.",
     )

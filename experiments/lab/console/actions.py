@@ -319,7 +319,7 @@ class Actions:
         if asked.what == "export" and not found.seen:
             raise UserError("the export contains results: unblind first, or wait for all planned")
         if found.live and not found.live.pilot:
-            raise UserError(f"a session of participant {found.live.label} runs now; end it first")
+            raise UserError(f"a session of participant {found.live.label} is running; end it first")
         words = {
             "verify": ("data", "verify", str(data), "--json"),
             "build": ("data", "build", str(data), "--json"),
