@@ -30,6 +30,9 @@ from unittest import mock
 import numpy as np
 
 from slipscale.faults import UserError
+from slipscale.hardware.address import Plate
+from slipscale.hardware.backends.daq_device import TERMINALS
+from slipscale.hardware.backends.daq_output import DaqOutput
 from slipscale.hardware.backends.function_generator import FunctionGenerator
 from slipscale.hardware.backends.mock import MockPlate
 from slipscale.hardware.backends.serial_board import supervision as watch
@@ -43,6 +46,7 @@ from slipscale.hardware.emulator.firmware import Board
 from slipscale.hardware.emulator.generator_server import LocalLine
 from slipscale.hardware.emulator.generators import MAKES
 from slipscale.hardware.errors import ConnectionLost, OverLimit, PlateFault
+from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
 from slipscale.hardware.plate.twin import Twin
 from slipscale.hardware.records import Output
@@ -58,7 +62,7 @@ if TYPE_CHECKING:
 
 HISTORIES, EVENTS = 10_000, 12
 GAIN_UM_PER_V, RESONANCE_HZ, QUALITY = 2.3 / 15, 30_500.0, 60.0
-AMPLIFIER, FULL_SCALE_V = 10.0, 20.0
+AMPLIFIER, FULL_SCALE_V, LEVEL_PER_V = 10.0, 20.0, 0.3
 TOLERANCE, TOLERANCE_UM = 0.05, 0.06
 RESTS_UM = 0.001
 RATE_HZ, BLOCK = 192_000.0, 4096
@@ -317,10 +321,45 @@ class SoundRig(Rig):
         return GAIN_UM_PER_V * FULL_SCALE_V * self.audio.level if self.audio.active else 0.0
 
 
+class DaqRig(Rig):
+    """An analogue output that can be unplugged, taken by another program, or lose its readback."""
+
+    def __init__(self) -> None:
+        TERMINALS.__init__()  # type: ignore[misc]  # the module has one device
+        self.plate = DaqOutput(
+            "emulated/ao0",
+            {"frequency": RESONANCE_HZ, "per_volt": LEVEL_PER_V, "readback": "emulated/ai0"},
+            clock=VirtualClock(),
+            plate=Plate(limits=PlateLimits(), calibration=None, file=None),
+        )
+        self.happenings = {
+            "unplugged": partial(self._set, unplugged=True),
+            "plugged in": partial(self._set, unplugged=False),
+            "loses power": partial(self._set, unplugged=True, output_v=[0.0]),
+            "input falls off": partial(self._set, wired=False),
+            "input is wired": partial(self._set, wired=True),
+            "taken by another program": partial(self._set, reserved=True),
+            "released by it": self._release,
+        }
+
+    def _set(self, **changes: object) -> None:
+        for name, value in changes.items():
+            setattr(TERMINALS, name, value)
+
+    def _release(self) -> None:
+        if self.plate.output is not Output.MAY_BE_ON:
+            TERMINALS.reserved = False
+
+    def true_um_pp(self) -> float:
+        """Return the level that the voltage at the terminal produces."""
+        return LEVEL_PER_V * max(map(abs, TERMINALS.output_v))
+
+
 RIGS: dict[str, Callable[[], Rig]] = {
     "mock": MockRig,
     "serial": BoardRig,
     "sound": SoundRig,
+    "daq": DaqRig,
     **{f"scpi {make}": partial(GeneratorRig, make) for make in MAKES},
 }
 

@@ -33,12 +33,13 @@ constants = SimpleNamespace(AcquisitionType=AcquisitionType)
 
 
 class Terminals:
-    """The device's current output, and whether the device can be reached."""
+    """The device's current output, whether it is reachable, and whether its input is wired."""
 
     def __init__(self) -> None:
         self.output_v: list[float] = [0.0]
         self.reserved = False
         self.unplugged = False
+        self.wired = True
 
     def ask(self) -> None:
         """Raise `Error` if the device cannot be reached."""
@@ -87,7 +88,8 @@ class Task:
     def read(self, number_of_samples_per_channel: int) -> list[float]:
         """Return the current output."""
         TERMINALS.ask()
-        return list(islice(cycle(TERMINALS.output_v), number_of_samples_per_channel))
+        volts = TERMINALS.output_v if TERMINALS.wired else [0.0]
+        return list(islice(cycle(volts), number_of_samples_per_channel))
 
     def close(self) -> None:
         """Release the output; its voltage is kept."""

@@ -90,8 +90,8 @@ def _zero_is_off(rig: Rig) -> None:
     with rig.plate as plate:
         plate.present(rig.surface(0.5))
         made = plate.present(rig.surface(0))
-        _expect_output(plate, Output.OFF, "0 µm")
-        _expect_off(made.readback, "0 µm")
+        _expect_output(plate, Output.OFF, "a level of 0")
+        _expect_off(made.readback, "a level of 0")
 
 
 def _limits_leave_it(rig: Rig) -> None:
@@ -104,7 +104,7 @@ def _limits_leave_it(rig: Rig) -> None:
             except (OverLimit, UserError):
                 pass
             else:
-                differs(f"{wrong:g} µm p-p to be refused", "a presentation")
+                differs(f"{plate.limits.quantity.short(wrong)} to be refused", "a presentation")
         _expect_output(plate, Output.MAY_BE_ON, "a refused command")
         if before.kind in PROVING:
             plate.confirm(rig.surface(0.5).level, plate.read_back())
@@ -195,7 +195,7 @@ RULES: tuple[tuple[str, Callable[[Rig], None]], ...] = (
     ("it connects with its output off", _connects_off),
     ("an amplitude settles, and stays", _presents),
     ("its readback can show a wrong amplitude", _readback_proves),
-    ("0 µm is output off", _zero_is_off),
+    ("a level of 0 is output off", _zero_is_off),
     ("a command outside the limits leaves the plate as it was", _limits_leave_it),
     ("silence may be called at any time, and more than once", _silence_repeats),
     ("after an exception of the caller the plate is off", _exception_ends_off),

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from slipscale.hardware.backends.daq_output import DaqOutput
 from slipscale.hardware.backends.function_generator import FunctionGenerator
 from slipscale.hardware.backends.generator_output import GeneratorOutput
 from slipscale.hardware.backends.sound_card.driver import SoundCard
@@ -33,6 +34,11 @@ def test_a_generator_whose_settings_are_not_verified_breaks_promises(monkeypatch
 def test_a_backend_that_does_not_silence_breaks_promises(monkeypatch):
     monkeypatch.setattr(FunctionGenerator, "_silence", lambda _: None)
     assert any("confirmed off, and" in each for each in broken("scpi rigol"))
+
+
+def test_a_terminal_that_is_not_set_to_0_breaks_promises(monkeypatch):
+    monkeypatch.setattr(DaqOutput, "_zero", lambda _: None)
+    assert any("confirmed off, and" in each for each in broken("daq"))
 
 
 def test_a_card_that_vanishes_unnoticed_breaks_promises(monkeypatch):

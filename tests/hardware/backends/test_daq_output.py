@@ -15,6 +15,7 @@ from slipscale.faults import UserError
 from slipscale.hardware.backends.daq_device import TERMINALS
 from slipscale.hardware.backends.daq_output import open_plate
 from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.conformance.contract import RULES, Rig, examine_backend
 from slipscale.hardware.errors import ConnectionLost, NotReached, OverLimit, StillVibrating
 from slipscale.hardware.plate_file import sign
 from slipscale.hardware.records import Output
@@ -109,6 +110,16 @@ def test_a_device_that_goes_while_it_drives_is_said_to_be_on(screen):
     plate.close()
 
 
+def test_it_keeps_the_drivers_contract_and_proves_nothing_without_a_readback(screen):
+    for more, proves in ((",readback=emulated/ai0", "conforms"), ("", "not applicable")):
+        plate = screen(more)
+        told = {each.rule: each.outcome for each in examine_backend(Rig(plate, plate.clock))}
+        assert told == {name: "conforms" for name, _ in RULES} | {
+            "its readback can show a wrong amplitude": proves,
+            "follow reaches the amplitude": "not applicable",
+        }
+
+
 @pytest.mark.parametrize(
     "more, said",
     [
@@ -155,5 +166,5 @@ def test_a_study_in_its_quantity_is_presented_and_another_is_refused(screen, mon
         for made in surfaces(plan):
             plate.present(made)
             assert max(TERMINALS.output_v) == pytest.approx(made.level / 20, abs=1e-9)
-    with pytest.raises(UserError, match="makes voltage in V peak, the study's levels are ampl"):
+    with pytest.raises(UserError, match="makes voltage in V peak, but the study's levels are ampl"):
         plate_for(replace(PLAN, study_text=study_text("biet2007")), "daq", VirtualClock())
