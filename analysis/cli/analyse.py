@@ -33,6 +33,7 @@ COLUMN_OPTIONS = {
     "n": ("COLUMN", "the column with the total number of answers, with --yes-count"),
     "reference": ("COLUMN", "the column with the previous stimulus, with --answer (default: 0)"),
     "group": ("COLUMN", "the column with a group that stays the same for each participant"),
+    "factor": ("COLUMN", "the column of a condition that a participant meets with every stimulus"),
     "session": ("COLUMN", "the column with the session"),
     "run": ("COLUMN", "the column with the run"),
     "block": ("COLUMN", "the column with the block, if trial numbers restart in each block"),

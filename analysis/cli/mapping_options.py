@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 COLUMNS = (
     *("participant", "stimulus", "response", "answer", "yes_count", "n", "reference"),
-    *("group", "session", "run", "block", "trial"),
+    *("group", "factor", "session", "run", "block", "trial"),
 )
 OTHERS = ("in_unit", "levels", "only", "decimal", "sheet", "yes", "alternatives")
 NUMBER_AT_END = re.compile(r"\d+(?:\.\d+)?$")

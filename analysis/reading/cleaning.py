@@ -18,6 +18,7 @@ from slipscale.analysis.reading.trial_tables import (
     BLOCK,
     DIFFERENCE,
     ESTIMATION,
+    FACTOR,
     IDENTITY,
     SERIES,
     STEP_AMPLITUDES,
@@ -43,8 +44,12 @@ def clean_estimates(
     sources: Sequence[Source],
     problems: Problems,
     quantity: Quantity = PLATE_AMPLITUDE,
+    factors: Sequence[str] = (),
 ) -> pd.DataFrame:
-    """Return rows with every column of the tidy table, with numbers parsed."""
+    """Return rows with every column of the tidy table, with numbers parsed.
+
+    The columns in ``factors`` that are there become labels, named by `FACTOR` and the column.
+    """
     clean = pd.DataFrame(
         {
             PARTICIPANT: tidied(frame[PARTICIPANT]),
@@ -63,6 +68,9 @@ def clean_estimates(
     clean["phase"] = _phases(frame, problems)
     clean["flag"] = labels(frame, "flag", "")
     clean["texture"] = labels(frame, "texture", "")
+    for name in factors:
+        if name in frame:
+            clean[FACTOR + name] = labels(frame, name, "")
     return _without_doubles(clean, clean[BLOCK], sources, problems)
 
 

@@ -25,7 +25,7 @@ from slipscale.analysis.reading.cleaning import (
 )
 from slipscale.analysis.reading.delimited import Problems, Source, read_tables
 from slipscale.analysis.reading.table_by_hand import read_table
-from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, SERIES
+from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, FACTOR, SERIES
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 
@@ -49,6 +49,7 @@ OURS = {
     "n": "n",
     "reference": REFERENCE,
     "group": GROUP,
+    "factor": "factor",
     "session": "session",
     "run": "run",
     "block": BLOCK,
@@ -120,7 +121,10 @@ def read_foreign(path: Path, mapping: TableMapping, problems: Problems) -> Forei
             differences = read
             _warn_of_forced_choice(read, problems, quantity)
     else:
-        estimates = clean_estimates(frame, sources, problems, quantity)
+        estimates = clean_estimates(frame, sources, problems, quantity, factors=["factor"])
+        if mapping.columns.factor:
+            ours = FACTOR + "factor"
+            estimates = estimates.rename(columns={ours: FACTOR + mapping.columns.factor})
     if mapping.stimulus.in_unit:
         for part, columns in (
             (estimates, (STIMULUS,)),

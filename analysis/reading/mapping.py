@@ -56,6 +56,7 @@ class Columns(_Strict):
     n: ColumnName | None = None
     reference: ColumnName | None = None
     group: ColumnName | None = None
+    factor: ColumnName | None = None
     session: ColumnName | None = None
     run: ColumnName | None = None
     block: ColumnName | None = None
@@ -118,6 +119,7 @@ class TableMapping(_Strict):
         Names of columns: the participant; the stimulus; the magnitude estimate (``response``) or
         yes and no (``answer``), with the previous stimulus (``reference``, default: none, 0). A
         table of counts has the number of yes answers (``yes_count``) and of all answers (``n``).
+        A ``factor`` is a condition that each participant meets with every stimulus.
     stimulus : StimulusWords
         Name and unit of the quantity; default: the column's name, no unit. ``in_unit`` is the unit
         of the report if it has another prefix.

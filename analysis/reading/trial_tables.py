@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 #: Identifies the trial: from the file name in a data set, from columns in a table made by hand.
 IDENTITY = (PARTICIPANT, "session", "run")
+#: What the column of a study's factor begins with in the analysis: the rest is the factor's name.
+FACTOR = "factor: "
 #: Trial numbers may start again in each block, and in each series of steps.
 BLOCK, SERIES = "block", "series"
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from slipscale.analysis.tasks.difference import declaration as difference
 from slipscale.analysis.tasks.estimation import declaration as estimation
 from slipscale.analysis.tasks.exponent_and_weber import declaration as exponent_and_weber
+from slipscale.analysis.tasks.factors import declaration as factors
 from slipscale.analysis.tasks.friction import declaration as friction
 from slipscale.analysis.tasks.groups import declaration as groups
 from slipscale.analysis.tasks.matching import declaration as matching
@@ -22,6 +23,7 @@ KINDS = (
     estimation.ANALYSIS,
     sessions.ANALYSIS,
     groups.ANALYSIS,
+    factors.ANALYSIS,
     friction.ANALYSIS,
     difference.ANALYSIS,
     thresholds.ANALYSIS,

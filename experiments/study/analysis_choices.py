@@ -50,6 +50,7 @@ Test = Literal[
     "reliability",
     "sessions",
     "groups",
+    "factors",
     "difference",
     "thresholds",
     "scales",

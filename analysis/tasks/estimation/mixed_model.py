@@ -98,7 +98,7 @@ def mixed_model(data: Prepared) -> MixedModel | NotComputed:
     if why:
         return NotComputed(why)
     try:
-        fit, optimiser, said = _fit(frame)
+        fit, optimiser, said = likeliest(frame, "ly ~ lx", "~lx")
     except (np.linalg.LinAlgError, ValueError) as error:
         return NotComputed(f"the model could not be fitted ({error})")
     se = float(fit.bse_fe["lx"])
@@ -158,15 +158,25 @@ def _centre(frame: pd.DataFrame) -> float:
     return float(frame["lx"].mean())
 
 
-def _fit(frame: pd.DataFrame) -> tuple[MixedLMResults, str, list[str]]:
-    """Return the fit with the highest likelihood, its optimiser, and its statsmodels warnings."""
+def likeliest(
+    frame: pd.DataFrame, fixed: str, random: str
+) -> tuple[MixedLMResults, str, list[str]]:
+    """Return the fit with the highest likelihood, its optimiser, and its statsmodels warnings.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        With ``ly``, ``lx``, ``who`` and what the formulas name.
+    fixed, random : str
+        Formulas of the fixed effects and of a participant's random effects.
+    """
     # Not statsmodels.formula.api, which loads all of statsmodels and takes half a second.
     from statsmodels.regression.mixed_linear_model import MixedLM  # noqa: PLC0415
 
     # Far from 0, for example with logarithms of nanometres, intercept and slope are so correlated
     # that an optimiser stops early and reports convergence. The likelihood is the same.
     centred = frame.assign(lx=frame["lx"] - _centre(frame))
-    model = MixedLM.from_formula("ly ~ lx", centred, groups="who", re_formula="~lx")
+    model = MixedLM.from_formula(fixed, centred, groups="who", re_formula=random)
     attempts = []
     for optimiser in OPTIMISERS:
         with warnings.catch_warnings(record=True) as caught:

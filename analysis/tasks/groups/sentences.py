@@ -19,7 +19,8 @@ from slipscale.analysis.writing.numbers import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from slipscale.analysis.tasks.groups.statistics import Effect, GroupComparison
+    from slipscale.analysis.statistics.two_way import Effect
+    from slipscale.analysis.tasks.groups.statistics import GroupComparison
     from slipscale.analysis.tasks.groups.welch import GroupDifference, Welch
     from slipscale.stimuli.quantity import Quantity
 

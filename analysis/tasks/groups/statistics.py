@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
 from slipscale.analysis.reading.cells import listed
-from slipscale.analysis.statistics.effect_sizes import eta2_interval, eta2_of
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import exponents
 from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic, of_estimates
+from slipscale.analysis.statistics.two_way import Effect, effect
 from slipscale.analysis.tasks.groups.welch import Welch, welch
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
@@ -28,36 +27,11 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
-    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 #: Default column of the group in a data set's participants.
 DEFAULT_COLUMN = "group"
 #: Maximum number of groups too small to compare that are named.
 NAMED = 6
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Effect:
-    """An effect of the mixed analysis of variance.
-
-    Parameters
-    ----------
-    F, df1, df2, p : float
-        Degrees of freedom as used: with amplitude, after Greenhouse and Geisser.
-    eta2_partial, eta2_partial_interval
-        By the non-central F; None if it is not defined.
-    """
-
-    F: float
-    df1: float
-    df2: float
-    p: float
-    eta2_partial: float
-    eta2_partial_interval: ConfidenceInterval | None
-
-    def json_form(self) -> Mapping[str, object]:
-        """Return the result as a mapping."""
-        return renamed(self, eta2_partial_interval="eta2_partial_ci")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -217,7 +191,13 @@ def _mixed_anova(
         ).set_index("Source")
     epsilon = float(found.loc["amplitude", "eps"]) if k > 2 else 1.0  # noqa: PLR2004
     group, amplitude, interaction = (
-        _effect(found.loc[source], own_epsilon, data.choices.confidence)
+        effect(
+            found.loc[source, "F"],
+            found.loc[source, "DF1"],
+            found.loc[source, "DF2"],
+            own_epsilon,
+            data.choices.confidence,
+        )
         for source, own_epsilon in (
             ("group", 1.0),
             ("amplitude", epsilon),
@@ -225,20 +205,6 @@ def _mixed_anova(
         )
     )
     return MixedAnova(group=group, amplitude=amplitude, interaction=interaction, epsilon_gg=epsilon)
-
-
-def _effect(row: pd.Series[float], epsilon: float, confidence: float) -> Effect:
-    from scipy import stats  # noqa: PLC0415
-
-    f, df1, df2 = float(row["F"]), float(row["DF1"]) * epsilon, float(row["DF2"]) * epsilon
-    return Effect(
-        F=f,
-        df1=df1,
-        df2=df2,
-        p=float(stats.f.sf(f, df1, df2)),
-        eta2_partial=eta2_of(f, df1, df2),
-        eta2_partial_interval=eta2_interval(f, df1, df2, confidence),
-    )
 
 
 def _groups(inputs: Inputs) -> GroupComparison | NotComputed:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.declared.two_way_texts import anova_table
 from slipscale.analysis.tasks.sessions.statistics import SESSIONS
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection, TableColumn
@@ -23,9 +24,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
     from slipscale.analysis.tasks.kind import Analysis
-    from slipscale.analysis.tasks.sessions.anova import SessionAnova
     from slipscale.analysis.tasks.sessions.statistics import SessionEffects, SessionMeasure
-    from slipscale.stimuli.quantity import Quantity
 
 
 def sessions(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
@@ -39,38 +38,12 @@ def sessions(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
         reason = f"Analysis of variance over sessions: {found.anova.reason}."
         section.blocks.append(html.paragraph(reason, "note"))
     else:
-        section.blocks.append(_anova(found.anova, analysis.dataset.quantity))
+        anova = found.anova
+        effects = (anova.session, anova.amplitude, anova.interaction)
+        section.blocks.append(anova_table("session", effects, anova.n, analysis.dataset.quantity))
     if found.measures:
         section.blocks.append(_measures(found, level))
     return section
-
-
-def _anova(found: SessionAnova, quantity: Quantity) -> Markup:
-    effects = {
-        "session": found.session,
-        quantity.name: found.amplitude,
-        f"session x {quantity.name}": found.interaction,
-    }
-    columns = [
-        TableColumn(title="Effect", left=True),
-        *(TableColumn(title=title) for title in ("F", "df 1", "df 2", "p", "partial η²")),
-    ]
-    rows = [
-        [
-            name,
-            grouped(effect.F),
-            grouped(effect.df1),
-            grouped(effect.df2),
-            p_value(effect.p).removeprefix("p ").removeprefix("= "),
-            unit_number(effect.eta2_partial),
-        ]
-        for name, effect in effects.items()
-    ]
-    caption = (
-        f"Mean log estimates of {found.n} participants: session and {quantity.name} within "
-        "participants, degrees of freedom corrected after Greenhouse and Geisser."
-    )
-    return html.table(columns, rows, caption)
 
 
 def _measures(found: SessionEffects, level: str) -> Markup:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.declared.two_way_texts import anova_sentence
 from slipscale.analysis.writing.numbers import (
     bracketed,
     level_of,
@@ -16,7 +17,6 @@ from slipscale.analysis.writing.numbers import (
 )
 
 if TYPE_CHECKING:
-    from slipscale.analysis.tasks.groups.statistics import Effect
     from slipscale.analysis.tasks.sessions.statistics import SessionEffects, SessionMeasure
     from slipscale.stimuli.quantity import Quantity
 
@@ -35,24 +35,11 @@ def session_sentences(
                 f"The analysis of variance over sessions was not computed: {anova.reason}."
             )
     else:
-        means = "differed" if reliable(anova.session.p, confidence) else "did not differ reliably"
-        growth = (
-            "differed" if reliable(anova.interaction.p, confidence) else "did not differ reliably"
-        )
+        effects = (anova.session, anova.amplitude, anova.interaction)
         texts.append(
-            f"In an analysis of variance of log estimates with session and {quantity.name} within "
-            f"participants (n = {anova.n}, Greenhouse-Geisser), sessions {means}, "
-            f"{_statistics(anova.session)}; the effect of {quantity.name} {growth} between "
-            f"sessions (interaction), {_statistics(anova.interaction)}."
+            anova_sentence(("session", "sessions"), effects, anova.n, confidence, quantity)
         )
     return texts + [_of_measure(measure, found.sessions, confidence) for measure in found.measures]
-
-
-def _statistics(found: Effect) -> str:
-    return (
-        f"F({found.df1:.3g}, {found.df2:.4g}) = {number(found.F)}, {p_value(found.p)}, partial "
-        f"η² = {unit_number(found.eta2_partial)}"
-    )
 
 
 def _of_measure(measure: SessionMeasure, sessions: tuple[str, ...], confidence: float) -> str:

@@ -1,0 +1,113 @@
+"""Compute the analysis of variance with two factors within participants, as R's afex does."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.json_form import renamed
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.statistics.effect_sizes import eta2_interval, eta2_of
+from slipscale.analysis.statistics.not_computed import NotComputed
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Effect:
+    """An effect of an analysis of variance with a factor within participants.
+
+    Parameters
+    ----------
+    F, df1, df2, p : float
+        Degrees of freedom as used: with amplitude, after Greenhouse and Geisser.
+    eta2_partial, eta2_partial_interval
+        By the non-central F; None if it is not defined.
+    """
+
+    F: float
+    df1: float
+    df2: float
+    p: float
+    eta2_partial: float
+    eta2_partial_interval: ConfidenceInterval | None
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result as a mapping."""
+        return renamed(self, eta2_partial_interval="eta2_partial_ci")
+
+
+def effect(f: float, df1: float, df2: float, epsilon: float, confidence: float) -> Effect:
+    """Return an effect from its F and its degrees of freedom before correction."""
+    from scipy import stats  # noqa: PLC0415 - a second's import
+
+    df1, df2 = float(df1 * epsilon), float(df2 * epsilon)
+    return Effect(
+        F=float(f),
+        df1=df1,
+        df2=df2,
+        p=float(stats.f.sf(f, df1, df2)),
+        eta2_partial=eta2_of(f, df1, df2),
+        eta2_partial_interval=eta2_interval(f, df1, df2, confidence),
+    )
+
+
+def two_way(
+    whole: pd.DataFrame, confidence: float, cells: str
+) -> tuple[Effect, Effect, Effect] | NotComputed:
+    """Test two factors within participants, with Greenhouse and Geisser's correction.
+
+    Uses pingouin, which agrees with R in sums of squares and epsilons if every cell is present.
+
+    Parameters
+    ----------
+    whole : DataFrame, shape (participants, first x second)
+        Means of the participants with every cell; its columns have two levels.
+    confidence : float
+        Level of the intervals of effect sizes.
+    cells : str
+        What is needed, for the message: "every amplitude in every session".
+
+    Returns
+    -------
+    first, second, interaction : Effect
+    """
+    if len(whole) < FEWEST:
+        return NotComputed(few(f"participants with {cells}", len(whole)))
+    residuals = whole.to_numpy(float) - whole.to_numpy(float).mean(axis=0)
+    if np.abs(residuals - residuals.mean(axis=1, keepdims=True)).max() <= TINY:
+        return NotComputed("no variance is left beside participants' and conditions' means")
+    import pingouin  # noqa: PLC0415 - a second's import
+
+    n = len(whole)
+    long = pd.DataFrame(
+        {
+            "who": np.repeat(np.arange(n), whole.shape[1]),
+            "first": np.tile(whole.columns.get_level_values(0).to_numpy(), n),
+            "second": np.tile(whole.columns.get_level_values(1).to_numpy(), n),
+            "value": whole.to_numpy(float).ravel(),
+        }
+    )
+    with warnings.catch_warnings():
+        # Only pingouin's warning on pandas 3 (dropna in place).
+        warnings.filterwarnings("ignore", category=pd.errors.Pandas4Warning)
+        found = pingouin.rm_anova(
+            data=long,
+            dv="value",
+            within=["first", "second"],
+            subject="who",
+            detailed=True,
+            effsize="np2",
+        )
+    first, second, interaction = (
+        effect(row["F"], row["ddof1"], row["ddof2"], row["eps"], confidence)
+        for _, row in found.iterrows()
+    )
+    return first, second, interaction

@@ -1,0 +1,70 @@
+"""Write an analysis of variance with a factor and the level: its table, and its sentence."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import TableColumn
+from slipscale.analysis.writing.numbers import grouped, number, p_value, reliable, unit_number
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+    from slipscale.analysis.statistics.two_way import Effect
+    from slipscale.stimuli.quantity import Quantity
+
+    Effects = tuple[Effect, Effect, Effect]
+
+
+def anova_table(factor: str, effects: Effects, n: int, quantity: Quantity) -> Markup:
+    """Return the table of a factor, the level and their interaction."""
+    names = (factor, quantity.name, f"{factor} x {quantity.name}")
+    titles = ("F", "df 1", "df 2", "p", "partial η²")
+    rows = [
+        [
+            name,
+            grouped(effect.F),
+            grouped(effect.df1),
+            grouped(effect.df2),
+            p_value(effect.p).removeprefix("p ").removeprefix("= "),
+            unit_number(effect.eta2_partial),
+        ]
+        for name, effect in zip(names, effects, strict=True)
+    ]
+    return html.table(
+        [TableColumn(title="Effect", left=True), *(TableColumn(title=title) for title in titles)],
+        rows,
+        f"Mean log estimates of {n} participants: {factor} and {quantity.name} within "
+        "participants, degrees of freedom corrected after Greenhouse and Geisser.",
+    )
+
+
+def anova_sentence(
+    names: tuple[str, str], effects: Effects, n: int, confidence: float, quantity: Quantity
+) -> str:
+    """Return the sentence on a factor and its interaction with the level.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Name of the factor and the plural of its levels: ("session", "sessions").
+    """
+    factor, levels = names
+    means, growth = (
+        "differed" if reliable(effects[place].p, confidence) else "did not differ reliably"
+        for place in (0, 2)
+    )
+    return (
+        f"In an analysis of variance of log estimates with {factor} and {quantity.name} within "
+        f"participants (n = {n}, Greenhouse-Geisser), {levels} {means}, "
+        f"{_statistics(effects[0])}; the effect of {quantity.name} {growth} between "
+        f"{levels} (interaction), {_statistics(effects[2])}."
+    )
+
+
+def _statistics(found: Effect) -> str:
+    return (
+        f"F({found.df1:.3g}, {found.df2:.4g}) = {number(found.F)}, {p_value(found.p)}, partial "
+        f"η² = {unit_number(found.eta2_partial)}"
+    )

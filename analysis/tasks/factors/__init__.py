@@ -1,0 +1,1 @@
+"""Factors crossed with the levels in magnitude estimation."""

@@ -1,0 +1,296 @@
+"""Analyse magnitude estimates by a factor that is crossed with the levels: speed, force, period.
+
+A factor is a column of the study's ``[[factors]]``, or the ``--factor`` of a table. Every factor is
+analysed with the level, and averaged over the other factors. Three results, in order of what they
+assume: each participant's change of exponent and of level (Student's, unweighted), the analysis of
+variance of complete participants, and a mixed model of all trials, in which intercept, exponent
+and the effect of each condition differ between participants.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.json_form import renamed
+from slipscale.analysis.preprocessing.normalisation import cell_means
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.reading.trial_tables import FACTOR
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.holm import holm
+from slipscale.analysis.statistics.mean_over_participants import (
+    MeanOverParticipants,
+    mean_over_participants,
+)
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.power_law import exponents
+from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
+from slipscale.analysis.statistics.two_way import Effect, two_way
+from slipscale.analysis.tasks.estimation.mixed_model import AT_MOST, likeliest
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+
+
+#: What differs between conditions -> the mixed model's term.
+TERMS = {"exponent": "lx:condition", "log_ratio": "condition"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FixedEffect:
+    """A fixed effect of the mixed model, with Student's interval (n - 1 degrees of freedom)."""
+
+    value: float
+    se: float
+    interval: ConfidenceInterval
+    p: float
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result as a mapping."""
+        return renamed(self, interval="ci")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConditionChange:
+    """A condition against the first one.
+
+    Parameters
+    ----------
+    condition : str
+    exponent : MeanOverParticipants or NotComputed
+        Participants' exponents minus those in the first condition.
+    log_ratio : MeanOverParticipants or NotComputed
+        Participants' mean logarithms minus those in the first condition, over the same levels.
+    exponent_p_holm, log_ratio_p_holm : float or None
+        Corrected over the factor's conditions.
+    mixed_exponent, mixed_log_ratio : FixedEffect or NotComputed
+        The same differences by the mixed model; the ratio at the mean log level.
+    """
+
+    condition: str
+    exponent: MeanOverParticipants | NotComputed
+    log_ratio: MeanOverParticipants | NotComputed
+    exponent_p_holm: float | None = None
+    log_ratio_p_holm: float | None = None
+    mixed_exponent: FixedEffect | NotComputed
+    mixed_log_ratio: FixedEffect | NotComputed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConditionMeans:
+    """Geometric means of a condition by level (µm peak to peak, or the data's quantity)."""
+
+    condition: str
+    n: int
+    geometric_means: Mapping[float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TwoWay:
+    """The analysis of variance of a factor and the level.
+
+    Parameters
+    ----------
+    n : int
+        Participants with every level in every condition.
+    factor, amplitude, interaction : Effect
+        Degrees of freedom after Greenhouse and Geisser.
+    """
+
+    n: int
+    factor: Effect
+    amplitude: Effect
+    interaction: Effect
+
+    @property
+    def effects(self) -> tuple[Effect, Effect, Effect]:
+        """The effects, in the order of a table."""
+        return self.factor, self.amplitude, self.interaction
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FactorEffects:
+    """What one factor does."""
+
+    factor: str
+    conditions: tuple[ConditionMeans, ...]
+    anova: TwoWay | NotComputed
+    changes: tuple[ConditionChange, ...]
+
+
+def factor_effects(inputs: Inputs) -> tuple[FactorEffects, ...] | NotComputed:
+    """Return the effects of every factor; nothing if the estimates have none."""
+    prepared = inputs.prepared
+    if prepared is None:
+        return NotComputed("no magnitude estimates")
+    named = [name for name in prepared.trials.columns if str(name).startswith(FACTOR)]
+    crossed = [name for name in named if len(prepared.trials[name].unique()) > 1]
+    if not crossed:
+        return NotComputed("no factor is crossed with the levels")
+    if prepared.refused:
+        return NotComputed(prepared.zero_sentence)
+    confidence = inputs.data.choices.confidence
+    return tuple(_of_factor(prepared, name, confidence) for name in crossed)
+
+
+def _of_factor(prepared: Prepared, column: str, confidence: float) -> FactorEffects:
+    conditions = prepared.trials[column].astype(str)
+    logs = {
+        str(label): cell_means(rows, "log").reindex(columns=prepared.logged)
+        for label, rows in sorted(prepared.trials.groupby(conditions), key=_in_order)
+    }
+    whole = pd.concat(logs, axis=1).dropna()
+    effects = two_way(whole, confidence, f"every {prepared.quantity.level} in every condition")
+    return FactorEffects(
+        factor=column.removeprefix(FACTOR),
+        conditions=tuple(
+            ConditionMeans(
+                condition=label,
+                n=len(table),
+                geometric_means=dict(
+                    zip(prepared.logged, np.exp(table.mean()).tolist(), strict=True)
+                ),
+            )
+            for label, table in logs.items()
+        ),
+        anova=effects
+        if isinstance(effects, NotComputed)
+        else TwoWay(n=len(whole), factor=effects[0], amplitude=effects[1], interaction=effects[2]),
+        changes=_changes(logs, _mixed(prepared, conditions, list(logs), confidence), confidence),
+    )
+
+
+def _in_order(entry: tuple[object, pd.DataFrame]) -> tuple[bool, float, str]:
+    """Order conditions by their number, or else by their name."""
+    try:
+        return False, float(str(entry[0])), ""
+    except ValueError:
+        return True, 0.0, str(entry[0])
+
+
+def _changes(
+    logs: Mapping[str, pd.DataFrame],
+    mixed: Mapping[tuple[str, str], FixedEffect] | NotComputed,
+    confidence: float,
+) -> tuple[ConditionChange, ...]:
+    first, *others = logs
+    slopes = {label: exponents(table)["exponent"] for label, table in logs.items()}
+    found = []
+    for label in others:
+        # Of the levels that a participant has in both.
+        ratio = (logs[label] - logs[first]).mean(axis=1).dropna()
+        steeper = (slopes[label] - slopes[first]).dropna()
+        by_model = [
+            mixed if isinstance(mixed, NotComputed) else mixed[label, what] for what in TERMS
+        ]
+        found.append(
+            ConditionChange(
+                condition=label,
+                exponent=mean_over_participants(steeper.to_numpy(float), confidence),
+                log_ratio=mean_over_participants(ratio.to_numpy(float), confidence),
+                mixed_exponent=by_model[0],
+                mixed_log_ratio=by_model[1],
+            )
+        )
+    exponent_ps, ratio_ps = (
+        holm([part.p if part else np.nan for part in parts])
+        for parts in ([each.exponent for each in found], [each.log_ratio for each in found])
+    )
+    return tuple(
+        replace(
+            each,
+            exponent_p_holm=_or_none(exponent_ps[place]),
+            log_ratio_p_holm=_or_none(ratio_ps[place]),
+        )
+        for place, each in enumerate(found)
+    )
+
+
+def _or_none(p: float) -> float | None:
+    return float(p) if np.isfinite(p) else None
+
+
+def _mixed(
+    prepared: Prepared, conditions: pd.Series[str], labels: list[str], confidence: float
+) -> Mapping[tuple[str, str], FixedEffect] | NotComputed:
+    """Fit ly ~ lx * condition, with lx and condition random over participants, by REML."""
+    from scipy import stats  # noqa: PLC0415 - a second's import
+
+    usable = (prepared.trials["amplitude_um_pp"] > 0) & prepared.trials["log"].notna()
+    rows = prepared.trials[usable]
+    frame = pd.DataFrame(
+        {
+            "ly": rows["log"],
+            "lx": np.log(rows["amplitude_um_pp"]),
+            "who": rows[PARTICIPANT].astype(str),
+            "condition": pd.Categorical(conditions[usable], labels),
+        }
+    )
+    n, levels = frame["who"].nunique(), frame["lx"].nunique()
+    reasons = {
+        few("participants", n): n < FEWEST,
+        f"{n} participants: fitted up to {AT_MOST}": n > AT_MOST,
+        few(f"{prepared.quantity.levels} above 0", levels, 2): levels < 2,  # noqa: PLR2004
+        "too few trials per participant: no residual is left": len(frame) <= 2 * len(labels) * n,
+    }
+    if why := next((text for text, holds in reasons.items() if holds), ""):
+        return NotComputed(why)
+    try:
+        fit, _, _ = likeliest(frame, "ly ~ lx * condition", "~ lx + condition")
+    except (np.linalg.LinAlgError, ValueError) as error:
+        return NotComputed(f"the model could not be fitted ({error})")
+    quantile = float(stats.t.ppf((1 + confidence) / 2, n - 1))
+    found = {}
+    for label in labels[1:]:
+        for what, term in TERMS.items():
+            name = f"{term}[T.{label}]"
+            value, se = float(fit.fe_params[name]), float(fit.bse_fe[name])
+            if not np.isfinite(se):
+                return NotComputed("the model could not be fitted (no standard error)")
+            ends = ConfidenceInterval(value - quantile * se, value + quantile * se, confidence)
+            p = float(2 * stats.t.sf(abs(value / se), n - 1))
+            found[label, what] = FixedEffect(value=value, se=se, interval=ends, p=p)
+    return found
+
+
+def _anova_ps(found: tuple[FactorEffects, ...]) -> list[float]:
+    return [p for each in found if each.anova for p in _ps(each.anova)]
+
+
+def _ps(anova: TwoWay) -> tuple[float, float]:
+    return anova.factor.p, anova.interaction.p
+
+
+def _change_ps(found: tuple[FactorEffects, ...]) -> list[float]:
+    changes = [change for each in found for change in each.changes]
+    parts = [part for each in changes for part in (each.exponent, each.log_ratio)]
+    return [part.p for part in parts if isinstance(part, MeanOverParticipants)]
+
+
+FACTORS: Statistic[tuple[FactorEffects, ...]] = Statistic(
+    key="factors",
+    meaning="factors crossed with the levels: analysis of variance, changes between conditions, "
+    "mixed model",
+    compute=factor_effects,
+    title="Factors",
+    families=(
+        Family(name="factors, analysis of variance", read=_anova_ps),
+        Family(name="changes between conditions", corrected=True, read=_change_ps),
+    ),
+    methods="Each factor was tested with {q.name} by an analysis of variance of mean log estimates "
+    "with both within participants, Greenhouse and Geisser's correction [[greenhouse1959]], and "
+    "by each participant's changes of exponent and level from the first condition, with Holm's "
+    "correction [[holm1979]]. A mixed model of all trials, in which intercept, exponent and "
+    "conditions differ between participants, was fitted by restricted maximum likelihood "
+    "[[laird1982]].",
+    conclusions={
+        r"(.+)\.anova\.factor\.p": "conditions of {0} differ (analysis of variance)",
+        r"(.+)\.anova\.interaction\.p": "growth differs between conditions of {0}",
+    },
+)

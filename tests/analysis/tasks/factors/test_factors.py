@@ -1,0 +1,103 @@
+"""A factor crossed with the levels: as base R and lme4 have it, from tables and from data sets."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import slipscale
+from slipscale.analysis.load import load
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.tasks.factors.statistics import FACTORS
+
+#: By R 4.2.2 of the table below: `anova(lm(M ~ 1), M = ~speed, X = ~1, test = "Spherical")` and so
+#: on; F, p after Greenhouse and Geisser.
+R = {
+    "factor": (25.246, 0.00010193),
+    "amplitude": (862.81, 1.0016e-24),
+    "interaction": (2.5635, 0.053586),
+}
+#: lme4's `ly ~ lx * speed + (1 + lx + speed | who)`: estimate and standard error.
+LME4 = {
+    ("medium", "mixed_log_ratio"): (-0.178661412, 0.079736896),
+    ("slow", "mixed_log_ratio"): (-0.459252449, 0.069267739),
+    ("medium", "mixed_exponent"): (-0.079937506, 0.033500100),
+    ("slow", "mixed_exponent"): (-0.106646359, 0.033500100),
+}
+COLUMNS = {"participant": "who", "stimulus": "period", "response": "rough", "factor": "speed"}
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    rng = np.random.default_rng(4)
+    rows = []
+    for person in range(10):
+        scale, exponent = rng.normal(3, 0.5), rng.normal(0.6, 0.1)
+        louder = {"slow": 0, "medium": rng.normal(0.2, 0.1), "fast": rng.normal(0.4, 0.15)}
+        steeper = {"slow": 0, "medium": 0.05, "fast": 0.15}
+        for speed, more in louder.items():
+            for period in (0.5, 1.2, 2.3, 4.0):
+                for _ in range(3):
+                    log = scale + more + (exponent + steeper[speed]) * np.log(period)
+                    rough = float(np.exp(log + rng.normal(0, 0.2)))
+                    rows.append((f"p{person}", speed, period, round(rough, 3)))
+    path = tmp_path_factory.mktemp("factors") / "rough.csv"
+    pd.DataFrame(rows, columns=["who", "speed", "period", "rough"]).to_csv(path, index=False)
+    return path
+
+
+@pytest.fixture(scope="module")
+def analysis(table):
+    return analyse(load(table, parse_mapping({"columns": COLUMNS}, "here")))
+
+
+def test_the_analysis_of_variance_is_r_s(analysis):
+    (found,) = analysis.inference[FACTORS]
+    assert found.factor == "speed"
+    assert found.anova.n == 10
+    for name, (f, p) in R.items():
+        effect = getattr(found.anova, name)
+        assert (effect.F, effect.p) == pytest.approx((f, p), rel=1e-4)
+
+
+def test_the_mixed_model_is_lme4_s(analysis):
+    (found,) = analysis.inference[FACTORS]
+    changes = {each.condition: each for each in found.changes}
+    for (condition, what), (value, se) in LME4.items():
+        fitted = getattr(changes[condition], what)
+        assert fitted.value == pytest.approx(value, rel=1e-5)
+        # The random effects' correlations are at their bound, where optimisers stop differently.
+        assert fitted.se == pytest.approx(se, rel=0.01)
+    # Balanced data: a participant's own changes have the same mean.
+    assert changes["slow"].exponent.mean == pytest.approx(LME4["slow", "mixed_exponent"][0], 1e-5)
+
+
+def test_the_report_names_conditions_and_what_they_change(analysis, page):
+    text = page(analysis)
+    assert "log estimates with speed and period within participants (n = 10" in text
+    assert "speed slow against fast: geometric means in a ratio of 0.63" in text
+
+
+def test_conditions_that_are_numbers_are_in_their_order(table, tmp_path):
+    rows = pd.read_csv(table)
+    rows["speed"] = rows["speed"].map({"slow": 5, "medium": 10, "fast": 100})
+    path = tmp_path / "numbers.csv"
+    rows[rows["who"] < "p3"].to_csv(path, index=False)
+    (found,) = analyse(load(path, parse_mapping({"columns": COLUMNS}, "here"))).inference[FACTORS]
+    assert [each.condition for each in found.conditions] == ["5", "10", "100"]
+
+
+def test_the_factors_of_a_study_are_columns_of_its_data(tmp_path):
+    study = tmp_path / "study.toml"
+    study.write_text(
+        'name = "two"\ntitle = "Two"\nseed = 1\nparticipants = 3\n'
+        "amplitudes_um_pp = [0.5, 1.2, 2.3]\n"
+        '[[factors]]\nname = "hand"\nlevels = ["left", "right"]\n'
+        '[[tasks]]\nprotocol = "magnitude_estimation"\nrepetitions = 1\n'
+        '[analysis]\ntests = ["factors"]\n',
+        encoding="utf-8",
+    )
+    (found,) = slipscale.pilot(study, folder=tmp_path / "d").inference[FACTORS]
+    assert found.factor == "hand"
+    assert [each.condition for each in found.conditions] == ["left", "right"]
+    assert found.anova.n == 3
