@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import sys
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -122,6 +123,14 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--seed", type=int, default=0, help=("random seed of a simulated plate (default: 0)")
     )
+    parser.add_argument(
+        "--measure-only", action="store_true", help="report resonance and gain; write no file"
+    )
+    parser.add_argument(
+        "--steps",
+        action="store_true",
+        help="report each reading on a separate line of standard error: Hz, V, µm peak to peak",
+    )
     parser.set_defaults(of_folder=without_calibration)
 
 
@@ -143,7 +152,8 @@ def run(arguments: Namespace) -> int:
     from slipscale.hardware.calibration.record import DriveChain, Provenance, write_calibration  # noqa: PLC0415
     from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from  # noqa: PLC0415
 
-    _check_out(arguments.out)
+    if not arguments.measure_only:
+        _check_out(arguments.out)
     plan = SweepPlan(
         centre_hz=arguments.centre,
         span_hz=arguments.span,
@@ -178,10 +188,12 @@ def run(arguments: Namespace) -> int:
     _check_plausible(calibration, plate, changed_plate=arguments.changed_plate)
     picture = arguments.out.with_suffix(".png")
     try:
-        write_calibration(calibration, arguments.out)
-        save(draw(calibration), picture)
+        if not arguments.measure_only:
+            write_calibration(calibration, arguments.out)
+            save(draw(calibration), picture)
     except OSError as error:
         raise UserError(f"--out {arguments.out}: {error.strerror}") from error
+    written = "nothing" if arguments.measure_only else f"{arguments.out} and {picture}"
     resonance, gain = calibration.resonance, calibration.gain
     print(
         f"resonance  {resonance.frequency_hz:.1f} ± {resonance.frequency_ci95_hz:.1f} Hz\n"
@@ -190,7 +202,7 @@ def run(arguments: Namespace) -> int:
         f"{calibration.drive.voltage_convention}\n"
         f"range      0 to {gain.amplitude_max_um_pp:.3f} µm p-p "
         f"({gain.voltage_max_v:g} {calibration.drive.voltage_convention})\n"
-        f"wrote      {arguments.out} and {picture}"
+        f"wrote      {written}"
     )
     return DONE
 
@@ -277,7 +289,10 @@ def _measure(
         if arguments.prompt:
             at = f"{frequency_hz:.1f} Hz, {volts:.2f} {drive.voltage_convention}"
             return prompted(plate, at)
-        return measured(plate, readback)
+        level = measured(plate, readback)
+        if arguments.steps:
+            print(f"step: {frequency_hz:g} {volts:g} {level:g}", file=sys.stderr, flush=True)
+        return level
 
     with silent_on_signals(plate):
         identity = plate.connect()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ from slipscale.experiments.lab.console.forms import (
     Acknowledge,
     Ask,
     Begin,
+    Calibrate,
     Copy,
     Exclude,
     Form,
@@ -30,30 +32,32 @@ from slipscale.experiments.lab.console.forms import (
     Resume,
     Settings,
     Study,
+    Surface,
     Test,
     Unblind,
     Withdraw,
     Work,
     read_form,
 )
-from slipscale.experiments.lab.console.jobs import USING_THE_PLATE
+from slipscale.experiments.lab.console.jobs import HELD, USING_THE_PLATE
 from slipscale.experiments.lab.console.state import (
     PLANNING,
     ended_runs,
     export_folder,
     frozen_plans,
 )
-from slipscale.experiments.lab.folder import FILE, lab_text, write_settings
+from slipscale.experiments.lab.folder import FILE, lab_text, read_lab, write_settings
 from slipscale.experiments.lab.unblinding import unblind
 from slipscale.experiments.running.run_state import studies
 from slipscale.experiments.session.mailbox import LiveRequest, TrialName, post
 from slipscale.experiments.study.file import parse_whole, shipped_studies, study_text
 from slipscale.faults import UserError
+from slipscale.hardware.cli.calibrate import without_calibration
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from slipscale.experiments.lab.console.jobs import Jobs
+    from slipscale.experiments.lab.console.jobs import Job, Jobs
     from slipscale.experiments.lab.console.state import Snapshot, State
     from slipscale.experiments.lab.roster import Person
 
@@ -63,6 +67,22 @@ GRID = (
     *("--participants", "6", "8", "12", "16", "20", "24", "32", "40"),
     *("--repetitions", "1", "2", "3", "--effect", "1", "0.75", "0.5", "--studies", "300"),
 )
+
+
+def made_calibration(said: str) -> str:
+    """Return the file that a finished calibration says it wrote; empty without one.
+
+    >>> made_calibration("wrote      calibration-1.toml and calibration-1.png")
+    'calibration-1.toml'
+    """
+    written = re.search(r"^wrote\s+(\S+\.toml) and ", said, re.MULTILINE)
+    return written[1] if written else ""
+
+
+def new_calibration() -> str:
+    """Return the name of a calibration file that does not exist yet."""
+    names = (f"calibration-{number}.toml" for number in count(1))
+    return next(name for name in names if not Path(name).exists())
 
 
 def power_folder(study_text: str) -> Path:
@@ -104,6 +124,13 @@ class Actions:
             "withdraw": (Withdraw, self._withdraw),
             "work": (Work, self._work),
             "backup": (Nothing, self._backup),
+            "calibrate": (Calibrate, self._calibrate),
+            "conform": (Nothing, self._conform),
+            "surface": (Surface, self._surface),
+            "hold": (Nothing, self._hold),
+            "release": (Nothing, self._release),
+            "adopt": (Nothing, self._adopt),
+            "emulator": (Nothing, self._emulator),
             "power": (Nothing, self._power),
             "freeze": (Freeze, self._freeze),
             "pilot": (Pilot, self._pilot),
@@ -340,6 +367,66 @@ class Actions:
             back_up(data, journal, folder)
         self._now()
         return f"copied {len(missing)} runs to {folder}"
+
+    def _calibrate(self, asked: Calibrate) -> str:
+        found = self._free()
+        words = [f"--by={asked.by}", f"--instrument={asked.instrument}"]
+        if asked.temperature:
+            words.append(f"--temperature={asked.temperature.replace(',', '.')}")
+        if asked.table:
+            if asked.table not in (path.name for path in Path().glob("*.csv")):
+                raise UserError(f"{asked.table}: expected a CSV file of the laboratory folder")
+            words += [f"--csv={asked.table}", f"--serial={asked.serial}"]
+        if asked.finger:
+            words.append("--finger")
+        if asked.changed_plate:
+            words.append("--changed-plate")
+        spec = without_calibration(found.defaults.plate)
+        out = ("--out", new_calibration()) if asked.keep else ("--measure-only",)
+        words = ["plate", "calibrate", f"--plate={spec}", *words, *out, "--steps"]
+        self._jobs.start("calibrate", "the calibration", *words)
+        return "calibrating"
+
+    def _conform(self, _: Nothing) -> str:
+        spec = self._free().defaults.plate
+        self._jobs.start("conform", "the conformance check", "plate", "conform", spec)
+        return "checking the plate's conformance"
+
+    def _surface(self, asked: Surface) -> str:
+        spec = self._free().defaults.plate
+        words = ("plate", "watch", spec, f"--amplitude={asked.level:g}", "--every=0.2")
+        self._jobs.start("surface", "the test surface", *words)
+        return "presenting a test surface"
+
+    def _held(self) -> list[Job]:
+        jobs = (self._jobs.last(kind) for kind in HELD)
+        return [job for job in jobs if job and job.running]
+
+    def _hold(self, _: Nothing) -> str:
+        for job in self._held():
+            job.hold()
+        return ""
+
+    def _release(self, _: Nothing) -> str:
+        for job in self._held():
+            job.release()
+        return "the plate is switched off"
+
+    def _adopt(self, _: Nothing) -> str:
+        self._free()
+        job = self._jobs.last("calibrate")
+        made, lab = made_calibration(job.said()) if job else "", read_lab(Path())
+        if not made or lab is None:
+            raise UserError("no calibration was made since this console was started")
+        spec = f"{without_calibration(lab.plate)}"
+        spec += f"{',' if ':' in spec else ':'}calibration={made}"
+        write_settings(Path(), lab.model_copy(update={"plate": spec}))
+        self._now()
+        return f"saved: the folder's plate uses {made}"
+
+    def _emulator(self, _: Nothing) -> str:
+        self._jobs.start("emulator", "the emulated board", "plate", "emulate")
+        return "starting an emulated board"
 
     def _power(self, _: Nothing) -> str:
         found = self._now()

@@ -35,6 +35,7 @@ from slipscale.experiments.lab.console.security import REPORT_POLICY, Guard
 from slipscale.experiments.lab.console.state import (
     RESULTS,
     State,
+    changed_ns,
     export_folder,
     frozen_plans,
     pilots,
@@ -198,7 +199,10 @@ class Console:
         if self.presence and self.presence.first():
             self.actions.renew()
         jobs = [self.jobs.last(kind) for kind in KINDS]
-        told = [(job.status, job.complained(), job.steps()) if job else None for job in jobs]
+        told = [
+            (job.status, job.complained(), job.steps(), changed_ns(job.output)) if job else None
+            for job in jobs
+        ]
         return self.state.version(
             told,
             parts_done(self.state.now(), self.jobs),

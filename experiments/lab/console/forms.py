@@ -80,6 +80,29 @@ class Freeze(Form):
     stopping: Words = ""
 
 
+class Calibrate(Form):
+    """Calibrate the folder's plate; without ``keep`` it is only measured.
+
+    ``table`` names a CSV file of the folder with readings made elsewhere, and ``serial`` the device
+    that drove the plate then.
+    """
+
+    by: Annotated[str, Field(min_length=1, max_length=200)]
+    instrument: Annotated[str, Field(min_length=1, max_length=200)]
+    temperature: Annotated[str, Field(pattern=r"^(-?[0-9]+([.,][0-9]+)?)?$")] = ""
+    finger: bool = False
+    changed_plate: bool = False
+    keep: bool = True
+    table: Annotated[str, Field(max_length=200)] = ""
+    serial: Annotated[str, Field(max_length=200)] = ""
+
+
+class Surface(Form):
+    """Present a surface until the page lets go of it, ``level`` in the plate's quantity."""
+
+    level: Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
 class Unblind(Form):
     """Unblind. ``word`` is typed by hand, so that a mistaken click does not unblind."""
 

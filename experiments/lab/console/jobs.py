@@ -14,21 +14,40 @@ import time
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from threading import Thread
 from typing import Literal, get_args
 
 from slipscale.faults import UserError, harmless
 
 Kind = Literal[
-    "session", "check", "test", "analysis", "pilot", "verify", "build", "export", "power", "freeze"
+    "session",
+    "check",
+    "test",
+    "calibrate",
+    "conform",
+    "surface",
+    "emulator",
+    "analysis",
+    "pilot",
+    "verify",
+    "build",
+    "export",
+    "power",
+    "freeze",
 ]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 LONGEST = 20_000  # characters read from the end of a job's output
 # Prefixes of the warnings at a session's end; earlier warnings are in its status.
 WARNS = ("NO BACKUP of this run:", "The journal's own place has gone")
+HOLDING = "slipscale.experiments.lab.console.held"
 STEP = "step: "  # prefix of a line with which a command reports its current step
+LOOK_S = 0.2
+HOLD_S = 5.0  # without a renewal for so long, a job of the bench ends
 LEAST_URGENT = 19  # priority of background computations: a running session's frames come first
-# May move the plate: one of these at a time.
-USING_THE_PLATE: tuple[Kind, ...] = ("session", "check", "test")
+# Jobs of the plate bench run only while one of its pages is open: it renews its hold every second.
+HELD: tuple[Kind, ...] = ("calibrate", "conform", "surface")
+USING_THE_PLATE: tuple[Kind, ...] = ("session", "check", "test", *HELD)
+PIPED: tuple[Kind, ...] = (*HELD, "emulator")  # these end with the console
 
 
 @dataclass(slots=True, kw_only=True)
@@ -52,6 +71,25 @@ class Job:
     errors: Path
     parts: int = 0
     began_s: float = field(default_factory=time.time)
+    held_s: float = field(default_factory=time.monotonic)
+    released: bool = False
+
+    def hold(self) -> None:
+        """Renew the hold of a page on a job of the bench."""
+        self.held_s = time.monotonic()
+
+    def release(self) -> None:
+        """End a job of the bench: its standard input ends, and it switches the plate off."""
+        self.released = True
+        if self.process.stdin:
+            self.process.stdin.close()
+
+    def release_when_left(self) -> None:
+        """Wait until the job ends; release it once no page has renewed its hold for `HOLD_S`."""
+        while self.running and time.monotonic() - self.held_s <= HOLD_S:
+            time.sleep(LOOK_S)
+        if self.running:
+            self.release()
 
     @property
     def running(self) -> bool:
@@ -112,14 +150,15 @@ class Jobs:
         before = self._last.get(kind)
         if before and before.running:
             raise UserError(f"{before.about}: still running; wait until it is finished")
+        piped = kind in PIPED
         place = Path(tempfile.mkdtemp(prefix="slipscale-"))
         output, errors = place / "output.txt", place / "errors.txt"
         try:
             with output.open("wb") as out, errors.open("wb") as err:
                 process = subprocess.Popen(  # noqa: S603 - our own command, its words checked
-                    [sys.executable, "-P", "-m", "slipscale", *words],
+                    [sys.executable, "-P", "-m", HOLDING if piped else "slipscale", *words],
                     cwd=self._folder,
-                    stdin=subprocess.DEVNULL,
+                    stdin=subprocess.PIPE if piped else subprocess.DEVNULL,
                     stdout=out,
                     stderr=err,
                     # Ctrl-C in the console's terminal must not reach the session.
@@ -132,6 +171,8 @@ class Jobs:
         self._last[kind] = Job(
             kind=kind, about=about, process=process, output=output, errors=errors, parts=parts
         )
+        if kind in HELD:
+            Thread(target=self._last[kind].release_when_left, name=kind, daemon=True).start()
         if kind not in USING_THE_PLATE and sys.platform != "win32":
             with suppress(OSError):  # it has already ended
                 os.setpriority(os.PRIO_PROCESS, process.pid, LEAST_URGENT)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from slipscale.experiments.lab.console.pages.bench import bench
 from slipscale.experiments.lab.console.pages.data import data, pilot
 from slipscale.experiments.lab.console.pages.day import live, today
 from slipscale.experiments.lab.console.pages.person import person
@@ -26,6 +27,7 @@ PAGES: dict[str, Callable[[View], dict[str, Any]]] = {
     "person": person,
     "data": data,
     "pilot": pilot,
+    "bench": bench,
     "settings": settings,
 }
 # Subpage -> its parent page, which the navigation highlights.

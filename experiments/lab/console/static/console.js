@@ -145,6 +145,9 @@ async function refresh() {
   state = now;
 }
 
+// The plate bench: what moves the plate runs only while this page holds it.
+setInterval(() => { if (document.querySelector("[data-hold]")) post("hold", {}); }, 1000);
+
 // Elapsed times continue between two answers of the console.
 setInterval(() => {
   for (const place of document.querySelectorAll("[data-ticks]")) {

@@ -1,0 +1,152 @@
+"""The page of the plate bench: the plate's file and limits, calibration, conformance, surfaces."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from slipscale.experiments.lab.console.actions import made_calibration
+from slipscale.experiments.lab.console.jobs import HELD
+from slipscale.experiments.lab.console.pages.view import View, failure
+from slipscale.faults import RigError, UserError
+from slipscale.hardware.calibration.sweep import COARSE_POINTS, FINE_POINTS, VOLTAGE_POINTS
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.registry import open_plate
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipscale.experiments.lab.console.jobs import Job
+    from slipscale.hardware.driver import PlateDriver
+
+OF_FREQUENCY = 2 * (COARSE_POINTS + FINE_POINTS)  # up and down again
+IN_ALL = OF_FREQUENCY + 2 * VOLTAGE_POINTS
+READING = re.compile(r"^\s*([\d.]+)\s+([\d.]+|n/a)\s", re.MULTILINE)
+MOST_READINGS = 120
+
+
+class Axis(NamedTuple):
+    """Points of a live plot in a frame of 640 by 180, with the ends of both axes."""
+
+    points: tuple[tuple[float, float], ...]
+    x_ends: tuple[str, str]
+    top: str
+
+
+def bench(view: View) -> dict[str, Any]:
+    """Return what the page of the plate bench shows."""
+    found, jobs = view.found, view.jobs
+    running = next((kind for kind in HELD if (job := jobs.last(kind)) and job.running), "")
+    points = _points(jobs.last("calibrate"))
+    emulator = jobs.last("emulator")
+    return {
+        "running": running,
+        "busy": bool(found.live),
+        "plate": _plate(found.defaults.plate),
+        "quantity": found.study.quantity if found.study else None,
+        "levels": found.study.levels if found.study else (),
+        "tables": sorted(path.name for path in Path().glob("*.csv")),
+        "measured": len(points),
+        "in_all": IN_ALL,
+        "resonance": _axis([(hz, um) for hz, _, um in points[:OF_FREQUENCY]]),
+        "gain": _axis([(volts, um) for _, volts, um in points[OF_FREQUENCY:]]),
+        "calibrated": _said(jobs.last("calibrate")),
+        "calibrate_failed": _failed(jobs.last("calibrate")),
+        "made": made_calibration("\n".join(_said(jobs.last("calibrate")))),
+        "verdicts": _verdicts(jobs.last("conform")),
+        "conform_failed": _failed(jobs.last("conform")),
+        "readings": _axis(_readings(jobs.last("surface"))),
+        "read_last": (_readings(jobs.last("surface")) or [(0.0, 0.0)])[-1][1],
+        "surface_failed": _failed(jobs.last("surface")),
+        "emulated": emulator.said().strip() if emulator and emulator.running else "",
+    }
+
+
+def _plate(spec: str) -> dict[str, Any]:
+    """Return what is known of a plate without connecting it; or what is wrong with its SPEC."""
+    try:
+        plate = open_plate(spec, clock=VirtualClock())
+    except (UserError, RigError) as error:
+        return {"spec": spec, "fault": str(error)}
+    return {"spec": spec, "fault": "", "limits": _limits(plate), **_files(plate)}
+
+
+def _limits(plate: PlateDriver) -> list[tuple[str, str]]:
+    limits, q = plate.limits, plate.limits.quantity
+    return [
+        ("level", q.short(limits.level)),
+        ("voltage", f"{limits.voltage_v:g} V peak"),
+        ("tolerance", f"{limits.tolerance:.0%}, {q.short(limits.deviation_level)}"),
+        ("on_time", f"{limits.on_time_s:g} s"),
+        ("duty", f"{limits.duty:.0%} / {limits.duty_window_s:g} s"),
+    ]
+
+
+def _files(plate: PlateDriver) -> dict[str, Any]:
+    made = plate.calibration
+    filed = plate.plate_file
+    return {
+        "identity": filed.identity.model_dump() if filed else {},
+        "calibration": {
+            "date": made.made.date.isoformat(),
+            "by": made.made.by,
+            "instrument": made.made.instrument,
+            "resonance": f"{made.resonance.frequency_hz:.1f} Hz",
+            "quality": f"{made.resonance.quality_factor:.1f}",
+            "gain": f"{made.gain.um_pp_per_v:.4f} µm p-p / {made.drive.voltage_convention}",
+        }
+        if made
+        else {},
+    }
+
+
+def _points(job: Job | None) -> list[tuple[float, float, float]]:
+    """Return what a calibration has measured: (Hz, V, µm peak to peak)."""
+    found = []
+    for step in job.steps() if job else ():
+        numbers = step.split()
+        if len(numbers) == len(("Hz", "V", "um")):
+            found.append((float(numbers[0]), float(numbers[1]), float(numbers[2])))
+    return found
+
+
+def _axis(points: Sequence[tuple[float, float]]) -> Axis | None:
+    """Return points in a frame, from 0 upwards; None without any."""
+    if not points:
+        return None
+    xs, ys = [x for x, _ in points], [y for _, y in points]
+    left, right, top = min(xs), max(xs), max(*ys, 1e-9)
+    placed = tuple(
+        (round(48 + 582 * (x - left) / (right - left or 1.0), 1), round(152 - 142 * y / top, 1))
+        for x, y in points
+    )
+    return Axis(placed, (f"{left:g}", f"{right:g}"), f"{top:.2f}")
+
+
+def _said(job: Job | None) -> list[str]:
+    """Return the lines that a job which ended well printed."""
+    over = job is not None and job.status == 0
+    return job.said().splitlines() if job and over else []
+
+
+def _failed(job: Job | None) -> str:
+    """Return why a job of the bench ended early; nothing if its page let go of it."""
+    return "" if job is None or job.released or job.status == 1 else failure(job)
+
+
+def _verdicts(job: Job | None) -> list[tuple[str, str, str]]:
+    """Return the conformance verdicts so far: (outcome, rule, detail)."""
+    found = []
+    for line in job.said().splitlines() if job else ():
+        outcome, rest = line[:15].strip(), line[16:]
+        rule, _, detail = rest.partition(": ")
+        if outcome and rule and not outcome[0].isdigit():
+            found.append((outcome, rule, detail))
+    return found
+
+
+def _readings(job: Job | None) -> list[tuple[float, float]]:
+    """Return the readings of a surface that is presented: (s, in the plate's quantity)."""
+    rows = READING.findall(job.said()) if job else []
+    return [(float(s), float(um)) for s, um in rows if um != "n/a"][-MOST_READINGS:]

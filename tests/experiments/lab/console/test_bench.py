@@ -1,0 +1,145 @@
+"""The plate bench: its pages hold what moves the plate; letting go switches the plate off."""
+
+import re
+import signal
+import subprocess
+import sys
+import time
+from types import SimpleNamespace
+
+import pytest
+
+from slipscale.experiments.lab.console import jobs as job_file
+from slipscale.experiments.lab.console.jobs import Jobs
+from slipscale.experiments.lab.folder import read_lab
+
+PATIENCE_S = 60
+WATCH = ("plate", "watch", "mock", "--amplitude=1", "--every=0.2")
+ASKED = {"by": "Ada", "instrument": "LDV"}
+
+
+def within(seconds, reached):
+    end_s = time.monotonic() + seconds
+    while not reached() and time.monotonic() < end_s:
+        time.sleep(0.05)
+    return reached()
+
+
+def said(visitor, kind, output, *, status=0, steps=(), running=False):
+    """Have a job of the bench have said something."""
+    place = visitor.console.jobs
+    path = SimpleNamespace(stat=lambda: SimpleNamespace(st_mtime_ns=1))
+    place.jobs[kind] = SimpleNamespace(
+        running=running,
+        status=None if running else status,
+        released=False,
+        output=path,
+        said=lambda: output,
+        complained=lambda: "the board does not answer",
+        steps=lambda: list(steps),
+        hold=lambda: None,
+        about=kind,
+    )
+
+
+def test_the_page_shows_limits_and_calibration_without_connecting_the_plate(visitor, lab, words_of):
+    page = words_of(visitor.see("/bench"))  # serial:COM9 does not exist
+    assert "largest level 2.5 µm p-p" in page
+    assert "No calibration" in page
+    (lab / "slipscale.toml").write_text('plate = "serial:COM9,calibration=none.toml"\n')
+    visitor.console.state.now(fresh=True)
+    assert "none.toml" in words_of(visitor.see("/bench"))
+
+
+def test_each_action_starts_the_plates_own_command(visitor, lab):
+    (lab / "calibration-1.toml").write_text("")
+    assert visitor.ask("surface", level=1.2)[0] == 200
+    assert visitor.ask("conform")[0] == 200
+    assert visitor.ask("calibrate", temperature="22,5", finger=True, **ASKED)[0] == 200
+    assert visitor.ask("calibrate", keep=False, table="none.csv", **ASKED)[0] == 409
+    (lab / "read.csv").write_text("")
+    assert visitor.ask("calibrate", keep=False, table="read.csv", serial="7", **ASKED)[0] == 200
+    calibrate = ("calibrate", "plate", "calibrate", "--plate=serial:COM9", "--by=Ada")
+    measured = ("--instrument=LDV", "--temperature=22.5", "--finger")
+    read = ("--instrument=LDV", "--csv=read.csv", "--serial=7")
+    assert visitor.jobs.started == [
+        ("surface", "plate", "watch", "serial:COM9", "--amplitude=1.2", "--every=0.2"),
+        ("conform", "plate", "conform", "serial:COM9"),
+        (*calibrate, *measured, "--out", "calibration-2.toml", "--steps"),
+        (*calibrate, *read, "--measure-only", "--steps"),
+    ]
+
+
+def test_nothing_else_moves_the_plate_while_the_bench_does(visitor):
+    said(visitor, "surface", "", running=True)
+    for action in ("conform", "check"):
+        status, told = visitor.ask(action)
+        assert (status, "still" in told) == (409, True)
+
+
+def test_what_a_calibration_measured_is_plotted_and_its_file_is_used(visitor, lab, words_of):
+    steps = [f"{30000 + n} 5 {n / 100}" for n in range(124)] + ["30500 8 1.5", "30500 16 3"]
+    said(visitor, "calibrate", "", steps=steps, running=True)
+    page = visitor.see("/bench")
+    assert '<progress max="148" value="126"' in page
+    resonance, gain = re.findall(r'(?s)<svg viewBox="0 0 640 180".*?</svg>', page)
+    assert (resonance.count("<circle"), gain.count("<circle")) == (124, 2)
+    assert 'cx="630.0" cy="10.0"' in gain  # 3 µm at 16 V is the frame's corner
+    assert visitor.ask("adopt")[0] == 409
+    said(visitor, "calibrate", "gain  0.18\nwrote      c-1.toml and c-1.png\n")
+    assert "Use this calibration" in words_of(visitor.see("/bench"))
+    assert visitor.ask("adopt")[0] == 200
+    assert read_lab(lab).plate == "serial:COM9,calibration=c-1.toml"
+
+
+def test_verdicts_readings_and_failures_are_shown(visitor, words_of):
+    said(
+        visitor,
+        "conform",
+        "conforms        answers ID\ndeparts         stops: too late\n2 rules, 1 violated\n",
+        status=1,
+    )
+    said(
+        visitor,
+        "surface",
+        "time s\n   0.1    1.200   ##|  measured\n   0.3    1.180   ##|  measured\n",
+        running=True,
+    )
+    page = words_of(visitor.see("/bench"))
+    assert "conforms answers ID" in page
+    assert "violated stops too late" in page
+    assert "1.180" in page
+    said(visitor, "surface", "", status=3)
+    assert "the board does not answer" in words_of(visitor.see("/bench"))
+
+
+def test_a_job_of_the_bench_ends_when_no_page_holds_it_any_more(lab, monkeypatch):
+    monkeypatch.setattr(job_file, "HOLD_S", 1.0)
+    job = Jobs(lab).start("surface", "the surface", *WATCH)
+    assert within(PATIENCE_S, lambda: job.hold() or "measured" in job.said())
+    assert job.running
+    assert within(PATIENCE_S, lambda: not job.running)  # nobody renews the hold
+    assert job.released
+    assert job.status != -signal.SIGKILL
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="kills as POSIX does")
+def test_a_job_of_the_bench_ends_when_the_console_is_killed(lab, emulate):
+    """The process has ended, too: nothing switches the plate on again."""
+    board = emulate()
+    words = ("surface", "the surface", "plate", "watch", f"serial:{board.port}", *WATCH[3:])
+    start = f"Jobs(Path()).start(*{words!r}); time.sleep({PATIENCE_S})"
+    imports = "import time; from pathlib import Path; from slipscale.experiments.lab.console.jobs"
+    with subprocess.Popen([sys.executable, "-c", f"{imports} import Jobs; {start}"]) as console:
+        try:
+            assert within(PATIENCE_S, lambda: board.state()["vibrates"])
+        finally:
+            console.kill()
+    assert within(PATIENCE_S, lambda: not board.state()["vibrates"])
+    assert within(PATIENCE_S, lambda: not running(board.port))
+
+
+def running(port):
+    """Return whether a process has the port's name among its arguments."""
+    listed = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)
+    return any("watch" in line and port in line for line in listed.stdout.splitlines())
