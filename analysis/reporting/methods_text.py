@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 #: [[key]] in a sentence cites a reference.
 CITATION = re.compile(r"\[\[([a-z0-9 ]+)\]\]")
 ZEROS: dict[ZeroRule, str] = {
-    "exclude": "Estimates of zero were left out of what was computed on logarithms.",
-    "half_minimum": "For logarithms, estimates of zero were replaced by half the smallest positive "
-    "normalised estimate.",
-    "refuse": "Nothing was to be computed on logarithms if an estimate was zero.",
+    "exclude": "Estimates of zero were excluded from computations on logarithms.",
+    "half_minimum": "For logarithms, estimates of zero were replaced by half the smallest "
+    "positive normalised estimate.",
+    "refuse": "Data with estimates of zero were to be rejected.",
 }
 #: Primary analysis -> its sentence, for a quantity ``q``.
 PRIMARY: dict[Primary, str] = {
@@ -63,8 +63,8 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
             (
                 f"Estimates were normalised ({analysis.rule}: {rule.formula.format(q=quantity)}) "
                 f"and averaged for each participant and {quantity.level}. "
-                f"{ZEROS[choices.zero_rule]} {PRIMARY[choices.primary].format(q=quantity)} Every "
-                "other test is secondary, and not corrected for the others."
+                f"{ZEROS[choices.zero_rule]} {PRIMARY[choices.primary].format(q=quantity)} All "
+                f"other tests are secondary and not corrected for each other."
             ),
             " ".join(done),
         ]
@@ -75,8 +75,8 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
     versions = {name: version for name, version in software.items() if name in CITED}
     used = ", ".join(f"{CITED[name]} {version}" for name, version in versions.items())
     texts.append(
-        f"Tests were two-sided unless named otherwise and judged at {level}; intervals are of "
-        f"{100 * choices.confidence:g} %. The analysis was done with Slipscale "
+        f"Tests were two-sided unless stated otherwise and judged at {level}; intervals have a "
+        f"confidence level of {100 * choices.confidence:g} %. The analysis was done with Slipscale "
         f"{software.get('slipscale', '')}".rstrip()
         + (f", using {used}." if used else ".")
     )

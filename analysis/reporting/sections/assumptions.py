@@ -27,8 +27,8 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         verdict = "violated" if reliable(anova.mauchly_p, level) else "not rejected"
         texts.append(
             f"Sphericity {verdict}: Mauchly's W = {grouped(anova.mauchly_w, 3)}, "
-            f"{p_value(anova.mauchly_p)}. The Greenhouse-Geisser correction is used whatever this "
-            f"test says, which has little power in a dozen people: ε = "
+            f"{p_value(anova.mauchly_p)}. The Greenhouse-Geisser correction is always used, "
+            f"because this test has little power with a dozen people: ε = "
             f"{grouped(anova.epsilon_gg, 3)}, {p_value(anova.p_gg)} (Huynh-Feldt: "
             f"{grouped(anova.epsilon_hf, 3)}, {p_value(anova.p_hf)})."
         )
@@ -47,16 +47,19 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     if anova.n_incomplete:
         texts.append(
             f"Participants without a logarithm at some {quantity.level}: {anova.n_incomplete}. "
-            "They take no part in tests on logarithms; Friedman's and Wilcoxon's tests keep zeros."
+            "They are excluded from tests on logarithms; Friedman's and Wilcoxon's tests include "
+            "zeros."
         )
     section.blocks.append(html.bullets(texts))
     section.blocks.append(
         html.figure(
             svgs["residuals"],
             f"Residuals of log estimates less participants' and {quantity.levels}' means: left "
-            f"against a normal distribution (on the line: normal), right at each {quantity.level} "
+            f"against a normal distribution (points on the line: normal), right at each "
+            f"{quantity.level} "
             "(even spread: equal variances).",
-            "Two charts of residuals: quantiles against a normal distribution's, and the spread at "
+            "Two charts of residuals: quantiles against a normal distribution's, and the spread "
+            "at "
             f"each {quantity.level}",
         )
     )

@@ -22,18 +22,18 @@ if TYPE_CHECKING:
 SEEDS_LISTED = 12
 #: `Dataset.unchanged` -> statement about the study file's choices.
 FROZEN = {
-    True: "Frozen in the study file before there was data (its SHA-256 is that in the sessions' "
-    "records)",
-    False: "Set in code/study.toml, which is not the file that the sessions ran with, so perhaps "
-    "after the data",
-    None: "Set in code/study.toml or analysis.toml; no record of the sessions tells whether before "
-    "the data",
+    True: "Frozen in the study file before data collection (the sessions' records contain its "
+    "SHA-256)",
+    False: "Set in code/study.toml, which differs from the file used by the sessions: perhaps "
+    "set after data collection",
+    None: "Set in code/study.toml or analysis.toml; the sessions' records do not show whether "
+    "before data collection",
 }
 
 
 def normalisations(analysis: Analysis) -> ReportSection:
     """Return means and spreads under every rule that the data allow."""
-    section = ReportSection("What if estimates were normalised otherwise?")
+    section = ReportSection("Other normalisations")
     if not analysis.sensitivity:
         return section
     amplitudes, value = list(analysis.sensitivity[0].mean), analysis.dataset.quantity.value
@@ -53,8 +53,8 @@ def normalisations(analysis: Analysis) -> ReportSection:
                 ]
                 for row in analysis.sensitivity
             ],
-            "Means and sample standard deviations under every rule that the data allows; the one "
-            f"in use is set off. {_invariance(analysis)}",
+            "Means and sample standard deviations with every rule that the data allow; the rule "
+            f"in use is highlighted. {_invariance(analysis)}",
             marked=next(
                 (place for place, row in enumerate(analysis.sensitivity) if row.used), None
             ),
@@ -70,8 +70,8 @@ def _invariance(analysis: Analysis) -> str:
     ]
     if scales.nunique().gt(1).any(axis=None):
         return (
-            "Somebody's trials have different scale tops or standards, so that rules differ within "
-            "participants too: tests and exponents may change with them."
+            "Some participants' trials have different scale tops or standards, so the rules also "
+            "differ within participants: tests and exponents may change."
         )
     if (
         analysis.prepared
@@ -79,12 +79,13 @@ def _invariance(analysis: Analysis) -> str:
         and (analysis.dataset.choices.zero_rule == "half_minimum")
     ):
         return (
-            "Ranks within participants are the same under all of them; tests on logarithms and "
-            "exponents are not quite, as half the smallest positive estimate stands for zeros."
+            "Ranks within participants are the same with all rules. Tests on logarithms and "
+            "exponents differ slightly, because half the smallest positive estimate replaces "
+            "zeros."
         )
     return (
-        "Exponents, the ANOVA on logarithms and ranks within participants are the same under all "
-        "of them, as each multiplies a participant's estimates by one number."
+        "Exponents, the ANOVA on logarithms and ranks within participants are the same with all "
+        "rules, because each rule multiplies a participant's estimates by one factor."
     )
 
 
@@ -100,7 +101,7 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
         html.paragraph(
             f"{FROZEN[data.unchanged]}: {frozen}."
             if frozen
-            else "The study file sets no choice of analysis: all are Slipscale's defaults."
+            else "The study file sets no analysis choices; all are Slipscale's defaults."
         )
     )
     rows = [
@@ -116,7 +117,7 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
         html.table(
             [TableColumn(title="What", left=True), TableColumn(title="Value", left=True)],
             rows,
-            "For whoever repeats this.",
+            "Information for repeating the analysis.",
         )
     )
     section.blocks.append(html.heading("References"))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def tests_made(analysis: Analysis) -> ReportSection:
     """Return every family of tests in one table; empty if nothing was tested."""
-    section = ReportSection("All tests, and their correction")
+    section = ReportSection("All tests and their correction")
     choices, quantity = analysis.dataset.choices, analysis.dataset.quantity
     found = multiplicity(analysis.inference, choices.primary, choices.confidence, quantity)
     if not found.tests:
@@ -42,12 +42,12 @@ def tests_made(analysis: Analysis) -> ReportSection:
                 ]
                 for family in found.families
             ],
-            f"{found.tests} tests are judged in this report at {level}. The primary analysis "
-            "answers the question; each other family stands for itself, and is corrected within, "
-            "not for the others. The last column says how many tests remain if all of the report "
-            "were one family. Exponents, growth functions, reliability, shares of “yes” and d′ are "
-            "estimates with intervals: nothing is tested there. Checks of assumptions and of fit "
-            "decide nothing, and are not counted.",
+            f"{found.tests} tests in this report are judged at {level}. The primary analysis "
+            f"answers the question; each other family is corrected separately. The last column "
+            f"shows how many tests stay significant if the whole report is corrected as one "
+            f"family. Exponents, growth functions, reliability, shares of “yes” and d′ are "
+            f"estimates with intervals, not tests. Assumption and fit checks are descriptive and "
+            f"not counted.",
         )
     )
     return section

@@ -23,7 +23,7 @@ def plan(analysis: Analysis) -> html.ReportSection:
             html.TableColumn(title="Deviation", left=True),
         ]
         rows = [(each.kind, each.what) for each in check.deviations]
-        section.blocks.append(html.table(columns, rows, "Every deviation from the frozen plan."))
+        section.blocks.append(html.table(columns, rows, "All deviations from the frozen plan."))
     return section
 
 

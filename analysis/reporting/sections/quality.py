@@ -50,9 +50,9 @@ def quality(analysis: Analysis) -> ReportSection:
         else "The study file sets no exclusion"
     )
     if rules or excluded:
-        sentence = f"{set_by}. Excluded before anything was described: {excluded or 'nobody'}."
+        sentence = f"{set_by}. Excluded before the analysis: {excluded or 'nobody'}."
     else:
-        sentence = f"{set_by}: nobody was excluded. Flags inform, they never exclude by themselves."
+        sentence = f"{set_by}: nobody was excluded. A flag alone never excludes a participant."
     section.blocks.append(html.paragraph(sentence))
     flags = analysis.flags
     flagged = flags[flags.any(axis=1)]
@@ -88,7 +88,7 @@ def quality(analysis: Analysis) -> ReportSection:
             )
         )
     else:
-        section.blocks.append(html.paragraph("No participant carries a flag."))
+        section.blocks.append(html.paragraph("No participant was flagged."))
     if len(analysis.robustness) > 1:
         section.blocks.append(_with_and_without(analysis))
     section.blocks += _each(analysis)
@@ -123,8 +123,8 @@ def _each(analysis: Analysis) -> list[Markup]:
                 else ""
             )
             + (
-                " A participant's own d′ and c, after the log-linear correction, are mostly that "
-                f"correction where {quantity.yes_no.trials[1]} are few."
+                " A participant's own d′ and c, after the log-linear correction, mostly reflect "
+                f"that correction if {quantity.yes_no.trials[1]} are few."
                 if "d_prime" in known
                 else ""
             )
@@ -208,7 +208,7 @@ def _with_and_without(analysis: Analysis) -> Markup:
             TableColumn(title="Friedman χ²"),
         ],
         [_subset(subset, amplitudes) for subset in analysis.robustness],
-        "The chief results with and without flagged participants.",
+        "Main results with and without flagged participants.",
     )
 
 

@@ -72,15 +72,16 @@ def _doubts(analysis: Analysis) -> list[str]:
     people = len(analysis.flags) - len(analysis.excluded)
     if 2 < people < SMALL:  # noqa: PLR2004 - of one or two, what is missing is told
         found.append(
-            f"{people} participants: intervals are wide, and what is not told apart may differ."
+            f"{people} participants: intervals are wide, and a non-significant difference is not "
+            f"evidence of equality."
         )
     found += [doubt for kind in analysis.kinds for doubt in kind.doubts(analysis)]
     found += analysis.problems
     flagged = int(analysis.flags.any(axis=1).sum())
     if flagged:
         found.append(
-            f"{flagged} of {len(analysis.flags)} participants carry a flag of data quality; the "
-            "chief results without them stand under Participants and data quality."
+            f"{flagged} of {len(analysis.flags)} participants have a data-quality flag; for the "
+            f"main results without them, see Participants and data quality."
         )
     return found
 

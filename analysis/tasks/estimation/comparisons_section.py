@@ -62,9 +62,9 @@ def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
                     TableColumn(title="p Wilcoxon", unit="Holm"),
                 ],
                 [_row(pair) for pair in pairs],
-                "Paired comparisons of log estimates, of everybody with an estimate above zero at "
-                f"both {quantity.levels}, and Wilcoxon's test on the estimates themselves, of "
-                "everybody. d_z: mean difference over the standard deviation of the differences, "
+                "Paired comparisons: log estimates of participants with estimates above zero at "
+                f"both {quantity.levels}, and Wilcoxon's test of all participants' estimates. "
+                "d_z: mean difference over the standard deviation of the differences, "
                 "with its exact interval (non-central t).",
             )
         )
@@ -117,7 +117,7 @@ def _equivalence(
             for pair, logs in tested
         ],
         f"Equal or undecided: two one-sided paired t tests of log estimates. Two {quantity.levels} "
-        f"are equal where the ratio of their geometric means lies between {1 / bound:.3g} and "
+        f"are equal if the ratio of their geometric means lies between {1 / bound:.3g} and "
         f"{bound:.3g}. BF₀₁: Bayes factor (Jeffreys, Zellner and Siow; Cauchy prior of scale "
         f"{PRIOR_SCALE:g}) of no difference over a difference.",
     )

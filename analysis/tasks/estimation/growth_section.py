@@ -30,10 +30,10 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     section.blocks.append(
         html.figure(
             svgs["growth"],
-            "Above: growth functions fitted to all participants at once, each participant with an "
-            "own factor. Below: the same geometric means on logarithmic axes; the slope is the "
-            f"exponent. Bars: Student's intervals over participants. {quantity.value(0)} has no "
-            "place on a logarithmic axis and takes no part.",
+            "Above: growth functions fitted to all participants together, with one scale factor "
+            "per participant. Below: the same geometric means on logarithmic axes; the slope is "
+            f"the exponent. Bars: Student's intervals over participants. {quantity.value(0)} "
+            "cannot be shown on a logarithmic axis and is not used.",
             f"Two charts of geometric means against {quantity.name}: with fitted growth functions, "
             "and on logarithmic axes with the power function",
         )
@@ -75,10 +75,10 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         best = ", ".join(f"{MODEL_NAMES[name]} {count}" for name, count in own.best.items())
         section.blocks.append(
             html.paragraph(
-                "Single participants' trials do not tell growth functions apart; their "
-                "exponents are descriptive."
+                "A single participant's trials do not discriminate between growth functions; "
+                "individual exponents are descriptive."
                 if own.undecided == len(own.participants)
-                else f"Favoured in single participants' trials: {best}; undecided (too few "
+                else f"Preferred for single participants: {best}; undecided (too few "
                 f"trials, or ΔAICc below 2) {own.undecided}. With so few {quantity.levels} a "
                 "participant's exponent is descriptive.",
                 "note",
@@ -94,7 +94,7 @@ def _exponents(analysis: Analysis, svg: str) -> Markup:
         "Individual exponents before and after shrinkage. Rings: least squares on a participant's "
         f"own trials. Dots: the hierarchical Bayesian power function, with {level} credible "
         "intervals. Line and band: the group.",
-        "Chart of participants' exponents: of their own trials, and drawn to the group",
+        "Chart of participants' exponents: from their own trials, and shrunk towards the group",
     )
 
 
@@ -130,6 +130,10 @@ def _models(found: GrowthComparison, title: str, unit: str = "") -> Markup:
         rows,
         f"{title}: growth functions of {found.n} participants' mean log estimates, compared by "
         "the corrected Akaike criterion."
-        + (" None is marked: the best is not 2 below the next." if found.undecided else ""),
+        + (
+            " No function is highlighted: the best is less than 2 below the next."
+            if found.undecided
+            else ""
+        ),
         marked=None if found.undecided else list(found.models).index(found.best),
     )

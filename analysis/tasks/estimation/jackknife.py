@@ -39,7 +39,7 @@ def jackknife(
     n = len(without)
     error = float(np.sqrt((n - 1) / n * ((without - estimate) ** 2).sum()))
     if not error > TINY * max(abs(estimate), 1.0):
-        return NotComputed("all participants have the same value: no spread to judge it by")
+        return NotComputed("all participants have the same value, so there is no spread")
     half = float(stats.t.ppf((1 + confidence) / 2, n - 1)) * error
     t = estimate / error
     return MeanOverParticipants(

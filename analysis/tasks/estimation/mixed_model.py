@@ -144,7 +144,7 @@ def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
         data.zero_sentence: data.refused,
         few("participants", n): n < FEWEST,
         few(f"{data.quantity.levels} above 0", frame["lx"].nunique(), 2): frame["lx"].nunique() < 2,  # noqa: PLR2004
-        f"{n} participants: fitted up to {AT_MOST}; with more, the t interval of participants' "
+        f"{n} participants: supported up to {AT_MOST}; with more, the t interval of participants' "
         "exponents (power_law) is the same estimate": n > AT_MOST,
         f"no more than two estimates above {data.quantity.value(0)} a participant: no residual is "
         "left": len(frame) <= 2 * n,

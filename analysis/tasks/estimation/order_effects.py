@@ -113,14 +113,14 @@ def not_identifiable(trials: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE)
         return few(quantity.levels, min(people, 1), 2)
     if (rising | falling).all():
         return (
-            f"not identifiable: every participant's rows are sorted by {quantity.name}, so that "
-            f"the order cannot be told from the {quantity.name} (was the table sorted?)"
+            f"not identifiable: every participant's rows are sorted by {quantity.name}, which is "
+            "confounded with order (was the table sorted?)"
         )
     alike = people > 1 and (counts == counts[0]).all()
     if alike and (amplitudes.reshape(people, -1) == amplitudes[: counts[0]]).all():
         return (
-            "not identifiable: every participant had the same order, so that it cannot be told "
-            f"from the {quantity.name}"
+            "not identifiable: every participant had the same order, which is confounded with "
+            f"{quantity.name}"
         )
     return None
 
@@ -157,7 +157,7 @@ def _slope(products: Array, place: int, data: Prepared) -> MeanOverParticipants 
     )
     if not left > IDENTIFIABLE * max(own, np.finfo(float).tiny):
         return NotComputed(
-            f"not identifiable: it goes with the {data.quantity.name} in everybody's order"
+            f"not identifiable: confounded with the {data.quantity.name} in everybody's order"
         )
 
     def solve(sums: Array) -> Array:

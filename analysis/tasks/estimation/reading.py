@@ -90,8 +90,8 @@ def _part_textures(
     if counts["textures"]:
         names = ", ".join(sorted(main.loc[modulated, "texture"].astype(str).unique()))
         problems.add(
-            f"{counts['textures']} trials of textures ({names}) are left out of all that is said "
-            "of amplitudes: a texture has no one amplitude. They have a table of their own."
+            f"{counts['textures']} trials of textures ({names}) are excluded from results on "
+            f"amplitudes, because a texture has no single amplitude. They have a separate table."
         )
     return main[~modulated].drop(columns="texture").reset_index(drop=True), textures
 

@@ -35,8 +35,8 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
                     "Student's": (f"{level:g} % interval", "geometric_low", "geometric_high"),
                 },
                 f"Geometric means. Within-participant intervals compare {quantity.levels}; "
-                "Student's contain differences in scale between participants. Estimates of zero "
-                "are left to the zero rule.",
+                "Student's intervals include differences in scale between participants. The zero "
+                "rule applies to estimates of zero.",
             )
         )
     section.blocks.append(table3(analysis))
@@ -62,7 +62,7 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             ".95 they contain the true mean of log-normal estimates in .90 to .93 of studies of 6 "
             "to 30 participants if the standard deviation of the participants' natural logarithms "
             f"is 0.6{here}, in .86 to .91 if it is 0.8, in .82 to .88 if it is 1. Intervals of "
-            "geometric means hold their level.",
+            f"geometric means keep their level.",
         )
     )
     if len(analysis.textures):
@@ -108,7 +108,7 @@ def textures(analysis: Analysis) -> Markup:
             for name, n, *values in analysis.textures.itertuples(index=False)
         ],
         "Normalised estimates of textures, on the scale of the plain surfaces of the same run. "
-        "They are in no other table, figure or test.",
+        "They are not part of any other table, figure or test.",
     )
 
 
@@ -135,7 +135,7 @@ def table3(analysis: Analysis) -> Markup:
         columns,
         rows,
         f"{'The convention of Table III: a' if quantity.of_plate else 'A'}rithmetic means of "
-        "normalised estimates over participants, each participant's mean being one value. "
+        "normalised estimates across participants (one value per participant: their mean). "
         "Max. dev.: largest distance of a value from the mean. SD: "
         f"{convention} standard deviation "
         f"({'n − 1' if convention == 'sample' else 'n'} in the denominator)."

@@ -56,7 +56,7 @@ CHECKS = {
     "curvature": "the curvature on logarithmic axes",
     "largest_residual": "the largest residual",
     "kurtosis": "the residuals' tails",
-    "spread_ratio": "the residuals' spread at the largest over that at the least {q.level}",
+    "spread_ratio": "the ratio of the residuals' spreads at the largest and smallest {q.level}",
 }
 #: A posterior predictive p this close to 0 or 1 indicates a misfit of the model.
 UNLIKELY = 0.025
@@ -198,7 +198,7 @@ def equivalence(
         + (", Holm-corrected" if len(pairs) > 1 else "")
         + "; BF₀₁: Bayes factor of no difference over a difference"
     )
-    parts = [f"Of the pairs that were not told apart, equal: {equal or 'none'}"]
+    parts = [f"Of the pairs without a significant difference, equal: {equal or 'none'}"]
     parts += [f"neither different nor equal, undecided: {undecided}"] if undecided else []
     return f"{'; '.join(parts)} ({how})."
 
@@ -269,8 +269,8 @@ def _all_pairs(
         f"{_pair(pair, quantity)}, {p_value(p)} (n = {n})" for pair, p, n in doubtful
     )
     return (
-        f"{told or 'None'} of {len(rows)} pairs of {quantity.levels} differed ({how}); "
-        f"not told apart: {listed}."
+        f"{told or 'None'} of {len(rows)} pairs of {quantity.levels} differed ({how}); no "
+        f"significant difference: {listed}."
     )
 
 
@@ -293,8 +293,9 @@ def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
     weight = f"Akaike weight {unit_number(models[best].weight)}"
     if compared.undecided:
         return (
-            f"Among growth functions the data do not decide: {MODEL_NAMES[best]} has the least "
-            f"AICc ({weight}; {listed}), and a difference below 2 tells nothing apart.{behind}"
+            f"The data do not discriminate between growth functions: {MODEL_NAMES[best]} has the "
+            f"lowest AICc ({weight}; {listed}), and differences below 2 do not "
+            f"discriminate.{behind}"
         )
     return f"Among growth functions, {MODEL_NAMES[best]} was favoured ({weight}; {listed}).{behind}"
 
@@ -323,8 +324,8 @@ def bayesian_growth(found: BayesianGrowth, confidence: float, quantity: Quantity
         f"A hierarchical Bayesian power function gave an exponent of {number(found.exponent)}, "
         f"{level} credible interval {bracketed(found.interval)}; participants' exponents vary with "
         f"a standard deviation of {number(found.sd_exponent)}, {level} credible interval "
-        f"{bracketed(found.sd_exponent_interval)}, and are drawn {100 * found.shrinkage:.0f}% of "
-        f"the way from their own trials' to the group's (n = {found.n}, {found.trials} trials; "
+        f"{bracketed(found.sd_exponent_interval)}, and shrink {100 * found.shrinkage:.0f}% "
+        f"towards the group's exponent (n = {found.n}, {found.trials} trials; "
         f"{fits})."
     )
 
@@ -360,7 +361,7 @@ def reliability(found: Reliability, confidence: float, quantity: Quantity) -> st
         f"of {found.repetitions:.3g}, {unit_number(mean.value)}"
         f"{_ci(mean.interval, confidence, unit_number)} (components of variance by {found.method}, "
         f"{found.trials} trials of {found.n} participants, {found.amplitudes} {quantity.levels}, "
-        "whose own differences do not count as reliable)."
+        "which are a fixed effect)."
     )
 
 

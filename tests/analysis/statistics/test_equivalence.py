@@ -92,7 +92,9 @@ def test_the_bayes_factor_of_very_large_t_grows_on_where_pingouin_s_integral_mis
 def test_pairs_not_told_apart_become_equal_or_undecided():
     equal = pairwise(ready(nearly_equal()))
     sentence = apa.equivalence(equal, 0.95, PLATE_AMPLITUDE)
-    assert sentence.startswith("Of the pairs that were not told apart, equal: 1 and 1.1 µm, ratio")
+    assert sentence.startswith(
+        "Of the pairs without a significant difference, equal: 1 and 1.1 µm, ratio"
+    )
     assert "undecided" not in sentence
     assert "BF₀₁ = " in sentence
     undecided = apa.equivalence(pairwise(ready(nearly_equal(n=4))), 0.95, PLATE_AMPLITUDE)
@@ -138,5 +140,5 @@ def test_equal_pairs_reach_the_answer_of_the_report(tmp_path, page):
     assert exp(abs(log(found.inference.pairwise[0].logs.ratio))) < 1.25
     text = page(found)
     answer = text[text.index("<b>Answer.</b>") :].split("</p>")[0]
-    assert "not told apart, equal: 1 and 1.1" in answer
+    assert "significant difference, equal: 1 and 1.1" in answer
     assert "equal within the bound" in text

@@ -62,7 +62,7 @@ def exponents(found: BayesianGrowth) -> Figure:
             markersize=5,
             elinewidth=1.2,
             zorder=4,
-            label="drawn to the group, with interval" if row == 0 else None,
+            label="shrunk towards the group, with interval" if row == 0 else None,
         )[0].set_gid(
             tip(f"{one.participant}: {one.least_squares:.2f} alone, {one.exponent:.2f} drawn")
         )

@@ -158,7 +158,7 @@ def against_friction(logs: pd.DataFrame, confidence: float = 0.95) -> FrictionGr
     if not sensible or (reductions > 1).any():
         return NotComputed(
             f"amplitudes up to {amplitudes.max():g} µm are beyond the film's model: it would "
-            "predict a reduction of friction above 1, which there cannot be"
+            f"predict an impossible reduction of friction, above 1"
         )
     above = reductions > NO_REDUCTION
     if len(np.unique(reductions[above])) < above.sum():
