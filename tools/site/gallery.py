@@ -36,12 +36,12 @@ def pages() -> dict[str, str]:
             [
                 f"[{name}]({name}.md)",
                 study.title,
-                ", ".join(f"{amplitude:g}" for amplitude in study.levels),
+                f"{', '.join(f'{each:g}' for each in study.levels)} {study.quantity.unit_in_short}",
                 ", ".join(texture.name for texture in study.textures) or "none",
                 ", ".join(code(task.protocol) for task in study.tasks),
             ]
         )
-    header = ["study", "title", "amplitudes, µm peak to peak", "textures", "tasks"]
+    header = ["study", "title", "levels", "textures", "tasks"]
     return {"studies/index.md": f"{INTRODUCTION}\n{table(header, rows)}\n", **made}
 
 

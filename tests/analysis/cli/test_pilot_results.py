@@ -11,6 +11,7 @@ from slipscale.experiments.study.file import shipped_studies
 #: Study -> what its result begins with, and has a number after it.
 RESULTS = {
     "biet2007": r"exponents of participants' power functions of amplitude averaged \d",
+    "biet2008": r"Constant stimuli around 5 mm \(constantstimuli\): .* Weber fraction \.\d",
     "constant_stimuli": r"Difference threshold at 1\.2 µm \(constantstimuli\): \d",
     "detection_threshold": r"Detection threshold \(detectionthreshold\): \d",
     "difference_threshold": r"Difference threshold at 1\.2 µm \(differencethreshold\): \d",
@@ -18,6 +19,7 @@ RESULTS = {
     "matching": r"0\.8 µm \(peak to peak\) was matched by \d",
     "paired_comparison": r"to the most slippery, with scale values: .*\d",
     "ratio_to_standard": r"power functions of amplitude averaged \d",
+    "saleem2020": r"power functions of spatial period averaged −\d",
     "textures_demo": r"The two amplitudes did not differ reliably \(Wilcoxon's test, p = \.\d",
     "visual_analogue_scale": r"mean places on the line from 0 \(left\) to 100 were \d",
 }

@@ -41,7 +41,7 @@ def test_the_form_has_a_field_for_every_key_of_the_schema():
     for number, task in enumerate(table["tasks"]):
         declared = protocols[f"task_{task['protocol']}"]["properties"].keys() - {"protocol"}
         assert {("tasks", number, key) for key in declared} <= found
-    lists = {"tasks", "textures", "about_you", "questionnaires"}
+    lists = {"tasks", "textures", "factors", "about_you", "questionnaires"}
     assert {(key,) for key in study_schema()["properties"].keys() - lists} <= found
 
 
