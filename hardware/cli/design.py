@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,6 +46,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Run the command; return 0, or 1 if no plate meets the brief."""
+    # Before NumPy is imported: on matrices of this size a second thread only waits.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Imported here so that `slipscale plate --help` does not load pydantic and NumPy.
     from slipscale.hardware.plate.design import requirements as briefs  # noqa: PLC0415
     from slipscale.hardware.plate.design.sizing import design  # noqa: PLC0415

@@ -1,8 +1,9 @@
 """The plate in three dimensions: quadratic bricks with piezoelectric coupling.
 
-Every matrix of a layer is a contraction of nine gradient matrices ∫ ∂_k N_i ∂_l N_j with that
-layer's constants: stiffness with c^E, coupling with e, capacitance with ε^S. scikit-fem assembles
-these nine. Displacement and potential share one scalar basis, so their integration is consistent.
+Every matrix of a layer is a contraction of the nine integrals ∫ ∂_k N_i ∂_l N_j of each element
+with that layer's constants: stiffness with c^E, coupling with e, capacitance with ε^S. scikit-fem
+provides the gradients at the integration points. Displacement and potential share one scalar basis,
+so their integration is consistent.
 
 Displacements are in m. Potentials are in units of `POTENTIAL_UNIT_V`, so that the entries of all
 blocks have similar magnitudes. The touch surface faces up; the ceramics' upper faces are bonded to
@@ -13,7 +14,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import product
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -87,23 +87,22 @@ def assemble(layout: Layout, density: Density = DEFAULT, *, quarter: bool = True
     size = basis.N
     stiffness: dict[bool, Any] = {}
     mass = sparse.csr_matrix((size, size))
-    gradients: dict[tuple[int, int], Any] = {}
     layers = (
         (False, layout.resonator.stiffness_pa, layout.resonator.density_kg_m3),
         (True, layout.ceramic.stiffness, layout.ceramic.density_kg_m3),
     )
     for active, constants, density_kg_m3 in layers:
         layer = Basis(mesh, element, intorder=_ORDER, elements=np.flatnonzero(ceramic == active))
-        gradients = _gradient_matrices(layer)
+        products = _products(layer)
         tensor = constants[_VOIGT[:, :, None, None], _VOIGT]
-        stiffness[active] = _blocks(tensor.transpose(0, 2, 1, 3), gradients)
+        stiffness[active] = _blocks(tensor.transpose(0, 2, 1, 3), layer, products)
         overlap = BilinearForm(lambda u, v, _: u * v)
         mass = mass + density_kg_m3 * overlap.assemble(layer)
-    # The loop ends with the ceramics, whose gradients are used for coupling and capacitance.
+    # The loop ends with the ceramics, whose products are used for coupling and capacitance.
     piezo = layout.ceramic.coupling[:, _VOIGT] * POTENTIAL_UNIT_V
-    coupling = _blocks(piezo.transpose(1, 2, 0)[:, None], gradients)
+    coupling = _blocks(piezo.transpose(1, 2, 0)[:, None], layer, products)
     permittivity = np.diag(layout.ceramic.relative_permittivity) * VACUUM_PERMITTIVITY_F_M
-    capacitance = _blocks(permittivity[None, None] * POTENTIAL_UNIT_V**2, gradients)
+    capacitance = _blocks(permittivity[None, None] * POTENTIAL_UNIT_V**2, layer, products)
     return Assembly(
         layout=layout,
         density=density,
@@ -141,26 +140,24 @@ def _mesh(layout: Layout, density: Density, *, quarter: bool) -> tuple[MeshHex, 
     return mesh.restrict(np.flatnonzero(keep)), low[keep]
 
 
-def _gradient_matrices(basis: Basis) -> dict[tuple[int, int], Any]:
-    """Return ∫ ∂_k N_i ∂_l N_j for every pair (k, l); (l, k) is its transpose."""
-    matrices = {}
-    for k in range(3):
-        for m in range(k, 3):
-            form = BilinearForm(lambda u, v, _, k=k, m=m: v.grad[k] * u.grad[m])
-            matrices[k, m] = form.assemble(basis)
-            matrices[m, k] = matrices[k, m].T
-    return matrices
+def _products(basis: Basis) -> Array:
+    """Return ∫ ∂_k N_i ∂_l N_j of each element's nodes i, j, shape (elements, nodes, nodes, 9)."""
+    gradients = np.stack([np.asarray(each[0].grad) for each in basis.basis])  # i, k, element, point
+    nodes, _, elements, points = gradients.shape
+    left = gradients.transpose(2, 0, 1, 3).reshape(elements, 3 * nodes, points)
+    right = (gradients * basis.dx).transpose(2, 3, 0, 1).reshape(elements, points, 3 * nodes)
+    products = (left @ right).reshape(elements, nodes, 3, nodes, 3)
+    return np.asarray(products.transpose(0, 1, 3, 2, 4).reshape(elements, nodes, nodes, 9))
 
 
-def _blocks(tensor: Array, gradients: dict[tuple[int, int], Any]) -> Any:
-    """Return the sparse matrix with blocks [a][b] = Σ_kl tensor[a, b, k, l] · gradients[k, l]."""
+def _blocks(tensor: Array, basis: Basis, products: Array) -> Any:
+    """Return the sparse matrix with blocks [a][b] = Σ_kl tensor[a, b, k, l] ∫ ∂_k N_i ∂_l N_j."""
     rows, columns = tensor.shape[:2]
-    size = gradients[0, 0].shape[0]
-    grid: list[list[Any]] = [[None] * columns for _ in range(rows)]
-    for a, b in product(range(rows), range(columns)):
-        block = sparse.csr_matrix((size, size))
-        for k, m in product(range(3), range(3)):
-            if tensor[a, b, k, m]:
-                block = block + tensor[a, b, k, m] * gradients[k, m]
-        grid[a][b] = block
-    return sparse.bmat(grid, format="csr")
+    size, of_element = basis.N, basis.element_dofs.T
+    values = products @ tensor.reshape(rows * columns, 9).T
+    a, b = np.divmod(np.arange(rows * columns), columns)
+    i = of_element[:, :, None, None] + size * a
+    j = of_element[:, None, :, None] + size * b
+    places = [np.broadcast_to(each, values.shape).ravel() for each in (i, j)]
+    shape = (rows * size, columns * size)
+    return sparse.coo_matrix((values.ravel(), places), shape=shape).tocsr()

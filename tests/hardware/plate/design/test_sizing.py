@@ -186,7 +186,7 @@ def test_every_fault_of_a_brief_is_named_at_once(tmp_path):
         briefs.read(path)
     said = str(caught.value)
     assert f"{path} has 5 faults" in said
-    assert "line 2, requirements.voltage_v: is beyond the safe limit, expected above 0, at" in said
+    assert "line 2, requirements.voltage_v: is beyond the safe limit, expected above 0 and" in said
     for place in ("requirements.speed", "ceramic.thickness_mm", "ceramic.lengths_mm"):
         assert place in said
     assert "line 8, resonator.poisson: " in said
