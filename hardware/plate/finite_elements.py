@@ -117,12 +117,16 @@ def assemble(layout: Layout, density: Density = DEFAULT, *, quarter: bool = True
 
 
 def _mesh(layout: Layout, density: Density, *, quarter: bool) -> tuple[MeshHex, Array]:
-    """Return the mesh and which of its bricks are ceramic; gaps are cut out."""
-    x, gap_x = mesh_lines(
-        layout.length_mm, layout.columns, layout.gap_mm, density.along_ceramic, half=quarter
-    )
-    y, gap_y = mesh_lines(
-        layout.width_mm, layout.rows, layout.gap_mm, density.across_ceramic, half=quarter
+    """Return the mesh and which of its bricks are ceramic; gaps and borders are cut out."""
+    (x, bare_x), (y, bare_y) = (
+        mesh_lines(length_mm, pieces, layout.gap_mm, bricks, half=quarter, border_mm=border_mm)
+        for length_mm, pieces, bricks, border_mm in zip(
+            (layout.length_mm, layout.width_mm),
+            (layout.columns, layout.rows),
+            (density.along_ceramic, density.across_ceramic),
+            layout.border_mm,
+            strict=True,
+        )
     )
     step = layout.ceramic_thickness_mm * MILLI
     top = step + layout.resonator_thickness_mm * MILLI
@@ -135,8 +139,8 @@ def _mesh(layout: Layout, density: Density, *, quarter: bool) -> tuple[MeshHex, 
     mesh = MeshHex.init_tensor(x, y, z)
     middle = mesh.p[:, mesh.t].mean(axis=1)
     low = middle[2] < step
-    in_gap = gap_x[np.searchsorted(x, middle[0]) - 1] | gap_y[np.searchsorted(y, middle[1]) - 1]
-    keep = ~(low & in_gap)
+    bare = bare_x[np.searchsorted(x, middle[0]) - 1] | bare_y[np.searchsorted(y, middle[1]) - 1]
+    keep = ~(low & bare)
     return mesh.restrict(np.flatnonzero(keep)), low[keep]
 
 

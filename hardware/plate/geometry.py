@@ -30,6 +30,8 @@ class Layout:
         Number of ceramics along x and y; the polarity alternates along x.
     gap_mm : float
         Distance between neighbouring ceramics; 0 for a continuous layer.
+    border_mm : tuple of 2 floats
+        Bare resonator beyond the ceramics at each end along x and along y.
     ceramic_thickness_mm, resonator_thickness_mm : float
         Thicknesses h_p and h_i.
     ends : {"free", "supported"}
@@ -45,6 +47,7 @@ class Layout:
     columns: int = 1
     rows: int = 1
     gap_mm: float = 0.0
+    border_mm: tuple[float, float] = (0.0, 0.0)
     ceramic_thickness_mm: float = 1.0
     resonator_thickness_mm: float = 2.0
     ends: Ends = "free"
@@ -54,13 +57,15 @@ class Layout:
     def __post_init__(self) -> None:
         for name in ("length_mm", "width_mm", "ceramic_thickness_mm", "resonator_thickness_mm"):
             positive(f"plate layout: {name}", getattr(self, name), "mm")
-        not_negative("plate layout: gap_mm", self.gap_mm, "mm")
+        for name, value in (("gap_mm", self.gap_mm), ("border_mm", self.border_mm)):
+            not_negative(f"plate layout: {name}", value, "mm")
         if min(self.columns, self.rows) < 1:
             raise UserError("plate layout: columns and rows must be 1 or more")
         if min(self.ceramic_length_mm, self.ceramic_width_mm) <= 0:
             raise UserError(
                 f"plate layout: {self.columns} x {self.rows} ceramics with gaps of {self.gap_mm} "
-                f"mm leave no room on {self.length_mm} x {self.width_mm} mm"
+                f"mm and a border of {self.border_mm[0]} x {self.border_mm[1]} mm leave no room on "
+                f"{self.length_mm} x {self.width_mm} mm"
             )
 
     @classmethod
@@ -82,12 +87,12 @@ class Layout:
     @property
     def ceramic_length_mm(self) -> float:
         """Length of one ceramic along x."""
-        return (self.length_mm - (self.columns - 1) * self.gap_mm) / self.columns
+        return _piece(self.length_mm, self.columns, self.gap_mm, self.border_mm[0])
 
     @property
     def ceramic_width_mm(self) -> float:
         """Width of one ceramic along y."""
-        return (self.width_mm - (self.rows - 1) * self.gap_mm) / self.rows
+        return _piece(self.width_mm, self.rows, self.gap_mm, self.border_mm[1])
 
     @property
     def antisymmetric(self) -> bool:
@@ -152,25 +157,40 @@ def density_of(layout: Layout, brick_mm: float) -> Density:
 
 
 def mesh_lines(
-    length_mm: float, pieces: int, gap_mm: float, bricks: int, *, half: bool
+    length_mm: float,
+    pieces: int,
+    gap_mm: float,
+    bricks: int,
+    *,
+    half: bool,
+    border_mm: float = 0.0,
 ) -> tuple[Array, Array]:
-    """Return the mesh lines along one direction, in m, and which intervals are gaps.
+    """Return the mesh lines along one direction, in m, and which intervals have no ceramic.
 
     Parameters
     ----------
-    length_mm, pieces, gap_mm
+    length_mm, pieces, gap_mm, border_mm
         Size of the plate and its division into ceramics.
     bricks : int
         Intervals per ceramic.
     half : bool
         Whether to keep only the part above 0, the plane of symmetry.
     """
-    piece = (length_mm - (pieces - 1) * gap_mm) / pieces
-    starts = np.arange(pieces) * (piece + gap_mm) - length_mm / 2
+    piece = _piece(length_mm, pieces, gap_mm, border_mm)
+    end = length_mm / 2 - border_mm
+    starts = np.arange(pieces) * (piece + gap_mm) - end
     fractions = np.arange(bricks + 1) / bricks
-    lines = np.unique(np.round((starts[:, None] + piece * fractions).ravel(), 9))
+    # A border's bricks are no longer than a ceramic's.
+    bare = np.linspace(end, length_mm / 2, math.ceil(border_mm * bricks / piece) + 1)
+    ceramics = (starts[:, None] + piece * fractions).ravel()
+    lines = np.unique(np.round(np.concatenate([-bare, ceramics, bare]), 9))
     if half:
         lines = np.append(0.0, lines[lines > 1e-6])  # noqa: PLR2004 - a nanometre, in mm
     middle = (lines[:-1] + lines[1:]) / 2
-    within = np.mod(middle + length_mm / 2, piece + gap_mm)
-    return lines * MILLI, np.asarray(within > piece)
+    within = np.mod(middle + end, piece + gap_mm)
+    return lines * MILLI, np.asarray((within > piece) | (np.abs(middle) > end))
+
+
+def _piece(length_mm: float, pieces: int, gap_mm: float, border_mm: float) -> float:
+    """Return the size of one ceramic in mm."""
+    return (length_mm - 2 * border_mm - (pieces - 1) * gap_mm) / pieces

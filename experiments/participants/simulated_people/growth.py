@@ -55,10 +55,13 @@ GROWTH = {
     ("roughness", "spatial period"): Growth(weber=0.14, falls=True),
     ("", "spatial period"): Growth(weber=0.14),
     # Electrovibration: the electrostatic force on the finger, and so friction, grows with the
-    # square of the voltage (Bau and others 2010; Meyer and others 2013).
+    # square of the voltage (Bau and others 2010; Meyer and others 2013; from memory). No exponent
+    # of the sensation was found.
     ("", "V"): Growth(exponent=2.0),
-    # A vibrating contactor: Stevens' exponent for 60 Hz on the finger (Stevens 1975).
-    ("", "m/s²"): Growth(exponent=0.95),
+    # A vibrating contactor: about 0.89 up to 350 Hz (Verrillo 1970, IEEE Trans. Man-Mach. Syst. 11;
+    # abstract). By Stevens 1968 (Percept. Psychophys. 3, 223-228; abstract) 1.0 at 60 Hz, and half
+    # of the largest near 250 Hz.
+    ("", "m/s²"): Growth(exponent=0.89),
 }
 #: Of any other: proportional, our assumption.
 OTHER = Growth()

@@ -18,6 +18,7 @@ Span = Annotated[float, Field(gt=0, le=300)]  # workspace in mm; larger ones can
 Length = Annotated[float, Field(ge=2, le=300)]  # ceramic in mm; shorter ones would be too many
 AMPLITUDE_MAX_UM_PEAK = 20.0  # a hundredth of the plate's thickness: the limit of linear bending
 QUALITY_MAX = 2_000.0  # commercial hard piezoceramics reach about 1,500
+Border = Annotated[float, Field(ge=0, le=50)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Row = tuple[float, ...]  # `slipscale.hardware.plate.materials.Piezoceramic` checks the matrices
 
@@ -83,6 +84,7 @@ class PassivePlate(_Table):
 
     name: str = COPPER_BERYLLIUM.name
     thickness_mm: Positive = 2.0
+    border_mm: tuple[Border, Border] = (0.0, 0.0)  # beyond the ceramics, along x and y
     young_pa: Positive = COPPER_BERYLLIUM.young_pa
     poisson: Annotated[float, Field(gt=-1, lt=0.5)] = COPPER_BERYLLIUM.poisson
     density_kg_m3: Positive = COPPER_BERYLLIUM.density_kg_m3

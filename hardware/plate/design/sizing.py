@@ -39,8 +39,8 @@ class Candidate:
     length_mm, width_mm : float
         Size of the plate.
     half_wave_mm : float
-        Distance between nodal lines inside the plate: length/(n + 1/2), for the n + 1 lines of a
-        free-free beam; the paper divides by n + 1.
+        Distance between nodal lines under the ceramics: their length/(n + 1/2), for the n + 1
+        lines of a free-free beam without a border; the paper divides by n + 1.
     frequency_hz : float
         Resonance of Timoshenko's beam in plane strain at that half wave.
     amplitude_um_peak : float
@@ -127,7 +127,7 @@ def design(brief: Brief) -> Design:
 
     def candidate(length_mm: float, columns: int) -> Candidate:
         rows = _needed(wanted.workspace_mm[1], brief.ceramic.width_mm, brief.ceramic.gap_mm)
-        gap = brief.ceramic.gap_mm
+        gap, border_mm = brief.ceramic.gap_mm, brief.resonator.border_mm
         size = columns * length_mm + (columns - 1) * gap
         half_wave = size / (columns + 0.5)
         frequency = float(wide.timoshenko_frequency_hz(half_wave))
@@ -135,8 +135,8 @@ def design(brief: Brief) -> Design:
             ceramic_length_mm=length_mm,
             columns=columns,
             rows=rows,
-            length_mm=size,
-            width_mm=rows * brief.ceramic.width_mm + (rows - 1) * gap,
+            length_mm=size + 2 * border_mm[0],
+            width_mm=rows * brief.ceramic.width_mm + (rows - 1) * gap + 2 * border_mm[1],
             half_wave_mm=half_wave,
             frequency_hz=frequency,
             amplitude_um_peak=float(
@@ -236,6 +236,7 @@ def layout_of(brief: Brief, plate: Candidate) -> Layout:
         columns=plate.columns,
         rows=plate.rows,
         gap_mm=brief.ceramic.gap_mm,
+        border_mm=brief.resonator.border_mm,
         ceramic_thickness_mm=brief.ceramic.thickness_mm,
         resonator_thickness_mm=brief.resonator.thickness_mm,
         ceramic=ceramic_of(brief),

@@ -8,6 +8,7 @@ from slipscale.faults import UserError
 from slipscale.hardware.plate.finite_elements import POTENTIAL_UNIT_V, assemble
 from slipscale.hardware.plate.geometry import Density, Layout, mesh_lines
 from slipscale.hardware.plate.materials import COPPER_BERYLLIUM, P1_91, VACUUM_PERMITTIVITY_F_M
+from slipscale.hardware.plate.vibration import modes
 
 SMALL = Layout(length_mm=23.0, width_mm=10.0, columns=2, rows=1, gap_mm=1.0)
 ROUGH = Density(along_ceramic=2, across_ceramic=2)
@@ -124,3 +125,20 @@ def test_impossible_layout_is_refused(change, said):
 def test_impossible_density_is_refused():
     with pytest.raises(UserError, match="1 or more"):
         Density(along_ceramic=0)
+
+
+def test_a_bare_border_has_the_resonators_mass_and_bends_like_a_beam():
+    layout = Layout(length_mm=62.0, width_mm=6.0, border_mm=(30.0, 2.0), ceramic_thickness_mm=0.01)
+    found = modes(layout, 2_000.0, 8, density=Density(along_ceramic=1, across_ceramic=1))
+    bar, length_m, height_m = layout.resonator, 62e-3, 2e-3
+    mass_kg = found.parts.mass.sum() / 3 * 4
+    assert mass_kg == pytest.approx(bar.density_kg_m3 * length_m * 6e-3 * height_m, rel=1e-4)
+    # Euler and Bernoulli's free beam; shear lowers the frequency of this one by 0.3 %.
+    stiffness = math.sqrt(bar.young_pa * height_m**2 / 12 / bar.density_kg_m3)
+    expected_hz = (4.730041 / length_m) ** 2 / (2 * math.pi) * stiffness
+    assert found.frequency_hz[1] == pytest.approx(expected_hz, rel=0.005)
+
+
+def test_a_border_that_leaves_no_room_for_ceramics_is_refused():
+    with pytest.raises(UserError, match=r"a border of 6\.0 x 0\.0 mm leave no room"):
+        Layout(length_mm=12.0, width_mm=9.0, border_mm=(6.0, 0.0))

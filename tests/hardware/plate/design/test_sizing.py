@@ -251,3 +251,15 @@ def test_a_plate_whose_meshes_disagree_is_not_admissible():
     )  # fmt: skip
     told = judged(brief, plate, solution, found.frequency_min_hz)
     assert "its amplitude is uncertain by 20%" in "; ".join(told.why_not)
+
+
+def test_a_border_of_the_resonator_enlarges_the_plate_and_not_the_ceramics():
+    plain = briefs.Brief()
+    wide = plain.model_copy(
+        update={"resonator": plain.resonator.model_copy(update={"border_mm": (4.0, 2.5)})}
+    )
+    first, other = design(plain).candidates[0], design(wide).candidates[0]
+    sizes = (other.length_mm - first.length_mm, other.width_mm - first.width_mm)
+    assert sizes == (8.0, 5.0)
+    assert other.half_wave_mm == first.half_wave_mm
+    assert layout_of(wide, other).ceramic_length_mm == first.ceramic_length_mm == 11.0
