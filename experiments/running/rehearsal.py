@@ -37,6 +37,7 @@ from slipscale.experiments.protocols.steps import (
 )
 from slipscale.experiments.study.headphone_test import HEADPHONES
 from slipscale.faults import UserError
+from slipscale.stimuli.texture import PARAMETERS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -242,12 +243,15 @@ def check_supported(plan: RunPlan, plate: PlateDriver) -> None:
     """Raise `UserError`, or the plate's fault, if the plate cannot present a surface of a run."""
     for surface in surfaces(plan):
         plate.check_supported(surface.made, place_known=bool(plan.study.plate.position))
-    q = plan.study.quantity
+    q, varied = plan.study.quantity, plan.study.varied
+    if varied and PARAMETERS[varied.vary].parameter.unit is not None:
+        return  # A period or a speed is exact: the plate's tolerance is in its own quantity.
     for protocol, options in plan.tasks():
         if protocol.finest_level is None:
             continue
-        finest_level, at_level = protocol.finest_level(options, plan.context(protocol.task))
-        held_level = plate.limits.allowed_level(at_level)
+        context = plan.context(protocol.task)
+        finest_level, at_level = protocol.finest_level(options, context)
+        held_level = plate.limits.allowed_level(context.surface(at_level).settled_level)
         if finest_level < held_level:
             raise UserError(
                 f"task '{protocol.task}' presents differences down to "

@@ -125,6 +125,8 @@ class Levels:
 
     def unpresentable(self, place: Place, *levels: float) -> Iterator[Fault]:
         """Yield which of some levels cannot be presented, and why."""
+        if self.vary and not self.stimulus:
+            return  # The fault of the table is reported; no level has a surface without it.
         possible = []
         for level in levels:
             try:

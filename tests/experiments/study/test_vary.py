@@ -10,9 +10,12 @@ from slipscale.analysis.load import load
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.participants.simulated_people.growth import people_for
 from slipscale.experiments.participants.simulated_people.population import curves
+from slipscale.experiments.running.begin_or_resume import plate_for
+from slipscale.experiments.running.rehearsal import check_supported
 from slipscale.experiments.study.file import parse_study
 from slipscale.experiments.study.tables import StimulusTable, Texture
 from slipscale.faults import UserError
+from slipscale.hardware.clock import VirtualClock
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, made_by_plate
 from slipscale.stimuli.texture import PARAMETERS, Grating
 
@@ -168,6 +171,7 @@ def test_levels_in_volts_keep_the_plates_unit_in_the_stimulus():
             'vary = "spacial',
             "expected .*spatial_period_mm.*got 'spacial_period_",
         ),
+        ("[stimulus]", "[other]", r"(?s)stimulus: expected the table(?!.*beyond)"),
         ("[0.5, 1.0, 1.5]", "[0.0, 1.0]", "spatial_period_mm is 0.0, expected above 0"),
         ("mean_um_pp = 2.0\n", "", r"stimulus\.mean_um_pp: is missing"),
         ("mean_um_pp", "spatial_period_mm = 1.0\nmean_um_pp", "is varied; expected it to be left"),
@@ -239,3 +243,39 @@ def test_a_wave_in_time_is_the_same_under_a_finger_of_any_speed():
     assert wave.loop().period_s == pytest.approx(0.1)
     with pytest.raises(UserError, match="spatial_period_mm or modulation_hz, not both"):
         Grating(modulation_hz=10.0, spatial_period_mm=1.0, mean_level=1.0, depth_level=0.5)
+
+
+@pytest.mark.parametrize(
+    "vary, levels, standard, least",
+    [
+        ("spatial_period_mm", "spatial_periods_mm", "mm", 0.01),
+        ("depth_um_pp", "depths_um_pp", "um_pp", 0.11),
+    ],
+)
+def test_the_plates_tolerance_holds_for_levels_in_its_own_quantity(
+    vary, levels, standard, least, plan
+):
+    """A period is exact; of a depth at a mean of 2 µm, 5 % is 0.1 µm."""
+
+    def checked(smallest):
+        text = f"""
+name = "varied"
+title = "Fine differences"
+vary = "{vary}"
+{levels} = [0.3, 0.4]
+[stimulus]
+mean_um_pp = 2.0
+{"depth_um_pp = 0.4" if standard == "mm" else "spatial_period_mm = 1.0"}
+finger_speed_mm_s = 5.0
+[[tasks]]
+protocol = "constant_stimuli"
+standard_{standard} = {1.0 if standard == "mm" else 0.3}
+comparisons_{standard} = [{(1.0 if standard == "mm" else 0.3) + smallest}]
+"""
+        made = plan(text)
+        check_supported(made, plate_for(made, "mock", VirtualClock()))
+
+    checked(least)
+    if standard == "um_pp":
+        with pytest.raises(UserError, match=r"0\.09 .*tolerance is 0\.1 µm"):
+            checked(0.09)
