@@ -25,7 +25,7 @@ from slipscale.analysis.tasks.individuals import individuals
 from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.tasks.outside import guard
 from slipscale.analysis.tasks.table import KINDS, TRIALS
-from slipscale.experiments.dataset.hand_exclusions import excluded_by_hand
+from slipscale.experiments.dataset.hand_exclusions import BY_HAND, excluded_by_hand
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 
@@ -174,11 +174,11 @@ def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tupl
         broken = [name for name in rules if bool(flags.loc[who, name])]
         if decision := by_hand.get(who.removeprefix("sub-")):
             after = ", after results were shown" if decision.results_seen else ""
-            broken.append(f"by hand{after}: {decision.reason}")
+            broken.append(f"{BY_HAND}{after}: {decision.reason}")
         if broken:
             why[who] = tuple(broken)
     if why and len(why) == len(flags):
-        causes = [*rules, *(["by hand"] if by_hand else [])]
+        causes = [*rules, *([BY_HAND] if by_hand else [])]
         raise UserError(
             f"{data.name}: the study's exclusions ({', '.join(causes)}) leave no participants"
         )

@@ -11,6 +11,7 @@ from slipscale.analysis.preregistration.plan_in_words import results_of, with_re
 from slipscale.analysis.reporting.files import software
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.plan_check import Deviation, PlanCheck
+from slipscale.experiments.dataset.hand_exclusions import BY_HAND
 from slipscale.experiments.dataset.schema import SIDECAR
 from slipscale.experiments.study.file import study_hash
 from slipscale.faults import UserError
@@ -162,6 +163,13 @@ def _of_participants(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
         yield f"There are data of session {label}, which was not planned."
 
 
+def _of_hand(_: Bundle, analysis: Analysis) -> Iterator[str]:
+    for who, reasons in sorted(analysis.excluded.items()):
+        for reason in reasons:
+            if reason.startswith(BY_HAND):
+                yield f"{who} was excluded {reason}. No plan names participants."
+
+
 def _of_dates(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
     """Yield how many runs began before the plan was frozen; a pilot's runs have no date."""
     data = analysis.dataset
@@ -249,6 +257,7 @@ LOOKS: Sequence[tuple[Kind, Callable[[Bundle, Analysis], Iterator[str]]]] = (
     ("study", _of_study),
     ("data", _of_data),
     ("participants", _of_participants),
+    ("exclusions", _of_hand),
     ("dates", _of_dates),
     ("normalisation", _of_rule),
     ("tests", _of_tests),

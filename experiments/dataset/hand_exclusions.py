@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 RECORD = "excluded.json"
+BY_HAND = "by hand"  # how the reason of such an exclusion begins
 EVERY = Path("sourcedata", "sub-*", RECORD)
 
 

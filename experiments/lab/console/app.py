@@ -164,11 +164,17 @@ class Console:
         return await self._answer(request, followed)
 
     async def _answer(self, request: Request, do: Callable[[View], dict[str, Any]]) -> Response:
-        """Return a result as JSON, or the reason why it is not possible."""
-        try:
-            return JSONResponse(await run_in_threadpool(lambda: do(self._view(request))))
-        except UserError as error:
-            return JSONResponse({"said": harmless(str(error))}, status_code=CANNOT)
+        """Return as JSON what is asked for, or why it cannot be done."""
+
+        def answered() -> Response:
+            view = self._view(request)
+            try:
+                return JSONResponse(do(view))
+            except UserError as error:
+                said = view.t.say(harmless(str(error)))
+                return JSONResponse({"said": said}, status_code=CANNOT)
+
+        return await run_in_threadpool(answered)
 
     async def events(self, _: Request) -> Response:
         """Return a stream that sends an event whenever something has changed."""
@@ -284,7 +290,9 @@ class Console:
     async def do(self, request: Request) -> Response:
         """Carry out an action that a page requests; return its result."""
         sent, action = await request.body(), request.path_params["action"]
-        return await self._answer(request, lambda _: {"said": self.actions.do(action, sent)})
+        return await self._answer(
+            request, lambda view: {"said": view.t.say(self.actions.do(action, sent))}
+        )
 
 
 def make_app(access: Access, jobs: Jobs) -> tuple[Starlette, Console]:

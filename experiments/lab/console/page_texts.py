@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from dataclasses import dataclass
 from functools import cache
@@ -15,14 +16,32 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.base import Options, Protocol
 
+PACKAGE = "slipscale.experiments.lab.console"
 LANGUAGES = ("en", "fr")
 
 
 @cache
 def page_texts(language: str) -> Mapping[str, str]:
     """Return the texts of a language by key."""
-    source = files("slipscale.experiments.lab.console").joinpath("texts", f"{language}.toml")
+    source = files(PACKAGE).joinpath("texts", f"{language}.toml")
     return flatten(tomllib.loads(source.read_text(encoding="utf-8")))
+
+
+@cache
+def sentences(language: str) -> tuple[tuple[re.Pattern[str], str], ...]:
+    """Return Slipscale's sentences with their translations, the longest first.
+
+    Notices, replies and remedies are made elsewhere, in English; a page translates what it shows.
+    """
+    source = files(PACKAGE).joinpath("texts", f"sentences.{language}.toml")
+    if not source.is_file():
+        return ()
+    known = tomllib.loads(source.read_text(encoding="utf-8"))
+    by_length = sorted(known, key=len, reverse=True)
+    return tuple(
+        (re.compile(re.escape(each).replace(r"\{\}", "(.*?)"), re.DOTALL), known[each])
+        for each in by_length
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +53,17 @@ class Words:
     def __call__(self, key: str, **blanks: object) -> str:
         """Return a text with its placeholders filled in."""
         return page_texts(self.language)[key].format(**blanks)
+
+    def say(self, sentence: str) -> str:
+        """Return one of Slipscale's sentences in this language; an unknown one as it is.
+
+        >>> Words("fr").say("copied 2 runs to disk"), Words("en").say("saved: a.toml")
+        ('2 passages copiés vers disk', 'saved: a.toml')
+        """
+        for pattern, text in sentences(self.language):
+            if found := pattern.fullmatch(sentence):
+                return text.format(*map(self.say, found.groups()))
+        return sentence
 
     def task(self, options: Options, protocol: Protocol) -> str:
         """Return a task's title; that of an external protocol is the same in every language."""

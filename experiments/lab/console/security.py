@@ -28,6 +28,8 @@ from urllib.parse import parse_qs, urlencode
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import HTMLResponse, PlainTextResponse
 
+from slipscale.experiments.lab.console.page_texts import LANGUAGES
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -149,11 +151,14 @@ class Guard:
             return _refused("This console belongs to another user.", 403)
         if headers.get("host", "") not in access.hosts:
             return _refused("This is not the console's address.", 400)
-        given = parse_qs(scope["query_string"].decode("latin-1")).get("token", [""])[0]
+        query = parse_qs(scope["query_string"].decode("latin-1"))
+        given = query.get("token", [""])[0]
         if given and scope["method"] in READING and access.entrance.opens(given):
             # Remove the token from the address bar. A redirect would not work: a browser that
             # came from a file does not send strict cookies to a redirect's target.
-            opened = HTMLResponse(TO_THE_PAGES.format("/"))
+            chosen = query.get("lang", [""])[0]
+            language = f"?lang={chosen}" if chosen in LANGUAGES else ""
+            opened = HTMLResponse(TO_THE_PAGES.format(f"/{language}"))
             secret = access.entrance.secret
             opened.set_cookie(
                 access.cookie, secret, httponly=True, samesite="strict", secure=access.tls

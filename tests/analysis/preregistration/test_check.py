@@ -15,6 +15,7 @@ from slipscale.analysis.preregistration.bundle import read_bundle
 from slipscale.analysis.reporting.files import software
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.outside.short_form import OwnResult, own_analysis
+from slipscale.experiments.dataset.hand_exclusions import decide
 from slipscale.experiments.languages.texts import to_translate
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.bare_dataset import write_simulated
@@ -413,3 +414,10 @@ def test_a_study_in_a_language_of_its_own_has_its_texts_frozen(frozen, tmp_path)
     plans = pilot_plans(str(path), participants=None, seed=None, language=None)
     write_simulated(tmp_path / "data", plans, Population(), sessions=False)
     assert deviations(tmp_path) == []
+
+
+def test_an_exclusion_by_hand_is_a_deviation(frozen):
+    decide(frozen / "data", "02", excluded=True, reason="wore a glove", results_seen=True)
+    reason = "by hand, after results were shown: wore a glove"
+    said = f"sub-02 was excluded {reason}. No plan names participants."
+    assert ("exclusions", said) in deviations(frozen)

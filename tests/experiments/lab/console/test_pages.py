@@ -1,9 +1,13 @@
 """What the pages show of the laboratory folder, and what they keep from who runs the sessions."""
 
+import ast
+import inspect
 import re
 import shutil
+import tomllib
 import zipfile
 from dataclasses import replace
+from importlib.resources import files
 from io import BytesIO
 from types import SimpleNamespace
 
@@ -11,6 +15,9 @@ import pytest
 
 from slipscale.experiments.dataset.schema import FLAGS
 from slipscale.experiments.lab.blind_summary import EVENTS
+from slipscale.experiments.lab.console import actions, notices
+from slipscale.experiments.lab.console import jobs as jobs_file
+from slipscale.experiments.lab.console import page_texts as page_texts_file
 from slipscale.experiments.lab.console.jobs import Job, Jobs
 from slipscale.experiments.lab.console.page_texts import LANGUAGES, page_texts
 from slipscale.experiments.lab.console.plots import scatter
@@ -18,6 +25,7 @@ from slipscale.experiments.lab.folder import LabFile
 from slipscale.experiments.lab.unblinding import unblinded
 from slipscale.experiments.languages.texts import blanks
 from slipscale.experiments.protocols.steps import Ask, EndBlock, NumberQuestion, Trial
+from slipscale.experiments.running import preflight
 from slipscale.experiments.running.preflight import CHECKS
 from slipscale.experiments.running.screen_check import SHOWN
 from slipscale.experiments.session.operator import Request, SessionStatus
@@ -47,6 +55,55 @@ def words_of(page):
     """Return a page's text, without its elements."""
     body = re.sub(r"(?s)<script.*?</script>|<[^>]+>", " ", page)
     return " ".join(body.split())
+
+
+def template(node):
+    """Return a sentence of the code with {} for what is inserted; None if it is none."""
+    if isinstance(node, ast.JoinedStr):
+        return "".join(p.value if isinstance(p, ast.Constant) else "{}" for p in node.values)
+    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else None
+
+
+def said_in(module):
+    """Yield the sentences that a module returns, raises or gives as a remedy."""
+    for node in ast.walk(ast.parse(inspect.getsource(module))):
+        value = None
+        if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
+            value = node.exc.args[0]
+        elif isinstance(node, ast.Return) or (
+            isinstance(node, ast.keyword) and node.arg == "remedy"
+        ):
+            value = node.value
+        if (said := template(value)) and " " in said:
+            yield said
+
+
+def test_replies_notices_and_remedies_have_a_french_translation():
+    source = files(page_texts_file.PACKAGE).joinpath("texts/sentences.fr.toml")
+    known = tomllib.loads(source.read_text(encoding="utf-8"))
+    said = {each for module in (actions, notices, jobs_file, preflight) for each in said_in(module)}
+    ours = {each for each in said if not each.startswith(("--only", "{}: no header"))}
+    assert ours - set(known) == set()
+    assert {each for each in known if " " in each} - said == {"included again"}
+    for english, french in known.items():
+        places = [f"{{{number}}}" for number in range(english.count("{}"))]
+        assert sorted(re.findall(r"\{\d\}", french)) == places
+
+
+def test_a_french_page_answers_in_french(visitor, recorded):
+    visitor.client.cookies.set("lang", "fr")
+    assert visitor.ask("unblind", word="voir") == (
+        200,
+        "noté : les résultats sont visibles désormais",
+    )
+    asked = {"participant": "01", "excluded": True, "reason": "gants"}
+    said = visitor.ask("exclude", **asked)[1]
+    assert said == "le participant 01 est exclu ; la prochaine analyse en tient compte"
+    assert "glissance" in visitor.see("/study")
+    assert visitor.ask("resume", participant="09", session="", run="01") == (
+        409,
+        "le participant 09 n’a pas de tel passage interrompu",
+    )
 
 
 def field_names():

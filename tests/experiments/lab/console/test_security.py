@@ -372,3 +372,11 @@ def test_without_a_browser_the_address_is_still_said(monkeypatch, capsys):
     monkeypatch.setattr(serving.webbrowser, "open", lambda _: False)
     serving._open("http://127.0.0.1:1/")
     assert "open the address yourself" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("asked, kept", [("fr", "/?lang=fr"), ("//evil.example", '"0;url=/"')])
+def test_the_language_in_the_address_outlives_the_exchange_of_the_token(visitor, asked, kept):
+    token = visitor.access.entrance.token
+    answer = visitor.client.get(f"/?token={token}&lang={asked}")
+    assert kept in answer.text
+    assert "evil" not in answer.text
