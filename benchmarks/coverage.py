@@ -361,15 +361,20 @@ def table(title: str, trials: dict[str, Trial], studies: int, seed: int) -> list
 def main() -> None:
     """Measure, print, and with --write insert the tables into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--studies", type=int, default=200, help="simulated a cell (default: 200)")
-    parser.add_argument("--seed", type=int, default=13, help="of the simulations (default: 13)")
+    parser.add_argument(
+        "--studies",
+        type=int,
+        default=200,
+        help=("number of simulated studies per cell (default: 200)"),
+    )
+    parser.add_argument("--seed", type=int, default=13, help="random seed (default: 13)")
     parser.add_argument("--write", action="store_true", help="put the tables into the page")
     args = parser.parse_args()
     warnings.filterwarnings("ignore")  # from statsmodels, for fits that are checked anyway
     # statsmodels' Holm correction runs the garbage collector at each call, which takes longer
     # than the study.
     gc.freeze()
-    size = f"{args.studies} simulated studies a cell, but where a row says; seed {args.seed}."
+    size = f"{args.studies} simulated studies per cell unless stated otherwise; seed {args.seed}."
     lines = [size, ""]
     lines += table("Interval of .95: share that covers", COVERAGE, args.studies, args.seed)
     lines += ["", *table("Test at .05: share of errors", ERRORS, args.studies, args.seed)]

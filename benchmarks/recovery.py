@@ -180,7 +180,7 @@ def main() -> None:
     """Measure, print, and with --write insert the table into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=400)
-    parser.add_argument("--only", default="", help="cases whose title begins so")
+    parser.add_argument("--only", default="", help=("only cases whose title begins with this text"))
     parser.add_argument(
         "--write", action="store_true", help="put all that is measured into the page"
     )
@@ -196,7 +196,7 @@ def _table(runs: int) -> list[str]:
     """Return the lines of the page: results, and cases not yet measured."""
     there = [case for case in cases() if _path(case, runs).exists()]
     lines = [
-        f"{runs} runs a case, seed {SEED}, {dt.datetime.now(dt.UTC):%Y-%m-%d}.",
+        f"{runs} runs per case, seed {SEED}, {dt.datetime.now(dt.UTC):%Y-%m-%d}.",
         "",
         "| protocol and rule | quantity | bias | in standard errors | coverage | estimates |",
         "| --- | --- | --- | --- | --- | --- |",

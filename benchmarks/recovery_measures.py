@@ -321,7 +321,7 @@ def measure_matching(data: Dataset, case: Case, runs: int) -> list[Row]:
                 if isinstance(mean, MeanOverParticipants)
                 else None
             )
-    titles = {"bias_um_pp": "constant error", "direction_um_pp": "from above less from below"}
+    titles = {"bias_um_pp": "constant error", "direction_um_pp": "from above minus from below"}
     return [row(titles[name], "µm", each) for name, each in found.items()]
 
 

@@ -99,7 +99,10 @@ class Grating:
             name="depth",
             unit=None,
             least=0,
-            description="The amplitude swings from mean - depth to mean + depth.",
+            description=(
+                "Amplitude of the modulation: the vibration amplitude varies from mean - "
+                "depth to mean + depth."
+            ),
         ),
     ]
     waveform: Waveform = "sine"
@@ -111,8 +114,9 @@ class Grating:
             name="finger speed",
             unit="mm/s",
             above=0,
-            description="Speed of the finger for which the texture is played where nothing tells "
-            "the finger's place. Every study states it, since the data depend on it.",
+            description="Finger speed at which the texture is played if the finger's position "
+            "is not measured. Required in every study, because the data depend on "
+            "it.",
             stated=True,
         ),
     ] = 50.0
@@ -122,8 +126,8 @@ class Grating:
             name="modulation frequency",
             unit="Hz",
             above=0,
-            description="Periods in a second, in place of a spatial period: the same for a finger "
-            "of any speed.",
+            description="Periods per second, instead of a spatial period: the same for every "
+            "finger speed.",
         ),
     ] = None
     duty_share: Annotated[
@@ -133,7 +137,7 @@ class Grating:
             unit="share",
             above=0,
             most=0.99,
-            description="Part of a square wave's period with the larger amplitude.",
+            description="Fraction of a square wave's period with the larger amplitude.",
         ),
     ] = 0.5
     phase_deg: Annotated[
@@ -143,7 +147,7 @@ class Grating:
             unit="°",
             least=0,
             most=360,
-            description="Where in its period the wave begins.",
+            description="Point in its period at which the wave begins.",
         ),
     ] = 0.0
 
@@ -195,12 +199,12 @@ class Grating:
 
     def turned(self, level: float) -> Grating:
         """Raise ValueError: a texture has no single level that could be adjusted."""
-        raise ValueError(f"{self._where} cannot be turned to {level}")
+        raise ValueError(f"{self._where} cannot be adjusted to {level}")
 
     def level_at(self, position_mm: float) -> float:
         """Return the amplitude at a position along the stroke, µm peak to peak."""
         if self.spatial_period_mm is None:
-            raise ValueError(f"{self._where} is a wave in time: it has no place")
+            raise ValueError(f"{self._where} is a wave in time and has no position")
         return self.level_in(position_mm / self.spatial_period_mm)
 
     def level_in(self, periods: float) -> float:
@@ -294,14 +298,14 @@ class Grating:
         """Raise the error for a wave that is too fast for plate and line."""
         if self.spatial_period_mm is None:
             raise UserError(
-                f"{self._where}: modulation_hz is {rate_hz:.3g}, the plate and its line follow "
-                f"{fastest_hz:.3g} Hz at most"
+                f"{self._where}: modulation_hz is {rate_hz:.3g}, but the plate and its line "
+                f"can follow at most {fastest_hz:.3g} Hz"
             )
         raise UserError(
-            f"{self._where}: a finger at {speed_mm_s:g} mm/s crosses "
-            f"{rate_hz:.3g} periods a second, the plate and its line follow {fastest_hz:.3g} at "
-            f"most: expected a finger up to {fastest_hz * self.spatial_period_mm:.3g} mm/s or a "
-            f"period from {speed_mm_s / fastest_hz:.3g} mm"
+            f"{self._where}: a finger at {speed_mm_s:g} mm/s crosses {rate_hz:.3g} periods "
+            f"per second, but the plate and its line can follow at most {fastest_hz:.3g}: "
+            f"expected a finger speed up to {fastest_hz * self.spatial_period_mm:.3g} mm/s or "
+            f"a period from {speed_mm_s / fastest_hz:.3g} mm"
         )
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:

@@ -43,7 +43,7 @@ MEANINGS = {
     "unreliable": "first and second half of the repetitions disagree",
     "drift": "estimates grow or shrink over the session",
     "false_alarms": '"yes" where nothing changed',
-    "faults": "plate faults, or {q.stimuli} presented again",
+    "faults": "plate faults, or repeated presentations of {q.stimuli}",
 }
 
 

@@ -34,13 +34,15 @@ def absent(data: Dataset) -> list[str]:
             f"({listed(missing)})."
         )
     if doubled := sorted(set(names[names.duplicated()])):
-        notes.append(f"participants.tsv lists {listed(doubled)} more than once; the first counts.")
+        notes.append(
+            f"participants.tsv lists {listed(doubled)} more than once; the first row counts."
+        )
     if "complete" in about:
         unfinished = names[about["complete"].astype(str).str.lower() == "no"]
         if len(unfinished):
             notes.append(
                 f"{len(unfinished)} of {names.nunique()} participants did not finish a run "
-                f"({listed(unfinished)}); what they answered is analysed."
+                f"({listed(unfinished)}); their answers are analysed."
             )
     return notes
 
@@ -52,8 +54,8 @@ def changing_tops(data: Dataset) -> list[str]:
     if not len(several):
         return []
     sentence = (
-        f"Mixed scales: {listed(several)} declared more than one scale top; scale_top divides each "
-        "estimate by its own trial's."
+        f"Mixed scales: {listed(several)} declared more than one scale top; scale_top divides "
+        "each estimate by the scale top of its own trial."
     )
     return [sentence]
 
@@ -65,8 +67,8 @@ def beyond_tops(data: Dataset) -> list[str]:
         return []
     who = sorted(data.estimates.loc[above, PARTICIPANT].astype(str).unique())
     sentence = (
-        f"{int(above.sum())} of {len(above)} estimates are above their trial's declared scale top "
-        f"({listed(who)}): was the top declared for this scale? They stay as they were given."
+        f"{int(above.sum())} of {len(above)} estimates are above their trial's declared scale "
+        f"top ({listed(who)}): was the top declared for this scale? They are used unchanged."
     )
     return [sentence]
 
@@ -84,9 +86,9 @@ def nothing(data: Dataset, kinds: Sequence[TaskTrials]) -> str:
     first = f". {data.problems[0]}" if data.problems else ""
     if data.others and not rows:
         return (
-            f"holds trials of {', '.join(data.others)} alone, which Slipscale's analysis does not "
-            "read; expected a package with an analysis of its own (an entry point of the group "
-            "slipscale.analyses)"
+            f"contains only trials of {', '.join(data.others)}, which Slipscale's analysis "
+            "does not read; expected a package that analyses them (an entry point of the "
+            "group slipscale.analyses)"
         )
     return f"no answered trials; nothing to analyse{why}{first}"
 
@@ -125,8 +127,8 @@ def scales(cells: pd.DataFrame, rule: str) -> list[str]:
     """Report if the rule leaves participants on different scales, or removes differences."""
     if rule == "modulus_equalisation" and len(cells) >= FEWEST:
         without = (
-            "Modulus equalisation removes differences in level between participants: Student's "
-            "intervals of means leave them out, and groups' levels cannot be compared."
+            "Modulus equalisation removes differences in level between participants: "
+            "Student's intervals of means exclude them, and groups' levels cannot be compared."
         )
         return [without]
     largest = cells.max(axis=1)
@@ -139,7 +141,7 @@ def scales(cells: pd.DataFrame, rule: str) -> list[str]:
         return []
     sentence = (
         f"Participants used scales up to {apart:.0f} times larger or smaller than the median "
-        f"participant's; '{rule}' keeps that, so that means are those of the largest numbers. "
+        f"participant's; '{rule}' preserves this, so the largest numbers dominate the means. "
         "Compare --normalise modulus_equalisation."
     )
     return [sentence]
@@ -155,6 +157,6 @@ def unequal(prepared: Prepared | None) -> list[str]:
     sentence = (
         f"Unequal repetitions: {counts.min()} to {counts.max()} estimates of a "
         f"{prepared.quantity.stimulus} per participant; each participant's mean counts once, "
-        "whatever its repetitions."
+        "whatever the number of repetitions."
     )
     return [sentence]

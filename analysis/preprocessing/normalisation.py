@@ -120,25 +120,25 @@ RULES: dict[str, Rule] = {
     "none": Rule(
         divisor=lambda trials: _constant(trials, 1.0),
         top=1.0,
-        formula="estimates as they were given",
-        table3="possible, if all participants were told to use 0 to 100",
+        formula="estimates as given",
+        table3="possible, if all participants were instructed to use 0 to 100",
         source="Stevens (1975), free magnitude estimation",
         unit="as given",
     ),
     "scale_top": Rule(
         divisor=lambda trials: trials["scale_top"],
         formula="each estimate over its participant's declared scale top, times 100",
-        table3="possible: nothing forces anybody's largest estimate to be 100",
+        table3="possible: nothing forces any participant's largest estimate to be 100",
         source="ASTM E1697, rescaling to a common scale",
         needs="a declared scale top above 0 in every trial (column scale_top)",
         unit="% of the declared scale top",
     ),
     "grand_maximum": Rule(
         divisor=_grand_maximum,
-        formula="every estimate by one factor, so that the largest participant mean at any "
-        "{q.level} becomes 100",
-        table3="possible: one factor for all; at 2.3 µm mean and maximum deviation add to "
-        "100.00, so one participant may stand at 100",
+        formula="all estimates are multiplied by one factor, so that the largest participant "
+        "mean at any {q.level} becomes 100",
+        table3="possible: one factor for all; at 2.3 µm mean and maximum deviation add up to "
+        "100.00, so one participant may have 100",
         source="the paper's words, read literally",
         needs="a positive estimate",
         unit="% of the largest participant mean",
@@ -154,8 +154,8 @@ RULES: dict[str, Rule] = {
     "participant_largest_trial": Rule(
         divisor=_participant_largest_trial,
         formula="each participant's largest single estimate becomes 100",
-        table3="impossible with one trial a surface (as participant_maximum); with several, "
-        "possible",
+        table3="impossible with one trial per surface (as participant_maximum); possible with "
+        "several",
         source="common in haptics; the divisor grows with the number of repetitions",
         unit="% of the participant's largest estimate",
     ),
@@ -172,7 +172,7 @@ RULES: dict[str, Rule] = {
         top=1.0,
         formula="logarithm minus the participant's mean logarithm plus the grand mean "
         "logarithm; the group's geometric means stay as they are",
-        zeros="stay zero; they count for no mean logarithm",
+        zeros="remain zero; they are excluded from the mean logarithms",
         table3="not decided by the table: it gives no geometric means",
         source="Lane, Catania and Stevens (1961), J. Acoust. Soc. Am. 33, 160-167",
         unit="equalised modulus",
@@ -180,7 +180,7 @@ RULES: dict[str, Rule] = {
     "standard_referenced": Rule(
         divisor=lambda trials: trials["modulus"],
         formula="each estimate over the number given to the standard, times 100",
-        table3="not the paper's procedure: it names no standard",
+        table3="not the paper's procedure, which names no standard",
         source="Stevens (1956), Am. J. Psychol. 69, 1-25; ASTM E1697, external modulus",
         needs="the standard's given number above 0 in every trial (column modulus)",
         unit="% of the standard",
@@ -225,7 +225,7 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
         who = sorted(trials.loc[below.isna(), PARTICIPANT].astype(str).unique())
         raise UserError(
             f"normalisation '{rule}' needs {RULES[rule].needs}; missing for {listed(who)}. "
-            f"Rules that these data allow: --normalise {', '.join(normalise_by_all(trials))}"
+            f"These data allow: --normalise {', '.join(normalise_by_all(trials))}"
         )
     return _scaled(trials, rule, below)
 

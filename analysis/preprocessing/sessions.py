@@ -33,8 +33,8 @@ def only_session(data: Dataset, session: str) -> Dataset:
     known = sessions_of(data)
     if session not in known:
         there = ", ".join(known) or "none"
-        raise UserError(f"{data.name}: there is no session '{session}'; there are: {there}")
-    note = f"Only session {session} is analysed, of {', '.join(known)}."
+        raise UserError(f"{data.name}: unknown session '{session}'; expected one of {there}")
+    note = f"Only session {session} is analysed, out of {', '.join(known)}."
     of_session = data.with_tables(lambda table: _rows(table, session))
     return replace(of_session, problems=(*data.problems, note))
 
@@ -52,13 +52,13 @@ def pooled(data: Dataset) -> list[str]:
         return []
     chosen = data.choices.tests
     compared = (
-        "What differs between sessions stands under “Sessions”"
+        "Differences between sessions are reported under “Sessions”"
         if chosen is None or "sessions" in chosen
-        else "The study file does not choose the test “sessions”: a change from one to the next "
-        "stays unseen"
+        else "The study file does not choose the test “sessions”, so changes between sessions "
+        "are not tested"
     )
     sentence = (
-        f"Sessions {', '.join(known)} are taken together: each participant's mean is over all of "
-        f"theirs. {compared}. One by itself: --in-session {known[0]}."
+        f"Sessions {', '.join(known)} are combined: each participant's mean is over all of "
+        f"their sessions. {compared}. To analyse one session: --in-session {known[0]}."
     )
     return [sentence]

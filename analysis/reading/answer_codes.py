@@ -76,8 +76,8 @@ def as_answers(
     shown = frame[wrong].head(LISTED_PROBLEMS)
     problems.add_many(
         [
-            f"{place}, column {problems.title(column)}: '{cell(value)}' where "
-            f"{_listed(agreed)} or {_listed(disagreed)} was expected; the trial is left out"
+            f"{place}, column {problems.title(column)}: '{cell(value)}' instead of "
+            f"{_listed(agreed)} or {_listed(disagreed)}; the trial is left out"
             for place, value in zip(places(shown, sources), shown[column], strict=True)
         ],
         f"column {problems.title(column)}",
@@ -108,14 +108,14 @@ def _meaning(
         wanted = yes.strip().lower()
         if wanted not in counts.index:
             raise UserError(
-                f"{where}: no answer is '{yes}'; found {_described(counts)}: expected "
-                "--yes with one of these"
+                f"{where}: '{yes}' does not occur; found {_described(counts)}: expected --yes "
+                "with one of these"
             )
         others = counts.drop(wanted)
         if len(others) and int(others.iloc[1:].sum()) > most_lost:
             raise UserError(
                 f"{where}: besides '{yes}' there are {_described(others)}; expected two "
-                "codes, yes and no: leave the other rows out (--only), or name another column"
+                "codes, yes and no: exclude the other rows (--only), or name another column"
             )
         return frozenset({wanted}), frozenset(map(str, others.index[:1]))
     for agreed, disagreed in PAIRS:

@@ -140,8 +140,8 @@ def numbers(
         shown = frame[bad].head(LISTED_PROBLEMS)
         problems.add_many(
             [
-                f"{place}, column {problems.title(column)}: '{cell(value)}' where "
-                f"{expected}{_hint(value)} was expected; {lost} is left out"
+                f"{place}, column {problems.title(column)}: '{cell(value)}' instead of "
+                f"{expected}{_hint(value)}; {lost} is left out"
                 for place, value in zip(places(shown, sources), shown[column], strict=True)
             ],
             f"column {problems.title(column)}",
@@ -180,8 +180,9 @@ def _refuse_many(
     first = frame.loc[cells.index[:1]]
     raise UserError(
         f"{places(first, sources)[0]}, column {problems.title(column)}: "
-        f"'{cell(first[column].iloc[0])}' and {len(cells) - 1} more of {len(frame)} cells are no "
-        "numbers; expected numbers written alike in the whole file, and n/a for a missing one"
+        f"'{cell(first[column].iloc[0])}' and {len(cells) - 1} more of {len(frame)} cells are "
+        "not numbers; expected numbers in one format in the whole file, and n/a for a missing "
+        "one"
     )
 
 
@@ -256,8 +257,8 @@ def _phases(frame: pd.DataFrame, problems: Problems) -> pd.Series[Any]:
     for name, count in counts[counts > 0].items():
         if str(name).lower() not in PHASES:
             problems.add(
-                f"Phase '{cell(name)}': {count} trials of it count as main ones; only those of "
-                "phase 'practice' are left out."
+                f"Phase '{cell(name)}': its {count} trials count as main trials; only trials "
+                "of phase 'practice' are left out."
             )
     lookup = np.array([str(name).lower() == PRACTICE for name in values.cat.categories], int)
     codes = lookup[values.cat.codes]
@@ -279,7 +280,7 @@ def _without_doubles(
     shown = clean[doubled].head(LISTED_PROBLEMS)
     problems.add_many(
         [
-            f"{place}: trial {trial:g} of {who} is there a second time; the first is kept"
+            f"{place}: trial {trial:g} of {who} occurs twice; the first is kept"
             for place, trial, who in zip(
                 places(shown, sources), shown["trial"], shown[PARTICIPANT], strict=True
             )

@@ -253,12 +253,16 @@ def _check_levels(
         raise UserError(
             f"{sources[0].name}, column {problems.title(STIMULUS)}: {name} of "
             f"{levels.min():g} {mapping.stimulus.unit}".rstrip()
-            + "; expected 0 or more: a quantity that starts at none, no logarithm or difference"
+            + (
+                "; expected 0 or more: a quantity that starts at none, not a logarithm or a "
+                "difference"
+            )
         )
     if LOGARITHMIC.search(f"{mapping.stimulus.unit} {name}"):
         problems.add(
-            f"{name} in {mapping.stimulus.unit or 'this unit'} is a logarithm already: exponents "
-            "and growth functions of it are not those of the quantity behind it; convert it first."
+            f"{name} in {mapping.stimulus.unit or 'this unit'} is already a logarithm: its "
+            "exponents and growth functions are not those of the underlying quantity; convert "
+            "it first."
         )
 
 
@@ -327,9 +331,9 @@ def _warn_of_forced_choice(steps: pd.DataFrame, problems: Problems, quantity: Qu
     answers = steps.loc[(size == smallest), "difference_felt"].dropna()
     if len(answers) >= FEWEST_TO_WARN and answers.mean() >= LIKE_GUESSING and not (size == 0).any():
         problems.add(
-            f"At the smallest {quantity.name}, {smallest:g}, {answers.mean():.0%} of the answers "
-            "are yes. If every trial offered alternatives to choose from, state them "
-            "(--alternatives 2): then guessing is not taken for sensitivity."
+            f"At the smallest {quantity.name}, {smallest:g}, {answers.mean():.0%} of the "
+            "answers are yes. If every trial offered alternatives to choose from, state them "
+            "(--alternatives 2), so that guessing is not mistaken for sensitivity."
         )
 
 
@@ -371,13 +375,14 @@ def _groups(frame: pd.DataFrame, path: Path, problems: Problems) -> pd.DataFrame
         both = " and ".join(twice.loc[twice[PARTICIPANT] == first, GROUP][:2])
         column = problems.title(GROUP)
         raise UserError(
-            f"{path}: participant {first} is in {both} of column {column}; expected a group that a "
-            f"participant does not change (analyse one condition: --only {column}=...)"
+            f"{path}: participant {first} is in {both} of column {column}; expected a group "
+            "that stays the same for each participant (to analyse one condition: --only "
+            f"{column}=...)"
         )
     sizes = pairs[GROUP].value_counts()
     alone = sorted(sizes.index[sizes == 1])
     if len(alone) == 1:
-        problems.add(f"Group '{alone[0]}' is one participant: it has no spread.")
+        problems.add(f"Group '{alone[0]}' has one participant, and therefore no spread.")
     elif alone:
         problems.add(f"Groups of one participant have no spread: {listed(alone)}.")
     return pairs

@@ -120,8 +120,8 @@ def of_one_label(
     if left := sorted(set(tasks) - {label}):
         problems.add(
             f"{kind.title} was done under several labels: '{label}' is analysed, "
-            f"{' and '.join(repr(each) for each in left)} left out; slipscale analyse --task "
-            f"{left[0]} analyses that one"
+            f"{' and '.join(repr(each) for each in left)} left out; to analyse that one: "
+            f"slipscale analyse --task {left[0]}"
         )
     return tasks.get(label, [])
 

@@ -34,7 +34,7 @@ WORD = re.compile(r"[^\W\d_]{2}")
 
 def _printable(text: str) -> str:
     if not text.isprintable():
-        raise ValueError("expected characters that can be printed")
+        raise ValueError("expected printable characters")
     return text
 
 
@@ -152,7 +152,7 @@ class TableMapping(_Strict):
         names = self.columns.model_dump().values()
         used = [name for name in names if name] + list(self.levels)
         if doubled := sorted({name for name in used if used.count(name) > 1}):
-            raise ValueError(f"column {doubled[0]} is named twice; expected another for each part")
+            raise ValueError(f"column {doubled[0]} is named twice; expected different columns")
         return self
 
     def _wide(self) -> tuple[tuple[bool, str], ...]:
@@ -165,7 +165,7 @@ class TableMapping(_Strict):
             ),
             (
                 len(set(self.levels.values())) < len(self.levels),
-                "expected another level for each column of levels",
+                "expected different levels for the columns of levels",
             ),
         )
 
@@ -184,8 +184,8 @@ class TableMapping(_Strict):
                 bool(columns.yes_count) != bool(columns.n)
                 or bool(columns.yes_count and columns.answer),
                 (
-                    "expected both yes_count and n, how many answers were yes and how many there "
-                    "were, instead of an answer"
+                    "expected both yes_count and n, the number of yes answers and the total "
+                    "number, instead of an answer"
                 ),
             ),
             (
@@ -198,7 +198,7 @@ class TableMapping(_Strict):
             ),
             (
                 bool(columns.reference and columns.response),
-                "expected a reference only beside an answer (yes and no)",
+                "expected a reference only together with an answer (yes and no)",
             ),
         )
 
@@ -266,7 +266,9 @@ def write_mapping(mapping: TableMapping, path: Path) -> Path:
     """
     file = (path if path.is_dir() else path.parent) / NAME
     if file.exists() and beside(path) != mapping:
-        raise UserError(f"{file}: is there and says something else; expected to write a new file")
+        raise UserError(
+            f"{file}: already exists with different content; expected to write a new file"
+        )
     try:
         file.write_text(
             tomlkit.dumps(mapping.model_dump(exclude_none=True, exclude_defaults=True)),

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 TOLD = ("study", "study_hash", "seed", "language", "plate")
 WHOSE, VERSIONS = "mode", "software"
 if unknown := {*TOLD, WHOSE, VERSIONS} - set(NOTES):
-    raise LookupError(f"sidecars hold no {', '.join(sorted(unknown))}")
+    raise LookupError(f"sidecars contain no {', '.join(sorted(unknown))}")
 
 
 def sidecars(
@@ -93,7 +93,7 @@ def refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:
         )
         raise UserError(
             f"{folder}: records of a pilot and of participants are mixed ({examples}); "
-            "expected one kind: move the pilot's files to a folder of their own"
+            "expected one kind: move the pilot's files to a separate folder"
         )
 
 
@@ -104,7 +104,7 @@ def one_quantity(tables: Sequence[Path], folder: Path) -> Quantity:
         (one, first), (other, second) = list(found.items())[:2]
         raise UserError(
             f"{folder}: {first.name} is in {one.unit_in_full} and {second.name} in "
-            f"{other.unit_in_full}; expected data of one quantity: analyse them apart"
+            f"{other.unit_in_full}; expected data in one quantity: analyse them separately"
         )
     return next(iter(found), PLATE_AMPLITUDE)
 
@@ -151,12 +151,12 @@ def choices(
     unchanged = digest(content.replace(b"\r\n", b"\n")) in ran_with if ran_with else None
     if unchanged is False:
         problems.add(
-            "code/study.toml is not the study file that the sessions ran with (its SHA-256 is in "
-            "no sidecar): its choices of analysis may have been made after the data"
+            "code/study.toml is not the study file of the sessions (its SHA-256 is in no "
+            "sidecar), so its analysis choices may have been made after the data were seen"
         )
     if len(ran_with) > 1:
         problems.add(
-            f"Sessions ran with {len(ran_with)} different study files; the choices of analysis are "
+            f"Sessions used {len(ran_with)} different study files; the analysis choices are "
             "those of code/study.toml"
         )
     return choices, tuple(sorted(table)), unchanged, text

@@ -59,13 +59,13 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
             first = numbers.setdefault(found[1], label)
             if first != label:
                 raise UserError(
-                    f"{file}, column {column}: '{first}' and '{label}' are one number; write each "
-                    "participant's label in one way in the whole file"
+                    f"{file}, column {column}: '{first}' and '{label}' are the same number; "
+                    "write each participant's label in one way in the whole file"
                 )
     lower: dict[str, str] = {}
     return [
-        f"{file}, column {column}: '{lower[label.lower()]}' and '{label}' differ in case only; "
-        "they count as two participants"
+        f"{file}, column {column}: '{lower[label.lower()]}' and '{label}' differ only in "
+        "case; they count as two participants"
         for label in labels
         if lower.setdefault(label.lower(), label) != label
     ]
@@ -89,8 +89,8 @@ def notes_on_answers(
         count = int((values == code).sum())
         if count and len(others) and code > FAR * others.max():
             yield (
-                f"{file}: {count} answers are {code:g}, the next largest is {others.max():g}; if "
-                f"{code:g} stands for a missing answer, write n/a"
+                f"{file}: {count} answers are {code:g}, the next largest is {others.max():g}; "
+                f"if {code:g} means a missing answer, write n/a"
             )
     known: dict[tuple[tuple[float, float], ...], str] = {}
     for who, rows in frame.groupby(participant, observed=True, sort=False):

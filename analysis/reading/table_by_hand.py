@@ -99,14 +99,14 @@ def read_table(
     _with_points(frame, numbers, decimal, path.name)
     frame = only_named(frame, identifier, problems, path.name, quoted=quoted)
     who = [str(label) for label in frame[identifier].unique()]
-    problems.add_many(check_labels(who, identifier, path.name), "labels that differ in case only")
+    problems.add_many(check_labels(who, identifier, path.name), ("labels that differ only in case"))
     return frame, source
 
 
 def _as_utf_8(content: bytes, path: Path, problems: Problems) -> bytes:
     text, encoding = decoded(content, path)
     if encoding == FALLBACK:
-        problems.add(f"{path.name}: not UTF-8; read as Windows-1252: look at names with accents")
+        problems.add(f"{path.name}: not UTF-8; read as Windows-1252: check names with accents")
     return text
 
 
@@ -205,8 +205,8 @@ def only_named(
         said = ", ".join(sorted({f"'{who}'" for who in tidy[words]}))
         lines = listed_lines(frame.loc[words, "line"].tolist())
         problems.add(
-            f"{name}, {lines}: {identifier} is {said}, as programs write a missing one; left out "
-            "(somebody's name: put it in quotation marks)"
+            f"{name}, {lines}: {identifier} is {said}, a usual code for missing values; left "
+            "out (if it is a name, put it in quotation marks)"
         )
     kept = ~(absent | words)
     frame = frame.assign(**{identifier: tidy})

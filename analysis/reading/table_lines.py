@@ -73,8 +73,8 @@ def split(content: bytes, path: Path, separator: str) -> Lines:
         raise UserError(f"{path}: the file is empty; expected a header line and rows")
     if header.count(QUOTE) % 2:
         raise UserError(
-            f"{path}: line {first}, the header, has a quotation mark without its partner; expected "
-            "a mark at either end of a name"
+            f"{path}: line {first}, the header, has an unmatched quotation mark; expected a "
+            "mark at either end of a name"
         )
     names = _names(header, separator)
     body = body.rstrip(NEWLINE)
@@ -104,7 +104,7 @@ def _checked(content: bytes, path: Path) -> bytes:
         ) from error
     if b"\x00" in content:
         line = content.count(NEWLINE, 0, content.index(b"\x00")) + 1
-        raise UserError(f"{path}: line {line} holds a null byte; expected a text table")
+        raise UserError(f"{path}: line {line} contains a null byte; expected a text table")
     return plain(content)
 
 
@@ -169,7 +169,7 @@ def _row_by_row(
     empty = empty[: len(empty) - trailing]
     said = [
         f"{listed_lines(found)}: {what}; skipped"
-        for found, what in ((empty, "empty"), (repeated, "the header once more"))
+        for found, what in ((empty, "empty"), (repeated, "a repeated header"))
         if found
     ]
     return Lines(
@@ -200,8 +200,8 @@ def _rows(
             return
         except csv.Error as error:
             raise UserError(
-                f"{path}: line {first + start} has a quotation mark without its partner, or text "
-                f"behind one ({error}); expected a mark at either end of a cell"
+                f"{path}: line {first + start} has an unmatched quotation mark, or text after "
+                f"one ({error}); expected a mark at either end of a cell"
             ) from error
         end = reader.line_num
         yield first + start, first + end, row

@@ -179,8 +179,8 @@ def choose(wanted: Sequence[str]) -> list[str]:
         if not matches:
             beginnings = dict.fromkeys(name.partition(".")[0] for name in known)
             raise UserError(
-                f"no item '{word}'; expected one of {', '.join(beginnings)}, or one of theirs in "
-                f"full, such as {known[0]}"
+                f"unknown item '{word}'; expected one of {', '.join(beginnings)}, or a "
+                f"complete name, such as {known[0]}"
             )
         chosen += [name for name in matches if name not in chosen]
     return chosen

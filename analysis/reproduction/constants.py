@@ -38,7 +38,7 @@ def c11p() -> Outcome:
         ours=P1_91.plane_strain_pa / 1e10,
         unit="1e10 Pa",
         reason=(
-            "s11/(s11² - s12²) of Appendix B; Table II and Appendix B do not fit each other. The "
+            "s11/(s11² - s12²) of Appendix B; Table II and Appendix B are inconsistent. The "
             "beam uses Table II, the finite elements Appendix B, as in the paper"
         ),
     )
@@ -94,10 +94,11 @@ def harmonic_cross() -> Outcome:
         ours=half_wave_frequency_hz(Layout.half_wave(83 / 8)) / 1e3,
         unit="kHz",
         reason=(
-            "the cross is the whole plate's harmonic peak drawn at 10.37 mm; ours is the half-wave "
-            "section of that length, on whose curve the cross does not lie. A section as long as "
-            "the plate's nodes are apart, 11.36 mm, has 33.86 kHz: that the free ends, and not the "
-            "section's curve, make the difference is a conjecture"
+            "the cross is the whole plate's harmonic peak drawn at 10.37 mm; ours is the "
+            "half-wave section of that length, and the cross does not lie on its curve. A "
+            "section as long as the distance of the plate's nodes, 11.36 mm, has 33.86 kHz: "
+            "that the free ends, and not the section's curve, cause the difference is a "
+            "conjecture"
         ),
     )
 
@@ -112,8 +113,8 @@ def first_test_share() -> Outcome:
         ours=float(interval.low),
         unit="share",
         reason=(
-            "lower end of the 95 % interval of 12 of 12 (Clopper and Pearson); the paper tells of "
-            "no catch trials, so how often people say yes to nothing is not known"
+            "lower end of the 95 % interval of 12 of 12 (Clopper and Pearson); the paper "
+            "reports no catch trials, so the rate of false alarms is unknown"
         ),
     )
 

@@ -32,9 +32,9 @@ ENDS = ("lowest", "highest")
 
 
 WHOLE_RATINGS = (
-    "whole ratings from 0 to 100 are assumed: mean and maximum deviation together give extreme "
-    "ratings of 40.00, 30.00, 40.00 and 100.00, and means of ratings that were not whole would all "
-    "four fit n = 12 with a probability of 2e-4"
+    "whole ratings from 0 to 100 are assumed: mean and maximum deviation together give "
+    "extreme ratings of 40.00, 30.00, 40.00 and 100.00, and means of non-integer ratings "
+    "would all four fit n = 12 with a probability of 2e-4"
 )
 
 
@@ -61,8 +61,8 @@ def datasets(amplitude_um_pp: float, convention: str) -> Outcome:
         ours=float(count.multisets),
         unit="multisets",
         reason=(
-            f"exact count, with the {convention} standard deviation; {count.ordered:,} with "
-            f"participants told apart; {WHOLE_RATINGS}"
+            f"exact count, with the {convention} standard deviation; {count.ordered:,} if "
+            f"participants are distinguished; {WHOLE_RATINGS}"
         ),
         exact=count.multisets,
     )
@@ -77,7 +77,8 @@ def tables(convention: str) -> Outcome:
         unit="tables",
         reason=(
             f"{exact:,} tables with the {convention} standard deviation: the product of the "
-            "columns' counts, participants told apart, as any may stand beside any"
+            "columns' counts with participants distinguished, because any pairing of columns "
+            "is possible"
         ),
     )
 
@@ -103,8 +104,9 @@ def bound(name: str, end: str) -> Outcome:
         unit="",
         text=outward(values[extreme], down=end == "lowest"),
         reason=(
-            f"{attained.question}: {holds}; {each}; rounded, not truncated; {p}; attained with the "
-            f"{extreme} SD by {ratings(attained.labels, table)}; {COMMAND} searches all again"
+            f"{attained.question}: {holds}; {each}; rounded, not truncated; {p}; attained "
+            f"with the {extreme} SD by {ratings(attained.labels, table)}; to repeat the "
+            f"search: {COMMAND}"
         ),
     )
 

@@ -57,7 +57,7 @@ def fig3() -> Outcome:
         ours=_squeeze(25_000, 3.0, 1.6),
         unit="",
         rule=more_than,
-        reason="more than 10 is asked for; 10 itself is reached at 21.4 kHz",
+        reason="the paper requires more than 10; 10 itself is reached at 21.4 kHz",
     )
 
 

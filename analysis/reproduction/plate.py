@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from slipscale.hardware.plate.paper_study import Harmonic
 
 _GAPS = (
-    "ideal glue, gaps of 1 mm, shorted electrodes, default mesh (a finer one gives 33.94 kHz). The "
-    "paper's electrodes are driven by two signals in antiphase (Section III-C-3); a source holds "
-    "its voltage, so the peak is the short-circuit resonance. No single model of ours meets both "
-    "frequency and amplitude: this one gives 34.06 kHz and 3.23 µm p-p at the edge antinode; "
-    "floating electrodes, which are not what was driven, 34.72 kHz and 2.09 µm p-p. Why the "
-    "published peak lies 2 % higher is not known"
+    "ideal glue, gaps of 1 mm, shorted electrodes, default mesh (a finer one gives 33.94 "
+    "kHz). The paper's electrodes are driven by two signals in antiphase (Section III-C-3); a "
+    "source holds its voltage, so the peak is the short-circuit resonance. None of our models "
+    "meets both frequency and amplitude: this one gives 34.06 kHz and 3.23 µm p-p at the edge "
+    "antinode; floating electrodes, which were not used, 34.72 kHz and 2.09 µm p-p. The "
+    "reason why the published peak is 2 % higher is unknown"
 )
 
 
@@ -135,10 +135,10 @@ def fig12_amplitude() -> Outcome:
         ours=_peak().peak_um_pp,
         unit="µm p-p",
         reason=(
-            "agrees only peak to peak and only at the edge antinode x = 0, y = 24.5 mm (2.19 in "
-            "the middle), with Q = 60 for the whole plate; the paper names neither the point nor "
-            "peak or peak to peak. The same model's frequency does not agree (fig12.frequency), "
-            "and no single model of ours meets both"
+            "agrees only peak to peak and only at the edge antinode x = 0, y = 24.5 mm (2.19 "
+            "in the middle), with Q = 60 for the whole plate; the paper names neither the "
+            "point nor peak or peak to peak. The same model's frequency does not agree "
+            "(fig12.frequency), and none of our models meets both"
         ),
     )
 
@@ -151,8 +151,8 @@ def _peak() -> Harmonic:
 
 _TWIN = (
     "measured in the paper; ours is the twin, which is set to it. The finite elements give "
-    "34.06 kHz and 3.23 µm p-p. That a glue softer than ideal makes the difference is a "
-    "conjecture, which the paper shares (Section IV-A); nobody measured it"
+    "34.06 kHz and 3.23 µm p-p. That a glue softer than ideal causes the difference is a "
+    "conjecture, which the paper shares (Section IV-A); it was not measured"
 )
 
 

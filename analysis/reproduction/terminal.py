@@ -22,7 +22,10 @@ def print_comparisons(comparisons: Sequence[Comparison], console: Console | None
     # A file or a pipe has no width, so nothing is truncated.
     target = console or Console(width=None if sys.stdout.isatty() else 120)
     table = Table(
-        title="The paper beside ours", title_justify="left", title_style="bold", box=box.SIMPLE_HEAD
+        title="The paper's values and ours",
+        title_justify="left",
+        title_style="bold",
+        box=box.SIMPLE_HEAD,
     )
     table.add_column("item", overflow="fold")
     table.add_column("paper", justify="right", no_wrap=True)
@@ -50,8 +53,8 @@ def print_comparisons(comparisons: Sequence[Comparison], console: Console | None
     for comparison in comparisons:
         if comparison.drifted:
             target.print(
-                f"[red]{comparison.item}[/]: ours is {comparison.outcome.ours!r}, the repository "
-                f"records {comparison.recorded!r}",
+                f"[red]{comparison.item}[/]: ours is {comparison.outcome.ours!r}, but the "
+                f"repository records {comparison.recorded!r}",
                 highlight=False,
             )
 
@@ -68,8 +71,8 @@ def _summary(comparisons: Sequence[Comparison]) -> str:
     agree = sum(bool(outcome.agrees) for outcome in outcomes) - made
     differ = sum(outcome.agrees is False for outcome in outcomes)
     return (
-        f"{agree} items agree with the paper, {made} more by construction (ours was found from, or "
-        f"set to, what is published), {differ} do not, each with its reason above. The exit status "
-        "tells whether ours is still what the repository records and Table III's cells agree, not "
-        "whether every item meets the paper."
+        f"{agree} items agree with the paper, {made} more by construction (our value was "
+        f"derived from, or set to, the published one), {differ} do not, each with its reason "
+        "above. The exit status shows whether our values are still those that the repository "
+        "records and Table III's cells agree, not whether every item agrees with the paper."
     )

@@ -199,7 +199,7 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
     values = table.to_numpy(float)
     if _is_constant(values):
         return NotComputed(
-            f"no variance is left beside participants' and {data.quantity.levels}' means"
+            f"no variance remains after participants' and {data.quantity.levels}' means"
         )
     df1 = values.shape[1] - 1
     df2 = df1 * (len(values) - 1)

@@ -111,7 +111,8 @@ def reliability(data: Prepared) -> Reliability | NotComputed:
         whole, without = _by_reml(means, there, squares)
     if whole[2] <= TINY:
         return NotComputed(
-            "every repetition gave the same estimate: no spread within to compare with"
+            "every repetition gave the same estimate, so there is no spread within "
+            "participants to compare with"
         )
     single, mean = (
         _coefficient(whole, without, r, data.choices.confidence) for r in (1.0, repetitions)

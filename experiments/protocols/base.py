@@ -61,8 +61,9 @@ class Options(BaseModel):
     protocol: Words = Field(description="Name of the protocol, as an entry point gives it.")
     label: EntityLabel | None = Field(
         default=None,
-        description="Label of the task in file names, letters and digits; left out: the "
-        "protocol's. A study that has a protocol several times gives each its own.",
+        description="Label of the task in file names, letters and digits; default: the "
+        "protocol's. If a study uses a protocol several times, each task needs "
+        "its own label.",
     )
 
 
@@ -321,7 +322,7 @@ class Protocol:
             (set(self.amplitudes) != named, "amplitudes names every option that ends in _level"),
             (
                 self.textures and not self.intervals and "texture" not in own,
-                "a column 'texture' says which was presented",
+                "the column 'texture' names the texture that was presented",
             ),
         )
         if faults := [expected for fault, expected in wrong if fault]:
@@ -363,7 +364,6 @@ def protocol_texts(protocol: Protocol, language: str) -> Mapping[str, str]:
         return protocol.texts.get(ENGLISH) or next(iter(protocol.texts.values()))
     if protocol.texts and language not in protocol.texts:
         raise UserError(
-            f"{protocol.named}: has no texts in '{language}'; it has them in "
-            f"{', '.join(protocol.texts)}"
+            f"{protocol.named}: has no texts in '{language}', only in {', '.join(protocol.texts)}"
         )
     return protocol.texts.get(language, {})

@@ -196,8 +196,8 @@ PROTOCOL = Protocol(
     task="constantstimuli",
     title="Constant stimuli",
     description=(
-        "A standard is compared with each of some fixed {q.levels}, equally often: which of two "
-        "surfaces was more {q.adjective}, or whether the second was."
+        "A standard is compared with each of several fixed {q.levels}, equally often: which "
+        "of two surfaces was more {q.adjective}, or whether the second was."
     ),
     options=ConstantStimuli,
     trials=trials,
@@ -232,7 +232,7 @@ PROTOCOL = Protocol(
         "comparison_more": Column(
             value=_comparison_more,
             kind="label",
-            description="Whether the comparison was said to be the more {q.adjective} one",
+            description="Whether the answer was that the comparison was more {q.adjective}",
             levels={"true": "the comparison", "false": "the standard"},
         ),
     },

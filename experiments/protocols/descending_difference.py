@@ -208,7 +208,7 @@ PROTOCOL = Protocol(
     task=TASK,
     title="Descending difference",
     description=(
-        "The plate's {q.name} decreases in steps; after each step the participant says "
+        "The plate's {q.name} decreases in steps; after each step the participant reports "
         "whether they feel a difference and what has been removed."
     ),
     options=DescendingDifference,

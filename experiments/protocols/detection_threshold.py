@@ -56,8 +56,9 @@ PROTOCOL = Protocol(
     task="detectionthreshold",
     title="Detection threshold by forced choice",
     description=(
-        "The plate vibrates in one of two or three intervals and is at rest in the others; the "
-        "participant says in which one it was most {q.adjective}. A rule chooses the {q.levels}."
+        "The plate vibrates in one of two or three intervals and is at rest in the others; "
+        "the participant names the interval in which it was most {q.adjective}. A rule "
+        "chooses the {q.levels}."
     ),
     options=DetectionThreshold,
     trials=expected_trials,

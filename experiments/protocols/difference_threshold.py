@@ -95,9 +95,9 @@ PROTOCOL = Protocol(
     task="differencethreshold",
     title="Difference threshold by forced choice",
     description=(
-        "Two or three surfaces are stroked, one of which has more (or less) {q.name} than the "
-        "standard; the participant says which one was more (or less) {q.adjective}. A rule "
-        "chooses the differences."
+        "The participant strokes two or three surfaces, one of which has more (or less) "
+        "{q.name} than the standard, and names the one that was more (or less) {q.adjective}. "
+        "A rule chooses the differences."
     ),
     options=DifferenceThreshold,
     trials=expected_trials,

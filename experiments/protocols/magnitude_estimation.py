@@ -137,8 +137,8 @@ PROTOCOL = Protocol(
     task=TASK,
     title="Magnitude estimation of {q.judged}",
     description=(
-        "The participant strokes a vibrating plate and types a number that says how {q.adjective} "
-        "it feels, on a scale of their own."
+        "The participant strokes a vibrating plate and types a number for how {q.adjective} "
+        "it feels, on their own scale."
     ),
     options=MagnitudeEstimation,
     trials=trials,
@@ -163,8 +163,8 @@ PROTOCOL = Protocol(
             value=lambda record: record.run_answers.get("scale_top"),
             kind="number",
             description=(
-                "Number the participant would give to the most {q.adjective} surface imaginable, "
-                "asked before the run"
+                "Number that the participant would assign to the most {q.adjective} surface "
+                "imaginable, asked before the run"
             ),
         ),
         "modulus": Column(

@@ -223,8 +223,8 @@ PROTOCOL = Protocol(
     task="magnitudeproduction",
     title="Magnitude production of {q.judged}",
     description=(
-        "The participant feels a standard that has a number, is shown another number, and turns "
-        "the plate until it is as {q.adjective} as that number says."
+        "The participant feels a standard with a given number, is shown another number, and "
+        "adjusts the plate until it feels as {q.adjective} as that number."
     ),
     options=MagnitudeProduction,
     trials=trials,

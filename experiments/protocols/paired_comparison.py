@@ -153,8 +153,8 @@ PROTOCOL = Protocol(
     task="pairedcomparison",
     title="Paired comparison of {q.judged}",
     description=(
-        "Every surface is compared with every other: which one is more {q.adjective}; or three "
-        "with each other: which of the two steps between them is larger."
+        "Every surface is compared with every other (which one is more {q.adjective}?), or in "
+        "threes (which of the two steps between them is larger?)."
     ),
     options=PairedComparison,
     trials=trials,
@@ -168,8 +168,8 @@ PROTOCOL = Protocol(
         "response": Column(
             value=lambda record: record.answer("response"),
             kind="number",
-            description="The interval that was more {q.adjective}; of three, the larger step: 1 "
-            "from the first to the second, 2 from the second to the third",
+            description="The interval that was more {q.adjective}; for three, the larger "
+            "step: 1 from the first to the second, 2 from the second to the third",
         ),
     },
     intervals=lambda options: SIZE[options.form],

@@ -184,8 +184,8 @@ PROTOCOL = Protocol(
     task="visualanalogue",
     title="Rating of {q.judged} on a visual analogue scale",
     description=(
-        "The participant strokes a vibrating plate and puts a mark on a line between two words, "
-        "by mouse, touch or keys, to say how {q.adjective} it feels."
+        "The participant strokes a vibrating plate and places a mark on a line between two "
+        "words, by mouse, touch or keys, to rate how {q.adjective} it feels."
     ),
     options=VisualAnalogueScale,
     trials=trials,

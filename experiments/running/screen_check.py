@@ -70,7 +70,7 @@ def check_screens(plan: RunPlan) -> None:
         lines = "".join(f"\n  {sentence}" for sentence in told[:MOST_TOLD])
         more = f"\n  and {len(told) - MOST_TOLD} more" if len(told) > MOST_TOLD else ""
         raise UserError(
-            f"{plan.study_name}: some screens are too long to be shown; shorten the "
+            f"{plan.study_name}: some screens cannot be shown properly; shorten the "
             f"texts:{lines}{more}"
         )
 

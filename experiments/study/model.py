@@ -80,9 +80,9 @@ class Study(BaseModel):
 
     name: Label = Field(
         description="Short label of the study: letters, digits and _, beginning with a "
-        "letter. It is part of every record of the study."
+        "letter. Every record of the study contains it."
     )
-    title: Words = Field(description="Title of the study and of its data set.")
+    title: Words = Field(description="Title of the study and its data set.")
     authors: tuple[Words, ...] = Field(
         default=(), description="Authors named in the data set's description."
     )
@@ -113,33 +113,33 @@ class Study(BaseModel):
     )
     attribute: str = Field(
         default="",
-        description="What participants judge, a noun such as roughness: prompts, columns, axes and "
-        "reports are about it. Left out: slipperiness, or `judged` of [quantity].",
+        description="Attribute that participants judge, a noun such as roughness, which "
+        "prompts, columns, axes and reports use. Default: slipperiness, or "
+        "`judged` of [quantity].",
     )
     attribute_words: dict[str, StatedWords] = Field(
         default_factory=dict,
         validate_default=True,
-        description="Words of an attribute that Slipscale does not list: a table for each "
-        "language.",
+        description="Words of an attribute that Slipscale does not list: one table per language.",
     )
     vary: str = Field(
         default="",
-        description="Key of the parameter of [stimulus] that is varied, such as spatial_period_mm: "
-        "every level of the study is then a value of it. Left out: levels are what the plate "
-        "makes.",
+        description="Key of the [stimulus] parameter that is varied, such as "
+        "spatial_period_mm: every level of the study is then a value of it. "
+        "Default: levels are what the plate makes.",
     )
     stimulus: StimulusTable | None = Field(
         default=None,
         validate_default=True,
-        description="What a study that varies a parameter holds fixed.",
+        description="Parameters that stay fixed in a study that varies one.",
     )
     plate: PlateSettings = Field(
         default=PlateSettings(), description="Limits for every amplitude of the study."
     )
     levels: Annotated[tuple[Amplitude, ...], Field(max_length=MOST)] = Field(
         default=(),
-        description="Vibration amplitudes of the plain surfaces, all different; 0 is the plate "
-        "at rest. A study of textures alone leaves them out.",
+        description="Vibration amplitudes of the plain surfaces, all different; 0 is the "
+        "plate at rest. Omit them in a study with textures only.",
     )
     textures: Annotated[tuple[Texture, ...], Field(max_length=MOST)] = Field(
         default=(),
@@ -193,8 +193,8 @@ class Study(BaseModel):
     )
     questionnaires: Annotated[tuple[Questionnaire, ...], Field(max_length=MOST)] = Field(
         default=(),
-        description="Questionnaires with several items, before or after the tasks; each has "
-        "its own table.",
+        description="Questionnaires with several items, before or after the tasks, each with "
+        "a separate table.",
     )
     headphone_test: HeadphoneTest | None = Field(
         default=None,
@@ -254,7 +254,7 @@ class Study(BaseModel):
     def _whole(cls, value: StimulusTable | None, info: ValidationInfo) -> StimulusTable | None:
         vary = info.data.get("vary", "")
         if value is None and vary:
-            raise ValueError(f"expected the table [stimulus], since {vary} is varied")
+            raise ValueError(f"expected the table [stimulus], because {vary} is varied")
         if value is not None and not vary:
             raise ValueError("expected vary, the key of the parameter that is the level")
         if value is not None:

@@ -88,8 +88,8 @@ class PlateSettings(BaseModel):
     )
     tolerance_level: Positive | None = Field(
         default=None,
-        description="The same as an amplitude; the larger of the two applies. A threshold "
-        "study needs a plate whose tolerance is smaller than the study's finest "
+        description="The same as an amplitude; the larger of the two applies. In a threshold "
+        "study, the plate's tolerance must be smaller than the study's finest "
         "difference.",
     )
     track_resonance: str = Field(
@@ -204,7 +204,7 @@ class StimulusTable(_Stimulated):
             if each.stated and field not in given | in_time:
                 yield ("stimulus", field), {"msg": "is missing"}
         if getattr(self, vary, None) is not None:
-            yield ("stimulus", vary), {"msg": "is varied; expected it to be left out"}
+            yield ("stimulus", vary), {"msg": "is varied; expected it to be omitted"}
 
     def varied(self, vary: str, level: float) -> Varied:
         """Return the stimulus at one value of the parameter that is varied.

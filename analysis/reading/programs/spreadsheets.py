@@ -39,8 +39,8 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
 
     if path.suffix.lower() != ".xlsx":
         raise UserError(
-            f"{path}: an Excel file of the form {path.suffix} (with macros, or of before 2007); "
-            "expected one saved as .xlsx or as CSV UTF-8"
+            f"{path}: an Excel file in the format {path.suffix} (with macros, or older than "
+            "2007); expected one saved as .xlsx or as CSV UTF-8"
         )
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -65,8 +65,8 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     if table.merged_cells.ranges:
         where = min(map(str, table.merged_cells.ranges))
         raise UserError(
-            f"{path}: cells {where} are merged; expected a header line and one row a trial, each "
-            "value in a cell of its own"
+            f"{path}: cells {where} are merged; expected a header line and one row per trial, "
+            "with each value in a separate cell"
         )
     rows = [
         (number, row)

@@ -33,7 +33,7 @@ def summary(analysis: Analysis) -> str:
     if check is None:
         return ""
     number = len(check.deviations)
-    said = {0: "There is no deviation", 1: "There is 1 deviation"}
+    said = {0: "There are no deviations", 1: "There is 1 deviation"}
     return (
         f"{said.get(number, f'There are {number} deviations')} from the plan {check.plan}, frozen "
         f"at {check.frozen_utc} (SHA-256 {check.digest})."

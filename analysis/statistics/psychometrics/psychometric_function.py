@@ -73,9 +73,9 @@ class Answers:
     def __post_init__(self) -> None:
         levels, correct, trials = self.levels_um_pp, self.correct, self.trials
         if not levels.shape == correct.shape == trials.shape or levels.ndim != 1:
-            raise UserError("answers: levels, correct and trials must be as many")
+            raise UserError("answers: levels, correct and trials must have equal lengths")
         if not np.isfinite(levels).all() or np.any(np.diff(levels) <= 0):
-            raise UserError("answers: levels_um_pp must be finite and rising")
+            raise UserError("answers: levels_um_pp must be finite and ascending")
         if np.any(trials < 1) or np.any(correct < 0) or np.any(correct > trials):
             raise UserError("answers: each level needs a trial, and 0 to that many correct answers")
 

@@ -214,9 +214,9 @@ def _likeliest(answers: Answers, model: Model) -> likelihood.Fits | NotComputed:
         return NotComputed(why)
     found = likelihood.fit(model, counts_of(answers, model))
     if found.at_bound(likelihood.LOG_SLOPE)[0][0]:
-        return NotComputed("answers do not get better as the level rises")
+        return NotComputed("answers do not improve as the level rises")
     if any(at[0] for at in found.at_bound(likelihood.THRESHOLD)):
-        return NotComputed("the likeliest threshold lies far outside the levels presented")
+        return NotComputed("the most likely threshold is far outside the levels presented")
     return found
 
 
@@ -230,7 +230,7 @@ def _too_little(answers: Answers, model: Model) -> str | None:
     if apart < 2:  # noqa: PLR2004 - a curve rises between two
         return few("levels above 0" if model.curve.logarithmic else "levels", apart, 2)
     if answers.correct.sum() in {0, answers.trials.sum()}:
-        return "every answer is the same: nothing for a curve to rise between"
+        return "every answer is the same, so no curve can be fitted"
     return None
 
 

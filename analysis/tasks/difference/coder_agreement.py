@@ -57,7 +57,7 @@ def agreement(codes: pd.DataFrame) -> CoderAgreement | NotComputed:
     codes = codes.dropna(subset=["verbal_report", "coder", "category"])
     coders = sorted(codes["coder"].astype(str).unique())
     if len(coders) != 2:  # noqa: PLR2004
-        return NotComputed(f"{len(coders)} coders; agreement is between two")
+        return NotComputed(f"{len(coders)} coders; agreement is computed for two")
     wide = codes.assign(coder=codes["coder"].astype(str)).pivot_table(
         index="verbal_report", columns="coder", values="category", aggfunc="first"
     )

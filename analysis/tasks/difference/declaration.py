@@ -32,7 +32,7 @@ def _questions(analysis: Analysis) -> list[str]:
         return []
     quantity = analysis.dataset.quantity
     return [
-        f"Do participants feel a step down in {quantity.name}, and what do they say of it?"
+        f"Do participants feel a step down in {quantity.name}, and how do they describe it?"
         if quantity.stepped
         else f"How does “{quantity.yes}” depend on {quantity.name}?"
     ]

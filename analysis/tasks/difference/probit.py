@@ -100,7 +100,9 @@ def d_primes(
     kinds, kind = np.unique(sizes, return_inverse=True)
     people = int(who.max()) + 1 if len(who) else 0
     if 0.0 not in kinds:
-        return NotComputed("no catch steps: 'yes' cannot be told from a readiness to say yes")
+        return NotComputed(
+            "no catch steps: 'yes' cannot be distinguished from a readiness to say yes"
+        )
     if people < FEWEST:
         return NotComputed(few("participants", people))
     catch = int(np.flatnonzero(kinds == 0.0)[0])

@@ -34,12 +34,14 @@ def _caption(found: DescendingDifference, quantity: Quantity) -> str:
     texts = [intervals]
     if fit:
         texts.append(
-            "Curve: logistic, by generalised estimating equations that let a participant's answers "
-            "correlate; pointwise band, Mancl and DeRouen's errors, Student's with "
-            f"{fit.df} degrees of freedom."
+            "Curve: logistic, by generalised estimating equations that allow correlated "
+            "answers of a participant; pointwise band, Mancl and DeRouen's errors, Student's "
+            f"with {fit.df} degrees of freedom."
         )
     if 1 < found.participants <= LINES_AT_MOST:
-        texts.append("Rings: participants' own shares; the area counts who has the same.")
+        texts.append(
+            "Rings: participants' own shares; the area shows how many have the same share."
+        )
     return " ".join(texts)
 
 

@@ -58,7 +58,7 @@ def psychometric(
     if found.half_yes is not None and found.half_yes > 0:
         own = of_size(found.half_yes)
         bounds = (
-            "which the answers do not bound"
+            "which the answers leave unbounded"
             if found.half_yes_interval is None
             else f"{level} CI {bracketed(found.half_yes_interval, own)}"
         )
@@ -136,8 +136,8 @@ def difference_sentences(
         return texts
     pooled, words = detection.pooled, quantity.yes_no
     texts.append(
-        f"“{capitalised(quantity.yes)}” was said on {pooled.hits} of {pooled.changes} "
-        f"{words.trials[1]} and on {pooled.false_alarms} of {pooled.catches} {words.catch[1]}. "
+        f"{pooled.hits} of {pooled.changes} {words.trials[1]} and {pooled.false_alarms} of "
+        f"{pooled.catches} {words.catch[1]} were answered “{quantity.yes}”. "
         f"{sensitivity(detection, confidence, quantity)}"
     )
     return texts

@@ -111,7 +111,9 @@ def psychometric(
         steps = steps[steps[base] > 0]
     if not len(steps):
         begins = "step begins at" if quantity.stepped else "reference is"
-        return NotComputed(f"every {begins} 0: there is no {quantity.name} to be a fraction of")
+        return NotComputed(
+            f"every {begins} 0, so there is no Weber fraction of the {quantity.name}"
+        )
     removed = (steps["amplitude_before_um_pp"] - steps["amplitude_um_pp"]).to_numpy(float)
     if measure == "weber_fraction":
         removed = np.abs(removed) / steps[base].to_numpy(float)
@@ -165,13 +167,13 @@ def separated(
     """
     yes, no = removed[felt == 1], removed[felt == 0]
     if not len(yes) or not len(no):
-        return f"every answer is {'yes' if len(yes) else 'no'}: nothing for a curve to rise between"
+        return f"every answer is {'yes' if len(yes) else 'no'}, so no curve can be fitted"
     if np.ptp(removed) == 0:
         return f"one {'size of step' if quantity.stepped else 'level'}: a curve needs two"
     if no.max() <= yes.min() or yes.max() <= no.min():
         return (
-            f"complete separation: {quantity.yes_no.size} tells every yes from every no, so that "
-            "the likeliest curve is a jump without a finite slope"
+            f"complete separation: {quantity.yes_no.size} separates every yes from every no, "
+            "so the most likely curve is a jump without a finite slope"
         )
     return None
 

@@ -386,8 +386,9 @@ def _mean_of_own(
     fewest = min((min(each.changes, each.catches) for each in own.values()), default=0)
     if fewest < TRIALS_FOR_OWN:
         return NotComputed(
-            f"a participant's own d' of {fewest} {quantity.yes_no.trials[1]} of a kind is pressed "
-            f"towards 0 by the correction for counts of 0 (at least {TRIALS_FOR_OWN} are needed)"
+            f"with {fewest} {quantity.yes_no.trials[1]} of a kind, the correction for counts "
+            f"of 0 shrinks a participant's own d' towards 0 (at least {TRIALS_FOR_OWN} are "
+            "needed)"
         )
     return mean_over_participants(np.array([each.d_prime for each in own.values()]), confidence)
 

@@ -146,8 +146,8 @@ def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
         few(f"{data.quantity.levels} above 0", frame["lx"].nunique(), 2): frame["lx"].nunique() < 2,  # noqa: PLR2004
         f"{n} participants: supported up to {AT_MOST}; with more, the t interval of participants' "
         "exponents (power_law) is the same estimate": n > AT_MOST,
-        f"no more than two estimates above {data.quantity.value(0)} a participant: no residual is "
-        "left": len(frame) <= 2 * n,
+        f"at most two estimates above {data.quantity.value(0)} per participant: no residual "
+        "is left": len(frame) <= 2 * n,
         "every participant's estimates are all the same": len(frame) > 0
         and float(np.ptp(around)) <= TINY,
     }

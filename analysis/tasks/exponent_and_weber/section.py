@@ -37,17 +37,17 @@ def exponent_and_weber(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSec
             section.blocks.append(
                 html.figure(
                     svg,
-                    "Each participant's exponent against their Weber fraction, and the means with "
-                    f"{100 * confidence:g} % intervals. Line: what goes together by Ekman's law "
-                    "with 0.03; band: 0.025 to 0.035, as nine continua have it (Teghtsoonian "
-                    "1971).",
+                    "Each participant's exponent against their Weber fraction, and the means "
+                    f"with {100 * confidence:g} % intervals. Line: Ekman's law with 0.03; "
+                    "band: 0.025 to 0.035, as found for nine continua (Teghtsoonian 1971).",
                     f"Exponents and Weber fractions of {len(one.participants)} participants",
                 )
             )
     section.blocks.append(
         html.paragraph(
-            "The law is of a whole sense and its just noticeable differences; the exponent is of "
-            f"the {quantity.levels} rated here, and falls where these span a wide range.",
+            "The law describes a whole sense and its just noticeable differences, but the "
+            f"exponent describes the {quantity.levels} rated here, and falls if they span a "
+            "wide range.",
             "note",
         )
     )

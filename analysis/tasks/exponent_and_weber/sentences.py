@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 VERDICTS = {
     "agrees": "agrees with the Weber fraction",
     "does not agree": "does not agree with the Weber fraction",
-    "undecided": "is not told apart from what the Weber fraction predicts, nor shown to be equal "
-    "to it: the interval is too wide",
+    "undecided": "neither differs reliably from the Weber fraction's prediction nor is shown to "
+    "equal it: the interval is too wide",
 }
 
 
@@ -49,7 +49,8 @@ def sentence(one: ExponentAndWeber, confidence: float, quantity: Quantity) -> st
     if one.grows:
         return text
     return (
-        f"{text} Its interval holds 0: that sensation grows with the {quantity.level} is not shown."
+        f"{text} Its interval contains 0, so an increase of sensation with the "
+        f"{quantity.level} is not shown."
     )
 
 

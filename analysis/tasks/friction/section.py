@@ -61,8 +61,8 @@ def measured_friction(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSect
                 ]
                 for line in found.participants
             ],
-            "Participants' lines: logarithm of the estimate against the coefficient of friction. "
-            "Intervals take a participant's trials for independent.",
+            "Participants' lines: logarithm of the estimate against the coefficient of "
+            "friction. Intervals assume independent trials within each participant.",
         )
     )
     if found.left_out:

@@ -174,7 +174,7 @@ def _mixed_anova(
         return NotComputed(few(data.quantity.levels, k, 2))
     residuals = table.to_numpy(float) - table.groupby(level=0).transform("mean").to_numpy(float)
     if np.abs(residuals - residuals.mean(axis=1, keepdims=True)).max() <= TINY:
-        return NotComputed("no variance is left beside participants' and groups' means")
+        return NotComputed("no variance remains after participants' and groups' means")
     long = pd.DataFrame(
         {
             "who": np.repeat(np.arange(n), k),

@@ -64,7 +64,7 @@ def _matching_table(rows: list[MatchedReference], quantity: Quantity) -> Markup:
             ]
             for each in rows
         ],
-        "Bias: mean match less reference, one value a participant, with Student's interval and "
-        "test. Own SD: root mean square of participants' standard deviations within a direction. "
-        "The last columns compare matches from above with those from below.",
+        "Bias: mean match minus reference, one value per participant, with Student's interval "
+        "and test. Own SD: root mean square of participants' standard deviations within a "
+        "direction. The last columns compare matches from above with matches from below.",
     )

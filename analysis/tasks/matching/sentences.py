@@ -53,11 +53,12 @@ def _besides(found: MatchedReference, quantity: Quantity) -> str:
     """Return the results of catch trials and of repeated references, if there are any."""
     said = ""
     if found.felt_again:
-        said += f" The reference was felt again {number(found.felt_again)} times a match."
+        said += f" The reference was presented {number(found.felt_again)} more times per match."
     if found.catch_error_um_pp is not None:
         trials = counted(found.catch_trials, "catch trial", "catch trials")
         said += (
-            f" In {trials}, which began at the reference itself, the plate was left "
-            f"{quantity.value(measured(quantity)(found.catch_error_um_pp))} from it in the mean."
+            f" In {trials}, which began at the reference itself, participants left the plate "
+            f"{quantity.value(measured(quantity)(found.catch_error_um_pp))} away from it on "
+            "average."
         )
     return said

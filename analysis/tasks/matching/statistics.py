@@ -131,7 +131,7 @@ MATCHING: Statistic[tuple[MatchedReference, ...]] = Statistic(
         r"(.+) - (.+)\.direction_um_pp\.p": "{0}, {1} {q.unit}: the direction of turning matters",
     },
     headlines={
-        r"(.+) - (.+)\.bias_um_pp\.mean": "{0}, {1} {q.unit}: match less reference, "
+        r"(.+) - (.+)\.bias_um_pp\.mean": "{0}, {1} {q.unit}: match minus reference, "
         "{q.unit_in_short}",
         r"(.+) - (.+)\.variability_um_pp": "{0}, {1} {q.unit}: a person's SD of matches, "
         "{q.unit_in_short}",

@@ -152,9 +152,9 @@ class _Guard:
 
     def _section(self, name: str, write: SectionWriter) -> SectionWriter:
         whose = (
-            f"This section is not Slipscale's: it is the analysis '{name}' of the package "
-            f"{package_of(self.point)} {self.version}, installed on the computer that made this "
-            "report."
+            f"This section is not part of Slipscale: it is the analysis '{name}' of the "
+            f"package {package_of(self.point)} {self.version}, installed on the computer that "
+            "made this report."
         )
 
         def written(analysis: Analysis, svgs: Mapping[str, str]) -> html.ReportSection:
@@ -264,7 +264,7 @@ def _is_own(name: str, key: str) -> bool:
 def _declared(name: str, kind: object) -> TaskAnalysis:
     # The name is used for files and for a key of inference.json.
     if not re.fullmatch("[a-z][a-z0-9_]*", name):
-        raise UserError("expected a name of small letters, digits and underscores")
+        raise UserError("expected a name of lower-case letters, digits and underscores")
     if not isinstance(kind, TaskAnalysis):
         raise UserError(f"its entry point is {kind!r}, expected a TaskAnalysis")
     if kind.name != name:

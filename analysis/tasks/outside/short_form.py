@@ -108,7 +108,7 @@ class OwnResult:
             ),
             (
                 self.figure is not None and not (self.figure_caption and self.figure_alt),
-                "figure: expected a figure_caption and a figure_alt with it",
+                "figure: expected also a figure_caption and a figure_alt",
             ),
         )
         if faults := [words for fault, words in wrong if fault]:

@@ -54,8 +54,8 @@ def _task(
 def _alone(reason: str) -> list[Markup]:
     return [
         html.paragraph(
-            f"Not beside an exponent of estimation: {reason}. Production alone has a bias of its "
-            "own; a task of magnitude_estimation in the same study shows it.",
+            f"Not compared with an exponent of estimation: {reason}. Production alone is "
+            "biased; add a magnitude_estimation task to the study to measure the bias.",
             "note",
         )
     ]
@@ -77,7 +77,8 @@ def _production_table(task: TaskProductions, quantity: Quantity) -> Markup:
             ]
             for each in task.numbers
         ],
-        f"{capitalised(quantity.levels)}{convention} produced for each number, where the standard "
-        f"of {quantity.value(task.standard_um_pp)} is called {task.modulus:g}: geometric mean of "
-        "participants' geometric means, with Student's interval on logarithms.",
+        f"{capitalised(quantity.levels)}{convention} produced for each number, if the "
+        f"standard of {quantity.value(task.standard_um_pp)} is called {task.modulus:g}: "
+        "geometric mean of participants' geometric means, with Student's interval on "
+        "logarithms.",
     )

@@ -53,11 +53,11 @@ def both_answer(found: BothExponents, confidence: float) -> str:
     """Return the sentence that compares production with estimation."""
     low, high = found.ratio_interval
     differs = (
-        "which does not tell them apart"
+        "which is not a reliable difference"
         if low <= 1 <= high
-        else "as people who shorten the range of what they control do"
+        else "consistent with the regression bias in magnitude production"
         if found.ratio > 1
-        else "the other way round than people who shorten the range of what they control"
+        else "opposite to the regression bias in magnitude production"
     )
     return (
         f"Of the {found.n} who did both, the exponent of production was "
@@ -100,15 +100,15 @@ def production_biases(found: TaskProductions, confidence: float, quantity: Quant
         percent = 100 * (exp(beginning.mean) - 1)
         low, high = (100 * (exp(bound) - 1) for bound in beginning.interval)
         texts.append(
-            f"From a high beginning the plate was left {number(abs(percent), 1)} % "
-            f"{'higher' if percent >= 0 else 'lower'} than from a low one, {level_of(confidence)} "
-            f"CI of the rise [{number(low, 1)}, {number(high, 1)}] %."
+            f"From a high start the plate was set {number(abs(percent), 1)} % "
+            f"{'higher' if percent >= 0 else 'lower'} than from a low one, "
+            f"{level_of(confidence)} CI of the rise [{number(low, 1)}, {number(high, 1)}] %."
         )
     if found.at_bounds:
         texts.append(
-            f"{found.at_bounds} of {found.answers} productions ended within a notch of how far the "
-            "plate can be turned. Those who meant to go beyond make the slope too small and the "
-            "exponent too large."
+            f"{found.at_bounds} of {found.answers} productions ended within a notch of the "
+            "limits of the adjustment. If people wanted to go further, the slope is too small "
+            "and the exponent too large."
         )
     if found.catch_um_pp is not None:
         texts.append(

@@ -216,7 +216,7 @@ def _task(
         exponent=exponent,
         exponent_interval=exponent_interval,
         beginning=_beginning(main, confidence),
-        both=NotComputed("nobody's exponent of estimation is known")
+        both=NotComputed("no participant has an exponent of estimation")
         if counterpart is None
         else both_exponents(own, counterpart, confidence),
     )

@@ -62,8 +62,9 @@ def _rating_table(task: TaskRatings, quantity: Quantity) -> Markup:
     return html.table(
         columns,
         rows,
-        f"Places on the line, 0 to 100; {quantity.levels} in {quantity.unit}{quantity.behind}. "
-        "Mean, Student's interval and standard deviation of one value a participant.",
+        f"Places on the line, 0 to 100; {quantity.levels} in "
+        f"{quantity.unit}{quantity.behind}. Mean, Student's interval and standard deviation "
+        "across participants (one value each).",
     )
 
 

@@ -63,7 +63,7 @@ def rating_biases(found: TaskRatings, confidence: float) -> list[str]:
     texts = []
     start = found.start_effect
     if isinstance(start, NotComputed):
-        texts.append(f"The pull of the mark's start was not measured: {start.reason}.")
+        texts.append(f"The effect of the mark's start was not measured: {start.reason}.")
     else:
         low, high = start.interval
         told = "not reliably " if low <= 0 <= high else ""
@@ -76,8 +76,8 @@ def rating_biases(found: TaskRatings, confidence: float) -> list[str]:
     ends = sum(each.at_left + each.at_right for each in found.surfaces)
     if ends:
         texts.append(
-            f"{ends} of {found.answers} ratings are at an end of the line, where means are held "
-            "back."
+            f"{ends} of {found.answers} ratings are at an end of the line, which biases means "
+            "towards the middle."
         )
     if found.catch_mean is not None:
         texts.append(
@@ -85,8 +85,8 @@ def rating_biases(found: TaskRatings, confidence: float) -> list[str]:
             f"rated {number(found.catch_mean, 1)}."
         )
     texts.append(
-        "The line is bounded and has no unit: its places are compared and averaged, and allow "
-        "neither ratios nor an exponent."
+        "The line is bounded and has no unit: its places can be compared and averaged, but "
+        "allow neither ratios nor an exponent."
     )
     return texts
 

@@ -235,7 +235,9 @@ def start_effect(main: pd.DataFrame, confidence: float) -> MeanOverParticipants 
         if (dx**2).sum() > 0:
             slopes.append((dx * dy).sum() / (dx**2).sum())
     if not slopes:
-        return NotComputed("the mark always started at one place, or no surface was rated twice")
+        return NotComputed(
+            "the mark always started at the same place, or no surface was rated twice"
+        )
     return mean_over_participants(np.array(slopes, np.float64), confidence)
 
 

@@ -62,7 +62,7 @@ def _ratios(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
     if found.catch_ratio is None:
         return text
     return (
-        f"{text} Against itself the standard was judged {significant(found.catch_ratio)} times as "
+        f"{text} The standard itself was judged {significant(found.catch_ratio)} times as "
         f"{quantity.adjective} ({counted(found.catch_trials, 'catch trial', 'catch trials')}; "
-        "right: 1)."
+        "correct: 1)."
     )

@@ -62,7 +62,7 @@ def triads_as_quadruples(triads: npt.ArrayLike) -> npt.NDArray[np.int64]:
     """Return triads (a, b, c), a-b against b-c, as quadruples (a, b, b, c)."""
     surfaces = np.asarray(triads, int)
     if surfaces.ndim != 2 or surfaces.shape[1] != 3:  # noqa: PLR2004 - three surfaces
-        raise UserError("triads: expected three surfaces a row")
+        raise UserError("triads: expected three surfaces per row")
     return surfaces[:, [0, 1, 1, 2]]
 
 
@@ -93,7 +93,7 @@ def difference_scale(
     """
     surfaces, larger = np.asarray(quadruples, int), np.asarray(second_larger, float)
     if surfaces.ndim != 2 or surfaces.shape[1] != 4 or len(surfaces) != len(larger):  # noqa: PLR2004
-        raise UserError("quadruples: expected four surfaces and one answer a trial")
+        raise UserError("quadruples: expected four surfaces and one answer per trial")
     if len(surfaces) and surfaces.min() < 0:
         raise UserError("quadruples: surfaces are counted from 0")
     count = int(surfaces.max(initial=0)) + 1
@@ -143,7 +143,7 @@ def _fit(design: Array, yes: Array, trials: Array) -> tuple[Array, Array] | NotC
     from scipy.special import ndtr  # noqa: PLC0415
 
     if np.linalg.matrix_rank(design) < design.shape[1]:
-        return NotComputed("the differences compared do not tie all surfaces to one scale")
+        return NotComputed("the compared differences do not connect all surfaces on one scale")
     values = _likeliest(design, yes[None], trials)
     if why := str(_why_no_scale(values)[0]):
         return NotComputed(why)

@@ -134,7 +134,7 @@ def _likeliest(model: Model, pooled: Array) -> _Fit | NotComputed:
 
     if connected_components(pooled, directed=False)[0] > 1:
         return NotComputed(
-            "some surfaces were never compared, directly or by way of others, with the rest"
+            "some surfaces were never compared, directly or indirectly, with the rest"
         )
     curve, log_density_slope = MODELS[model]
     trials, values = pooled + pooled.T, np.zeros(len(pooled))
@@ -155,7 +155,7 @@ def _likeliest(model: Model, pooled: Array) -> _Fit | NotComputed:
         if longest < PRECISION:
             return _Fit(values, p, relative, covariance)
         values = values + step / max(longest, 1.0)
-    return NotComputed(f"the scale was not found in {ITERATIONS} steps")
+    return NotComputed(f"the scale did not converge in {ITERATIONS} steps")
 
 
 def _scale(model: Model, counts: Array, confidence: float) -> ComparisonScale | NotComputed:

@@ -40,7 +40,7 @@ def _task(
             f"scale_{task.task}",
             f"Scale values with {level:g} % intervals"
             + (
-                ", which allow for answers of one participant being alike."
+                ", which account for correlated answers of a participant."
                 if task.consistency
                 else " (bootstrap); the first and last surface are 0 and 1 by definition."
             ),
@@ -86,9 +86,9 @@ def _consistency_table(task: TaskScale) -> Markup:
     return html.table(
         columns,
         rows,
-        "Circular triads of each participant (A over B, B over C, C over A), Kendall's coefficient "
-        "of consistence, and the probability of so few if every choice were a toss of a coin. A "
-        "pair of which neither surface was chosen more often counts half each way.",
+        "Circular triads of each participant (A over B, B over C, C over A), Kendall's "
+        "coefficient of consistence, and the probability of so few if every choice were a "
+        "toss of a coin. A pair without a more frequent choice counts half each way.",
     )
 
 

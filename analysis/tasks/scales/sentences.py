@@ -28,13 +28,13 @@ def fit(found: TaskScale) -> str:
         elif scale.fit:
             texts.append(
                 f"{name} with Firth's correction: deviance {number(scale.fit.deviance)} with "
-                f"{scale.fit.df} degrees of freedom, {p_value(scale.fit.p)}, answers taken as "
-                "independent."
+                f"{scale.fit.df} degrees of freedom, {p_value(scale.fit.p)}, treating answers "
+                "as independent."
             )
     if found.transitivity:
         counts = found.transitivity
         texts.append(
-            f"Of {counts.triads} triads of surfaces {counts.weak_violations} break weak, "
+            f"Of {counts.triads} triads of surfaces {counts.weak_violations} violate weak, "
             f"{counts.moderate_violations} moderate and {counts.strong_violations} strong "
             "stochastic transitivity."
         )

@@ -159,7 +159,7 @@ def _differences(
 ) -> DifferenceScale | NotComputed:
     textures = [name for name in surfaces if amplitude_of(name) is None]
     if textures:
-        return NotComputed(f"{', '.join(textures)}: textures have no order known beforehand")
+        return NotComputed(f"{', '.join(textures)}: textures have no predefined order")
     number = {name: place for place, name in enumerate(surfaces)}
     ranks = np.stack([main[name].map(number).to_numpy(int) for name in STIMULI], axis=1)
     return difference_scale(

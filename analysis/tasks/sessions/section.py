@@ -58,8 +58,8 @@ def _measures(found: SessionEffects, level: str) -> Markup:
     ]
     rows = [row for measure in found.measures for row in _rows(measure, found.sessions)]
     caption = (
-        "One number of each participant's session; means and changes over those who have every "
-        "session. ICC(A,1): absolute agreement of single sessions."
+        "One number per participant and session; means and changes over participants with "
+        "every session. ICC(A,1): absolute agreement of single sessions."
     )
     return html.table(columns, rows, caption)
 

@@ -107,7 +107,7 @@ def session_effects(inputs: Inputs) -> SessionEffects | NotComputed:
     data, prepared = inputs.data, inputs.prepared
     sessions = sessions_of(data)
     if len(sessions) < 2:  # noqa: PLR2004
-        return NotComputed("there are not several sessions")
+        return NotComputed("there is only one session")
     confidence = data.choices.confidence
     measures = [
         _measure(name, unit, table.reindex(columns=sessions).dropna(), confidence)

@@ -48,7 +48,7 @@ def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estim
     if not (np.isfinite(standard_um_pp) and standard_um_pp > 0):
         raise UserError(f"standard_um_pp is {standard_um_pp:g}, expected above 0")
     if fitted.method == "yes_no":
-        raise UserError("a Weber fraction needs a standard; yes_no asks for none")
+        raise UserError("a Weber fraction needs a standard; yes_no has none")
     if fitted.method != "comparison":
         return _over(fitted.threshold_um_pp, standard_um_pp)
     family = CURVES[fitted.curve]
@@ -161,7 +161,7 @@ def population_threshold(
     if len(people) < FEWEST:
         return NotComputed(few("participants", len(people)))
     if main["level_um_pp"].nunique() < 2 or main["correct"].nunique() < 2:  # noqa: PLR2004
-        return NotComputed("one level, or the same answer to all: no curve rises between")
+        return NotComputed("one level, or the same answer to all trials: no curve can be fitted")
     right = _right(rows[rows["catch"]], method)
     counted = _counted(main, model)
     fit = HierarchicalFit(model, _trials(counted, np.ones((len(counted), 1)), right))

@@ -71,17 +71,18 @@ def _task(
             [TableColumn(title="Participant", left=True), *(TableColumn(title=t) for t in titles)],
             [_row(each, task) for each in task.participants],
             f"{CURVES[task.curve].title}; {FITTED[task.method == COMPARED]}. Medians and "
-            f"{level:g} % intervals of a posterior in which the lapse rate is integrated. In the "
-            "population's fit: from the model of everybody's answers, drawn towards the "
-            "population's threshold. Lapses: 1 less the upper asymptote, at most 6 %. Fit: the "
-            "deviance of the likeliest curve against 1,000 simulated data sets.",
+            f"{level:g} % intervals of a posterior in which the lapse rate is integrated. In "
+            "the population's fit: from the model of all participants' answers, shrunk "
+            "towards the population's threshold. Lapses: 1 minus the upper asymptote, at most "
+            "6 %. Fit: the deviance of the most likely curve against 1,000 simulated data "
+            "sets.",
         ),
         *_factors(task, quantity),
         *html.figure_if_drawn(
             svgs,
             f"tracks_{task.task}",
-            "Levels trial by trial, a panel a participant, a colour a track: filled where "
-            "the answer was correct, hollow where it was wrong. Dashed: the threshold.",
+            "Levels trial by trial, one panel per participant and one colour per track: "
+            "filled if the answer was correct, hollow if it was wrong. Dashed: the threshold.",
             f"Tracks of {len(task.participants)} participants",
         ),
     ]
@@ -105,7 +106,7 @@ def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
             [factor.name, each.name, str(each.n), *_interval_cells(each.threshold_um_pp)]
             for each in factor.levels
         ]
-        tables.append(html.table(columns, rows, "By the model of everybody's answers."))
+        tables.append(html.table(columns, rows, "From the model of all participants' answers."))
         compared = [
             [
                 f"{each.second} against {each.first}",
@@ -135,13 +136,12 @@ def _caption(task: TaskThresholds, level: float, quantity: Quantity) -> str:
     called = f"Called {quantity.more}"
     text = (
         f"{called if task.method == COMPARED else 'Correct answers'} against the level. Pale: "
-        "participants' psychometric functions; blue: "
-        "everybody's answers, gathered by level. Below: each participant's threshold with its "
-        f"{level:g} % interval"
+        "participants' psychometric functions; blue: all answers, pooled by level. Below: "
+        f"each participant's threshold with its {level:g} % interval"
     )
     if computed(task.population) is None:
         return f"{text}."
-    return f"{text}; red: the population's, by the model of everybody's answers."
+    return f"{text}; red: the population's, from the model of all participants' answers."
 
 
 def _alt(task: TaskThresholds, quantity: Quantity) -> str:

@@ -31,8 +31,9 @@ MEANT = {
     ),
 }
 COMPARED_CAUTION = (
-    "Where sensation does not grow evenly over the comparisons, the point of equality is shifted, "
-    "of simulated people by 1 % of the standard; the interval does not allow for it"
+    "If sensation does not grow evenly over the comparisons, the point of equality is "
+    "shifted, by 1 % of the standard for simulated people; the interval does not account for "
+    "this"
 )
 
 
@@ -57,7 +58,7 @@ def answer(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
     """Return the main sentence."""
     what = title(found, quantity)
     if isinstance(found.population, NotComputed):
-        return f"{what}: not told for a population ({found.population.reason})."
+        return f"{what}: not estimated for a population ({found.population.reason})."
     threshold = found.population.threshold_um_pp
     people = counted(found.population.n, "participant", "participants")
     text = (

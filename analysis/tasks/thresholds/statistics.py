@@ -159,7 +159,7 @@ def _task(
             for who, own in rows.groupby(PARTICIPANT, observed=True)
         ),
         population=population,
-        weber_fraction=NotComputed("there is no one standard above 0")
+        weber_fraction=NotComputed("there is no single standard above 0")
         if standard is None
         else fold(population, lambda found: population_weber(found, method, standard), NotComputed),
     )
@@ -190,7 +190,7 @@ def _participant(
             adaptive = bool(main["track"].notna().any())
             fit = _fit(likeliest, function, answers, rule, adaptive=adaptive)
             weber = (
-                NotComputed("there is no one standard above 0")
+                NotComputed("there is no single standard above 0")
                 if standard is None
                 else weber_fraction(function, standard)
             )
@@ -258,10 +258,11 @@ THRESHOLDS: Statistic[tuple[TaskThresholds, ...]] = Statistic(
     compute=_compute,
     families=(Family(name="thresholds by group and session", corrected=True, read=_contrast_ps),),
     methods="Thresholds come from psychometric functions with lapses [[wichmann2001]]. The "
-    "population's comes from a hierarchical model of everybody's answers: participants' thresholds "
-    "are normally distributed on the curve's axis and integrated, slope and lapse rate are shared, "
-    "catch trials inform the lapse rate. Intervals are of the profile likelihood, with Student's "
-    "quantile. A participant's own threshold is the median of a posterior.",
+    "population's comes from a hierarchical model of all participants' answers: "
+    "participants' thresholds are normally distributed on the curve's axis and "
+    "integrated, slope and lapse rate are shared, catch trials inform the lapse rate. "
+    "Intervals are profile-likelihood intervals, with Student's quantile. A "
+    "participant's own threshold is the median of a posterior.",
     headlines={
         r"([^ ]+)(?: - .+)?\.population\.threshold_um_pp\.value": "{0}: threshold, "
         "{q.unit_in_short}",

@@ -34,10 +34,11 @@ class AdaptiveOptions(RestedOptions):
 
     rule: Rule = Field(
         default="staircase",
-        description="What chooses the next level. staircase: down_after right answers in a row go "
-        "down, one wrong one goes up, steps in García-Pérez's ratios; weighted: every answer "
-        "moves, steps in the ratio that settles at target; quest_plus: the level whose answer "
-        "tells most.",
+        description="Rule that chooses the next level. staircase: one step down after "
+        "down_after correct answers in a row, one step up after a wrong answer, "
+        "with step sizes in García-Pérez's ratios; weighted: one step after every "
+        "answer, with step sizes in the ratio that converges at target; "
+        "quest_plus: the level with the most informative answer.",
     )
     start_level: Positive = Field(
         default=0.5, description="Level of a track's first trial; quest_plus chooses its own."
@@ -46,18 +47,18 @@ class AdaptiveOptions(RestedOptions):
     highest_level: Positive = Field(default=1.0, description="Highest level.")
     down_after: Annotated[int, Field(strict=True, ge=1, le=4)] = Field(
         default=2,
-        description="Right answers in a row for a step down, in a staircase.",
+        description="Number of correct answers in a row before a step down, in a staircase.",
         json_schema_extra={"unit": "answers"},
     )
     target: Annotated[float, Field(strict=True, gt=0, lt=1)] = Field(
         default=0.75,
-        description="Proportion of right answers at which a weighted rule settles.",
+        description="Proportion of correct answers at which a weighted rule converges.",
         json_schema_extra={"unit": "share, 0 to 1"},
     )
     steps_up: Some = Field(
         default=(0.2, 0.1),
-        description="Size of a step up until the first reversal, until the second, ...; the last "
-        "one stays.",
+        description="Step sizes upwards: until the first reversal, until the second, and so "
+        "on; the last size remains.",
         json_schema_extra={"unit": "decades; µm peak to peak on the linear scale"},
     )
     scale: Scale = Field(
@@ -65,50 +66,55 @@ class AdaptiveOptions(RestedOptions):
     )
     quest_levels: AtLeastOne = Field(
         default=40,
-        description="How many levels quest_plus chooses from, and how many thresholds it thinks "
-        "possible, in equal ratios from the lowest to the highest.",
+        description="Number of levels from which quest_plus chooses, and of thresholds that "
+        "it considers, in equal ratios from the lowest to the highest.",
         json_schema_extra={"unit": "levels"},
     )
     quest_slopes: Some = Field(
         default=(1.0, 1.5, 2.0, 3.0, 5.0),
-        description="Slopes of the Weibull function that quest_plus thinks possible.",
+        description="Slopes of the Weibull function that quest_plus considers.",
         json_schema_extra={"unit": "none"},
     )
     quest_lapses: Annotated[
         tuple[Annotated[float, Field(strict=True, gt=0, lt=0.5)], ...], Field(min_length=1)
     ] = Field(
         default=(0.01, 0.04),
-        description="Lapse rates that quest_plus thinks possible.",
+        description="Lapse rates that quest_plus considers.",
         json_schema_extra={"unit": "share, 0 to 1"},
     )
     tracks: Annotated[int, Field(strict=True, ge=1, le=8)] = Field(
         default=2,
-        description="How many tracks take turns, each with the same rule.",
+        description="Number of tracks that take turns, each with the same rule.",
         json_schema_extra={"unit": "tracks"},
     )
     track_order: Order = Field(
         default="shuffled",
-        description="Tracks in turn (alternating), or in a new order each round (shuffled).",
+        description=(
+            "Whether the tracks take turns (alternating), or follow a new order in each round "
+            "(shuffled)."
+        ),
     )
     most_trials: TrialCap = Field(
         default=40,
-        description="A track ends after so many answers in any case.",
+        description="Number of answers after which a track always ends.",
         json_schema_extra={"unit": "trials a track"},
     )
     least_trials: TrialCap = Field(
         default=1,
-        description="Reversals or certainty end no track before so many answers.",
+        description=("Number of answers before which neither reversals nor certainty end a track."),
         json_schema_extra={"unit": "trials a track"},
     )
     reversals: AtLeastOne | None = Field(
         default=None,
-        description="A track ends after so many reversals; left out: they do not count.",
+        description=(
+            "Number of reversals after which a track ends; default: reversals do not end it."
+        ),
         json_schema_extra={"unit": "reversals"},
     )
     threshold_sd_log10: Positive | None = Field(
         default=None,
-        description="A track of quest_plus ends once its threshold is as certain as this, the "
-        "posterior's standard deviation; left out: it does not count.",
+        description="Certainty of the threshold, as the posterior's standard deviation, at "
+        "which a track of quest_plus ends; default: certainty does not end it.",
         json_schema_extra={"unit": "decades"},
     )
 

@@ -41,7 +41,10 @@ def test_the_mapping_that_is_written_stands_for_the_options(tmp_path, capsys):
         ([*OPTIONS[:2], "--levels", "a"], "expected COLUMN=LEVEL with a number"),
         ([*OPTIONS, "--only", "ear"], "--only ear: expected COLUMN=VALUE"),
         (["--map"], "--map: expected the columns too"),
-        ([*OPTIONS, "--sheet", "x", "--reference", "loud"], "a reference only beside an answer"),
+        (
+            [*OPTIONS, "--sheet", "x", "--reference", "loud"],
+            "a reference only together with an answer",
+        ),
     ],
 )
 def test_options_that_do_not_fit_are_one_sentence(tmp_path, capsys, options, words):

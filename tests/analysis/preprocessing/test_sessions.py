@@ -26,7 +26,7 @@ def table(table_by_hand):
 
 def test_sessions_taken_together_are_said_to_be(table):
     [sentence] = [each for each in analyse(table, normalise="none").problems if "Sessions" in each]
-    assert "Sessions 01, 02 are taken together" in sentence
+    assert "Sessions 01, 02 are combined" in sentence
     assert "--in-session 01" in sentence
 
 
@@ -36,19 +36,19 @@ def test_one_session_is_analysed_by_itself(table):
     for session, top in (("01", 52.0), ("02", 92.0)):
         found = analyse(only_session(data, session), normalise="none")
         assert found.table3["mean"].iloc[-1] == pytest.approx(top)
-        assert f"Only session {session} is analysed, of 01, 02." in found.problems
-        assert not [each for each in found.problems if "taken together" in each]
+        assert f"Only session {session} is analysed, out of 01, 02." in found.problems
+        assert not [each for each in found.problems if "are combined" in each]
 
 
 def test_a_session_that_is_not_there_is_told_with_those_that_are(table):
-    with pytest.raises(UserError, match=r"no session '03'; there are: 01, 02"):
+    with pytest.raises(UserError, match=r"unknown session '03'; expected one of 01, 02"):
         only_session(load(table), "03")
 
 
 def test_without_sessions_nothing_is_said(table_by_hand):
     data = table_by_hand("participant_id,amplitude_um_pp,estimate\na,0,1\na,1,5\nb,0,2\nb,1,6\n")
     assert not [each for each in analyse(data).problems if "ession" in each]
-    with pytest.raises(UserError, match="there are: none"):
+    with pytest.raises(UserError, match="expected one of none"):
         only_session(load(data), "01")
 
 

@@ -58,8 +58,8 @@ def edited(path, old, new):
 def test_what_is_done_as_planned_has_no_deviation(frozen, capsys, plan):
     assert analysed(frozen, plan=plan) == (0, [])
     report = (frozen / "data" / "derivatives" / "slipscale" / "report.html").read_text()
-    assert f"There is no deviation from the plan {plan}" in report
-    assert f"plan: There is no deviation from the plan {plan}" in capsys.readouterr().err
+    assert f"There are no deviations from the plan {plan}" in report
+    assert f"plan: There are no deviations from the plan {plan}" in capsys.readouterr().err
 
 
 def test_without_a_plan_nothing_is_said_of_one(frozen):

@@ -106,7 +106,7 @@ def test_a_few_unreadable_answers_are_named_in_the_tables_own_words(tmp_path):
 
 def test_a_declared_code_that_never_occurs_is_refused(tmp_path):
     path, _ = table(tmp_path, (1, 2))
-    with pytest.raises(UserError, match=r"no answer is '3'; found '[12]'"):
+    with pytest.raises(UserError, match=r"'3' does not occur; found '[12]'"):
         load(path, mapping({"yes": "3"}))
 
 

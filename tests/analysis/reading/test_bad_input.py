@@ -36,8 +36,8 @@ def test_a_file_without_a_required_column_is_named_among_files_that_have_it(data
 @pytest.mark.parametrize(
     "text,words",
     [
-        ("participant_id,amplitude_um_pp,estimate,estimate\na,0,1,2\n", "estimate is there twice"),
-        (TIDY.replace(",", "\t") + "a\t0,5\t1.5\n", "are there as often; expected one of them"),
+        ("participant_id,amplitude_um_pp,estimate,estimate\na,0,1,2\n", "estimate occurs twice"),
+        (TIDY.replace(",", "\t") + "a\t0,5\t1.5\n", "are equally frequent; expected one of them"),
         ("{" + "x" * 5000 + "}\n1\n", r"xxx \.\.\.\. Expected at least participant_id"),
     ],
 )
@@ -361,7 +361,7 @@ def test_an_unpaired_quote_in_a_header_is_a_sentence(table_by_hand):
     for separator in "\t;,":
         header = TIDY.strip().replace(",", separator).replace("amp", '"amp')
         text = f"{header}\n{separator.join('a12')}\n"
-        with pytest.raises(UserError, match="line 1, the header, has a quotation mark without"):
+        with pytest.raises(UserError, match="line 1, the header, has an unmatched quotation mark"):
             load(table_by_hand(text, f"{ord(separator)}.tsv"))
 
 

@@ -66,7 +66,7 @@ def test_empty_lines_at_the_end_are_not_spoken_of(table_by_hand):
 
 def test_a_header_may_come_late_and_come_back(table_by_hand):
     data = load(table_by_hand("\n\n" + HEADER + ROWS + HEADER + "c,1,0.5,oops\n"))
-    assert data.problems[0] == "study.csv, line 12: the header once more; skipped"
+    assert data.problems[0] == "study.csv, line 12: a repeated header; skipped"
     assert "line 13, column estimate: 'oops'" in data.problems[1]
     assert sorted(data.estimates["participant_id"].unique()) == ["a", "b"]
 
@@ -95,8 +95,8 @@ def test_lines_after_a_cell_of_two_lines_keep_their_number(table_by_hand):
         ("a,3,1.2,30", "a,3,1.2,30,1", "line 4 has 5 cells"),
         ("a,1,0,10\na,2,0.5,20", "a,1,0,10,1\na,2,0.5", "line 2 has 5 cells"),
         ("b,1,0,10\nb,2,0.5,20", "b,1,0\nb,2,0.5,20,1", "line 6 has 3 cells"),
-        ("a,3", '"a,3', "line 4 has a quotation mark without its partner"),
-        ("a,3", '"a"x,3', "line 4 has 4 cells|line 4 has a quotation mark"),
+        ("a,3", '"a,3', "line 4 has an unmatched quotation mark"),
+        ("a,3", '"a"x,3', "line 4 has 4 cells|line 4 has an unmatched quotation mark"),
     ],
 )
 def test_a_row_of_another_length_is_refused_with_its_line(table_by_hand, old, new, words):
@@ -158,7 +158,7 @@ def test_phases_other_than_practice_count_as_main_and_are_named(table_by_hand):
     data = load(table_by_hand(text))
     assert data.counts["practice"] == 1
     assert data.counts["analysed"] == 2
-    assert data.problems[0].startswith("Phase 'warm-up': 1 trials of it count as main ones")
+    assert data.problems[0].startswith("Phase 'warm-up': its 1 trials count as main trials")
 
 
 def test_more_columns_than_a_screen_holds_read_without_a_warning(table_by_hand):

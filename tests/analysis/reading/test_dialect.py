@@ -151,4 +151,4 @@ def test_trials_that_are_numbered_anew_in_each_part_are_no_doubles(table_by_hand
     assert data.problems == ()
     doubled = load(table_by_hand("\n".join([*rows, rows[-1]]), "doubled.csv"))
     assert len(doubled.estimates) == 36
-    assert "there a second time" in doubled.problems[0]
+    assert "occurs twice" in doubled.problems[0]

@@ -148,7 +148,7 @@ def test_a_group_goes_with_its_participants(tmp_path):
         "b": "young",
         "c": "old",
     }
-    assert data.problems == ("Group 'old' is one participant: it has no spread.",)
+    assert data.problems == ("Group 'old' has one participant, and therefore no spread.",)
 
 
 def test_a_second_factor_within_participants_is_analysed_one_condition_at_a_time(tmp_path):
@@ -169,7 +169,7 @@ def test_what_map_writes_is_what_load_reads(tmp_path):
     assert write_mapping(found, path).name == "analysis.toml"
     assert beside(path) == found
     assert load(path).quantity == found.quantity
-    with pytest.raises(UserError, match="says something else"):
+    with pytest.raises(UserError, match="already exists with different content"):
         write_mapping(mapping(trial="n"), path)
 
 
@@ -180,10 +180,10 @@ def test_what_map_writes_is_what_load_reads(tmp_path):
         ({"columns": {"participant": "a", "stimulus": "a", "response": "b"}}, "a is named twice"),
         (
             {"columns": {"participant": "a", "stimulus": "s", "response": "b", "reference": "c"}},
-            "a reference only beside an answer",
+            "a reference only together with an answer",
         ),
         ({"columns": {"participant": "a", "response": "b"}, "levels": {"x": 1}}, "either levels"),
-        ({"columns": {"participant": "a"}, "levels": {"x": 1, "y": 1}}, "another level"),
+        ({"columns": {"participant": "a"}, "levels": {"x": 1, "y": 1}}, "different levels"),
         ({"columns": {"participant": "a"}, "levels": {"x": -1}}, "expected 0"),
         ({"column": {}}, "unknown key"),
     ],
@@ -202,7 +202,7 @@ def test_a_level_below_nothing_is_refused(tmp_path):
 def test_decibels_are_spoken_of(tmp_path):
     found = mapping(stimulus_words={"unit": "dB SPL"})
     (sentence,) = load(written(tmp_path, "csv", pd.DataFrame(rows())), found).problems
-    assert "is a logarithm already" in sentence
+    assert "is already a logarithm" in sentence
 
 
 def workbook(tmp_path, change, name="data.xlsx"):
@@ -219,7 +219,7 @@ def workbook(tmp_path, change, name="data.xlsx"):
     "change,name,words",
     [
         (lambda book: book.active.merge_cells("A2:A3"), "data.xlsx", "cells A2:A3 are merged"),
-        (lambda book: book, "data.xlsm", "of the form .xlsm"),
+        (lambda book: book, "data.xlsm", "in the format .xlsm"),
         (lambda book: book.active.delete_rows(1, 3), "data.xlsx", "none with rows"),
     ],
 )

@@ -80,7 +80,7 @@ def test_a_doubled_trial_is_kept_once_and_named(dataset):
     rows = dataset.default_estimates(1)
     rows.append(rows[3] | {"estimate": 99})
     data = load(dataset(rows={"01": rows}))
-    assert any("line 10: trial 4 of sub-01 is there a second time" in p for p in data.problems)
+    assert any("line 10: trial 4 of sub-01 occurs twice" in p for p in data.problems)
     assert 99 not in set(data.estimates["estimate"])
 
 
@@ -97,7 +97,7 @@ def test_a_truncated_file_is_refused_with_its_line(dataset):
     [
         (b"", "the file is empty"),
         (TIDY.encode() + b"1,0,caf\x81\n", "line 2 is not UTF-8"),
-        (TIDY.encode() + b"1,0,\x00\n", "line 2 holds a null byte"),
+        (TIDY.encode() + b"1,0,\x00\n", "line 2 contains a null byte"),
         (b"subject,amplitude,rating\n1,0,3\n", "no column participant_id, amplitude_um_pp"),
         (TIDY.encode() + b"1,0\n", "line 2 has 2 cells, expected 3"),
     ],
@@ -144,7 +144,7 @@ def test_frozen_choices_are_read(dataset):
 def test_choices_count_as_frozen_only_in_the_file_that_the_sessions_ran_with(dataset, page):
     folder = dataset(choices='normalisation = "scale_top"')
     assert load(folder).unchanged
-    assert "before there was data" in page(analyse(folder))
+    assert "before data collection" in page(analyse(folder))
     study = folder / "code" / "study.toml"
     text = study.read_bytes()
     study.write_bytes(text.replace(b"\n", b"\r\n"))
@@ -152,8 +152,8 @@ def test_choices_count_as_frozen_only_in_the_file_that_the_sessions_ran_with(dat
     study.write_bytes(text + b'zero_rule = "half_minimum"\n')
     edited = analyse(folder)
     assert edited.dataset.unchanged is False
-    assert any("not the study file that the sessions ran with" in p for p in edited.problems)
-    assert "before there was data" not in page(edited)
+    assert any("not the study file of the sessions" in p for p in edited.problems)
+    assert "before data collection" not in page(edited)
 
 
 def test_every_file_that_results_depend_on_is_hashed(dataset):

@@ -41,14 +41,14 @@ def test_initials_are_no_summary(tmp_path):
 
 @pytest.mark.parametrize("other", ["01", "1.0", "1."])
 def test_one_number_in_two_spellings_is_refused(tmp_path, other):
-    with pytest.raises(UserError, match=f"'1' and '{other}' are one number"):
+    with pytest.raises(UserError, match=f"'1' and '{other}' are the same number"):
         load(written(tmp_path, [*rated("1"), *rated("2"), *rated(other)]))
 
 
 def test_labels_that_differ_in_case_only_are_noted(tmp_path):
     data = load(written(tmp_path, [*rated("p1"), *rated("P1", 2)]))
     assert data.people == {"p1", "P1"}
-    assert any("'p1' and 'P1' differ in case only" in each for each in data.problems)
+    assert any("'p1' and 'P1' differ only in case" in each for each in data.problems)
 
 
 def test_a_code_for_a_missing_answer_is_noted_and_kept(tmp_path):
@@ -56,7 +56,7 @@ def test_a_code_for_a_missing_answer_is_noted_and_kept(tmp_path):
     data = load(written(tmp_path, rows))
     (note,) = [each for each in data.problems if "999" in each]
     assert note == (
-        "data.csv: 2 answers are 999, the next largest is 23; if 999 stands for a missing answer, "
+        "data.csv: 2 answers are 999, the next largest is 23; if 999 means a missing answer, "
         "write n/a"
     )
     assert (data.estimates["estimate"] == 999).sum() == 2

@@ -182,7 +182,7 @@ def test_a_study_may_replace_a_text_that_a_protocol_brings(pilot):
     "changes, said",
     [
         ({"simulated": {}}, "no simulated participant can answer 'grip'"),
-        ({"texts": {"fr": GRIP.texts["fr"]}}, "has no texts in 'en'; it has them in fr"),
+        ({"texts": {"fr": GRIP.texts["fr"]}}, "has no texts in 'en', only in fr"),
         ({"instructions": "grip.intro"}, "its instructions 'grip.intro' are not among its texts"),
         (
             {"texts": {"en": {"session.rest": "Rest!", **GRIP.texts["en"]}}},

@@ -47,7 +47,7 @@ def test_a_keypads_enter_goes_on_and_is_named(texts, step, language, name):
 
 def test_a_pedal_is_named_by_what_it_sends(texts):
     screen = screen_for(STEPS[0], texts('\n[keys]\ngo_on = "b"\n'))
-    assert "Press B to go on" in shown(screen)
+    assert "Press B to continue" in shown(screen)
     assert screen.press("B", 1.0)
 
 

@@ -174,14 +174,18 @@ def test_levels_in_volts_keep_the_plates_unit_in_the_stimulus():
         ("[stimulus]", "[other]", r"(?s)stimulus: expected the table(?!.*beyond)"),
         ("[0.5, 1.0, 1.5]", "[0.0, 1.0]", "spatial_period_mm is 0.0, expected above 0"),
         ("mean_um_pp = 2.0\n", "", r"stimulus\.mean_um_pp: is missing"),
-        ("mean_um_pp", "spatial_period_mm = 1.0\nmean_um_pp", "is varied; expected it to be left"),
+        (
+            "mean_um_pp",
+            "spatial_period_mm = 1.0\nmean_um_pp",
+            "is varied; expected it to be omitted",
+        ),
         ("depth_um_pp = 0.4", "depth_um_pp = 0.9", r"2\.9 is beyond the plate's 2\.5 µm p-p"),
         (
             "mm_s = 5.0",
             "mm_s = 60.0",
             "0.5 mm makes 120 Hz.*keeps 19.5% of a.*film 6 ms.*20% or more",
         ),
-        ("mm_s = 5.0", "mm_s = 500.0", "crosses 1e.03 periods a second, the plate and its line"),
+        ("mm_s = 5.0", "mm_s = 500.0", "crosses 1e.03 periods per second, but the plate and its line"),
         ("periods_mm", "period_mm", "did you mean 'spatial_periods_mm'"),
         (
             "[stimulus]",

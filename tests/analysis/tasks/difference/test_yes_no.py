@@ -164,7 +164,7 @@ def test_kappa_by_hand():
     found = agreement(pd.DataFrame(rows))
     assert found.kappa == pytest.approx(0.7)
     assert found.agreed == 17
-    assert "between two" in agreement(pd.DataFrame(rows[::2])).reason
+    assert "for two" in agreement(pd.DataFrame(rows[::2])).reason
 
 
 def test_an_interval_of_another_confidence_is_not_called_ci95(dataset):

@@ -115,7 +115,7 @@ def test_the_verdict_follows_the_interval(exponents, fractions, verdict):
     (found,) = exponent_and_weber(estimates(exponents), (task(fractions),))
     assert found.verdict == verdict
     assert {"agrees": "agrees with", "does not agree": "does not agree with"}.get(
-        verdict, "not told apart"
+        verdict, "neither differs reliably"
     ) in sentences((found,), 0.95, PLATE_AMPLITUDE)[0]
 
 
@@ -123,7 +123,7 @@ def test_an_exponent_that_may_be_none_is_said_to_be_so():
     (found,) = exponent_and_weber(estimates([-0.3, 0.4, -0.2, 0.3, 0.1]), (task(0.04 * SPREAD),))
     assert not found.grows
     assert (
-        "that sensation grows with the amplitude is not shown"
+        "so an increase of sensation with the amplitude is not shown"
         in sentences((found,), 0.95, PLATE_AMPLITUDE)[0]
     )
     (found,) = exponent_and_weber(estimates(0.75 * SPREAD), (task(0.04 * SPREAD),))

@@ -116,7 +116,7 @@ def test_how_often_the_reference_was_felt_again_is_a_mean_over_matches():
 def test_the_sentence_tells_of_both():
     frame = with_catch_trials(matches().assign(felt_again=1.5), 0.7)
     first, second = matching_sentences(matching(frame), 0.95, PLATE_AMPLITUDE)
-    assert "The reference was felt again 1.50 times a match. In 1 catch trial, which" in first
-    assert first.endswith("0.100 µm from it in the mean.")
+    assert "The reference was presented 1.50 more times per match. In 1 catch trial, which" in first
+    assert first.endswith("0.100 µm away from it on average.")
     assert "catch" not in second
-    assert "again" not in matching_sentences(matching(matches()), 0.95, PLATE_AMPLITUDE)[0]
+    assert "more times" not in matching_sentences(matching(matches()), 0.95, PLATE_AMPLITUDE)[0]

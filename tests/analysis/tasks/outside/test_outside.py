@@ -247,7 +247,7 @@ def test_a_name_that_is_no_files_name_is_refused(installed):
     faults = []
     installed(**{"../up": own_analysis("../up", title="Up", run=spread)})
     assert guard.installed_kinds(faults) == ()
-    assert "expected a name of small letters" in faults[0]
+    assert "expected a name of lower-case letters" in faults[0]
 
 
 @pytest.mark.parametrize(

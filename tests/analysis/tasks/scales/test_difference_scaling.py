@@ -111,7 +111,7 @@ def test_answers_without_a_scale_get_the_reason():
     quadruples = all_quadruples(4, 4)
     sure = judged(quadruples, np.array([0, 0.15, 0.4, 1.0]), 0.0, np.random.default_rng(1))
     assert "no lower limit" in difference_scale(quadruples, sure).reason
-    assert "do not tie" in difference_scale([[0, 1, 2, 3]] * 9, [True, False, True] * 3).reason
+    assert "do not connect" in difference_scale([[0, 1, 2, 3]] * 9, [True, False, True] * 3).reason
     assert difference_scale([[0, 1, 0, 1]], [True]) == NotComputed(
         "surfaces: 2 (at least 3 are needed)"
     )
@@ -146,7 +146,7 @@ def test_too_few_answers_for_a_bootstrap_say_so():
     "quadruples,answers,words",
     [
         ([[0, 1, 2]], [True], "four surfaces"),
-        ([[0, 1, 2, 3]], [True, False], "one answer a trial"),
+        ([[0, 1, 2, 3]], [True, False], "one answer per trial"),
         ([[-1, 1, 2, 3]], [True], "counted from 0"),
         ([[0, 1, 2, 4]], [True], "surface 3 was never presented"),
     ],
@@ -157,5 +157,5 @@ def test_trials_that_cannot_be_are_refused(quadruples, answers, words):
 
 
 def test_triads_of_other_lengths_are_refused():
-    with pytest.raises(UserError, match="three surfaces a row"):
+    with pytest.raises(UserError, match="three surfaces per row"):
         triads_as_quadruples([[0, 1, 2, 3]])

@@ -173,7 +173,7 @@ def test_one_session_or_none_is_no_factor(table_by_hand):
     one = table(keep=lambda _who, session: session == "01")
     for text in (one, one.replace("session,", "run,")):
         found = analyse(table_by_hand(text), normalise="none")
-        assert found.inference.sessions == NotComputed("there are not several sessions")
+        assert found.inference.sessions == NotComputed("there is only one session")
         assert session_sentences(found.inference.sessions, 0.95, PLATE_AMPLITUDE) == []
 
 
@@ -202,7 +202,7 @@ def test_the_report_and_the_results_say_it(table_by_hand, tmp_path):
     for words in (
         "Sessions compared: 01, 02.",
         "session x amplitude",
-        "What differs between sessions stands under",
+        "Differences between sessions are reported under",
         "ICC(A,1)",
         "McGraw &amp; Wong, 1996",
     ):

@@ -197,13 +197,13 @@ def test_of_five_hundred_participants_those_who_wait_are_shown_and_all_at_a_pres
 ):
     page = visitor.see("/")
     assert page.count('<th scope="row">') == 60
-    assert "500 of 12 planned have begun, 100 are done" in words_of(page)
-    assert "500 participants. Shown are 60: who waits for something" in words_of(page)
+    assert "500 of 12 planned participants have begun, 100 are done" in words_of(page)
+    assert "500 participants. 60 are shown: those who need an action" in words_of(page)
     assert page.count("tag interrupted") == 60
     assert visitor.see("/?all=1").count('<th scope="row">') == 500
     data = visitor.see("/data")
     assert data.count('<th scope="row">') == 60
-    assert "500 runs. Shown are the 60 last" in words_of(data)
+    assert "500 runs. The last 60 are shown" in words_of(data)
     assert visitor.see("/data?all=1").count('<th scope="row">') == 500
 
 

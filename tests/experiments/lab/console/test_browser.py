@@ -82,14 +82,14 @@ def test_a_new_folder_is_set_up_without_a_file_being_written_by_hand(page, tmp_p
         page.get_by_role("link", name="Settings").click()
         page.get_by_label("Plate", exact=True).fill("nonsense:")
         page.get_by_role("button", name="Save").click()
-        page.get_by_text("no backend 'nonsense'").wait_for()
+        page.get_by_text("unknown backend 'nonsense'").wait_for()
         assert page.locator("[aria-invalid=true]").get_attribute("name") == "plate"
         page.get_by_label("Plate", exact=True).fill("mock")
         page.get_by_label("Participant's window is not full screen").check()
         page.get_by_role("button", name="Test", exact=True).click()
         page.locator("#plate-test .good").wait_for()
         page.get_by_role("button", name="Save").click()
-        page.get_by_text("These settings are located in slipscale.toml").wait_for()
+        page.get_by_text("These settings are stored in slipscale.toml").wait_for()
     assert (read_lab(tmp_path).plate, read_lab(tmp_path).windowed) == ("mock", True)
     assert page.complaints == []
 
@@ -249,7 +249,7 @@ def test_a_short_day(page, tmp_path):
         page.get_by_role("button", name="Rehearse").click()
         assert "token" not in page.url
         confirm(page)
-        to_live(page, "See it")
+        to_live(page, "Show the session")
         page.get_by_text("Before the first trial").wait_for()
         press_until(page, "Trial 1 of 2")
         page.keyboard.press("n")
@@ -258,7 +258,7 @@ def test_a_short_day(page, tmp_path):
         page.keyboard.press("p")
         page.locator(".state-paused").wait_for()
         first.kill()
-        page.get_by_text("The console does not answer").wait_for()
+        page.get_by_text("The console does not respond").wait_for()
     assert is_being_written(run)
     with console(tmp_path, re.search(r":(\d+)/", address)[1]) as (_, address):
         old, page = page, page.context.new_page()  # an old page keeps a new one from nothing
@@ -272,15 +272,15 @@ def test_a_short_day(page, tmp_path):
         confirm(page, "a slip")
         page.get_by_text("a slip").wait_for()
         os.kill(read_status(run).process, signal.SIGKILL)
-        page.get_by_text("No session runs now").wait_for()
+        page.get_by_text("No session is running").wait_for()
         page.goto(address.partition("/?")[0])
-        page.get_by_role("button", name="Go on").click()
+        page.get_by_role("button", name="Resume").click()
         confirm(page)
-        to_live(page, "See it")
+        to_live(page, "Show the session")
         page.get_by_role("button", name="Stop").wait_for()
         page.keyboard.press("s")
         confirm(page, "enough")
-        page.get_by_text("No session runs now").wait_for()
+        page.get_by_text("No session is running").wait_for()
     await_end(run)
     plan, records = read_plan(run)
     kinds = [record.kind for record in records]
@@ -359,7 +359,7 @@ def begin_session(page):
     to_page(page, "Today")
     page.get_by_role("button", name="Begin the session").click()
     confirm(page)
-    to_live(page, "See it")
+    to_live(page, "Show the session")
     page.get_by_text("Before the first trial").wait_for()
 
 
@@ -399,9 +399,9 @@ def a_note_a_pause_and_a_void(page):
     page.keyboard.press("v")
     confirm(page, "coughed")
     page.get_by_text("coughed").wait_for()
-    answer_until(page, shows(page, "No session runs now"))
+    answer_until(page, shows(page, "No session is running"))
     to_page(page, "Today")
-    page.get_by_text("1 of 3 planned have begun, 1 are done").wait_for()
+    page.get_by_text("1 of 3 planned participants have begun, 1 are done").wait_for()
     page.get_by_text("the heating came on").wait_for()
 
 
@@ -409,13 +409,13 @@ def a_killed_session_goes_on(page, journal):
     to_page(page, "Live")
     page.get_by_text(re.compile("Trial [23] of 3")).wait_for()
     os.kill(read_status(journal).process, signal.SIGKILL)
-    page.get_by_text("No session runs now").wait_for()
+    page.get_by_text("No session is running").wait_for()
     to_page(page, "Today")
-    page.get_by_role("button", name="Go on").click()
+    page.get_by_role("button", name="Resume").click()
     confirm(page)
-    to_live(page, "See it")
+    to_live(page, "Show the session")
     page.get_by_role("button", name="Stop").wait_for()
-    answer_until(page, shows(page, "No session runs now"))
+    answer_until(page, shows(page, "No session is running"))
 
 
 def results_grow(page, watching):
@@ -431,7 +431,7 @@ def results_grow(page, watching):
     begin_session(page)
     answer_until(page, shows(page, "Trial 2 of 3"))
     wait_until(watching, lambda: times.count() > answered)  # while the session runs
-    answer_until(page, shows(page, "No session runs now"))
+    answer_until(page, shows(page, "No session is running"))
     wait_until(watching, lambda: counts(watching) == ["3"] * 3)
     renewed = watching.locator(".paper img")
     wait_until(watching, lambda: renewed.count() and renewed.get_attribute("src") != figure)
@@ -470,7 +470,7 @@ def test_a_whole_day(page, tmp_path, bench):
         begin_session(page)
         answer_until(page, shows(page, "Trial 2 of 3"))
         first.kill()
-        page.get_by_text("The console does not answer").wait_for()
+        page.get_by_text("The console does not respond").wait_for()
     assert is_being_written(two)
     with console(lab) as (_, address):
         page.goto(address)

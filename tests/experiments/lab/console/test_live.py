@@ -65,7 +65,7 @@ def test_the_deviation_is_told_of_many_presentations_together(
         monkeypatch.setattr(state, "summary", lambda _, run=run: run)
         with session(status):
             visitor.console.state.now(fresh=True)
-            assert ("42 % of what is allowed" in words_of(visitor.see("/live"))) is told
+            assert ("42 % of the tolerance" in words_of(visitor.see("/live"))) is told
 
 
 def test_the_deviation_is_a_share_of_what_the_plate_allows(recorded):
@@ -135,10 +135,10 @@ def test_the_amplitude_is_shown_after_a_typed_word_and_a_request_to_the_session(
 def test_what_a_session_tells_is_shown_at_once(visitor, session, status, words_of):
     """The folder is read once a second; who paused the session must not wait for that."""
     with session(status) as (box, _):
-        assert "at work" in words_of(visitor.see("/live"))
+        assert "running" in words_of(visitor.see("/live"))
         box.tell(replace(status, state="paused"))
         assert "PAUSED" in words_of(visitor.see("/live"))
-    assert "No session runs now" in words_of(visitor.see("/live"))
+    assert "No session is running" in words_of(visitor.see("/live"))
 
 
 def test_pages_are_told_at_once_that_a_session_told_something(

@@ -154,7 +154,7 @@ def test_every_page_speaks_the_readers_language(visitor, recorded, path):
 
 def test_today_shows_who_is_where_and_offers_what_can_be_done(visitor, recorded):
     page = visitor.see("/")
-    assert "2 of 12 planned have begun, 1 are done" in words_of(page)
+    assert "2 of 12 planned participants have begun, 1 are done" in words_of(page)
     assert "participant 03" in words_of(page)
     assert page.count('data-do="resume"') == 1
     assert page.count('data-do="begin"') == 2
@@ -163,7 +163,7 @@ def test_today_shows_who_is_where_and_offers_what_can_be_done(visitor, recorded)
 def test_on_a_plate_that_nobody_feels_only_rehearsals_are_offered(visitor, recorded, lab):
     (lab / "slipscale.toml").write_text('plate = "mock"\n')
     page = visitor.see("/")
-    assert "which nobody feels" in page
+    assert "is simulated; participants cannot feel it" in page
     assert page.count('data-do="begin"') == 1
     assert visitor.ask("begin", participant="03")[0] == 409
     assert visitor.ask("begin", participant="01", pilot=True)[0] == 200
@@ -255,7 +255,7 @@ def test_while_a_session_runs_no_other_begins_and_nothing_checks_the_plate(visit
         }.items():
             status, said = visitor.ask(action, **fields)
             assert (status, "is running; end it first" in said) == (409, True)
-        assert "The session of participant 02 runs" in words_of(visitor.see("/"))
+        assert "The session of participant 02 is running" in words_of(visitor.see("/"))
     assert visitor.jobs.started == []
 
 
@@ -263,7 +263,7 @@ def test_a_session_without_a_mailbox_is_shown_and_says_so(visitor, session, reco
     with session(STATUS):
         shutil.rmtree(next(recorded.rglob("*.live")))
         visitor.console.state.now(fresh=True)
-        assert "tells nothing and takes no requests" in visitor.see("/live")
+        assert "reports no status and accepts no requests" in visitor.see("/live")
 
 
 def test_a_message_of_a_change_comes_once_for_each_change(visitor, session):
@@ -291,7 +291,7 @@ def test_while_a_session_begins_or_ends_no_other_is_offered(visitor, recorded):
     job = Job(kind="session", about="participant 03", process=process, output=path, errors=path)
     visitor.jobs.jobs["session"] = job
     page = visitor.see("/")
-    assert "participant 03: the session begins or ends" in words_of(page)
+    assert "participant 03: the session is starting or ending" in words_of(page)
     assert "data-do=" not in page
     status, said = visitor.ask("begin", participant="03")
     assert (status, "still running" in said) == (409, True)
@@ -339,7 +339,7 @@ def test_a_job_at_work_is_shown_and_one_that_failed_says_why(visitor, analysed, 
     job = Jobs(lab).start("analysis", "the analysis", "analyse", "nothing")
     visitor.jobs.jobs["analysis"] = job
     if job.running:  # it is, unless this machine is very quick
-        assert "The analysis is at work" in words_of(visitor.see("/data"))
+        assert "The analysis is running" in words_of(visitor.see("/data"))
     job.process.wait()
     assert "It failed: slipscale analyse: nothing: no such file" in words_of(visitor.see("/data"))
 

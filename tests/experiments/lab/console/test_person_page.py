@@ -16,13 +16,13 @@ def test_runs_flags_events_and_consent_are_shown_without_an_answer(visitor, reco
     assert "um" not in page.split()
     assert 'href="/person?label=02"' in visitor.see("/")
     assert 'href="/person?label=02"' in visitor.see("/data")
-    assert "Go on" in words_of(visitor.see("/person?label=02"))
+    assert "Resume" in words_of(visitor.see("/person?label=02"))
 
 
 @pytest.mark.parametrize("label", ["09", "", "../../etc", "<script>"])
 def test_somebody_who_is_not_there_is_said_to_be_not_there(visitor, recorded, label):
     page = visitor.see(f"/person?label={label}")
-    assert "There is no participant" in page
+    assert "Unknown participant" in page
     assert "<script>&" not in page
 
 
@@ -72,14 +72,14 @@ def test_a_withdrawal_needs_the_label_typed_and_removes_all(visitor, recorded, w
 def test_nobody_is_withdrawn_while_a_session_runs(visitor, session, status, recorded):
     with session(status):
         code, said = visitor.ask("withdraw", participant="01", word="01")
-        assert (code, "runs now" in said) == (409, True)
+        assert (code, "is running" in said) == (409, True)
         assert "Remove all their data" not in visitor.see("/person?label=01")
     assert (recorded / "sourcedata/sub-01").exists()
 
 
 def test_rehearsals_have_pages_too_and_their_own_decisions(visitor, lab, record_runs, words_of):
     record_runs(lab / "pilots/rehearsals", "01", mode="pilot")
-    assert "There is no participant" in visitor.see("/person?label=01")
+    assert "Unknown participant" in visitor.see("/person?label=01")
     assert "rehearsal" in words_of(visitor.see("/person?label=01&pilot=1"))
     asked = {"participant": "01", "excluded": True, "reason": "r", "pilot": True}
     assert visitor.ask("exclude", **asked)[0] == 200

@@ -343,7 +343,7 @@ def test_the_certificate_is_for_the_address_and_plain_http_is_not_served(lab, tm
             )
             opener.open(request, timeout=20).close()
             with opener.open(address.partition("?")[0], timeout=20) as answer:
-                assert "only shows" in answer.read().decode()
+                assert "read-only" in answer.read().decode()
             with (
                 pytest.raises(OSError, match=r".*"),
                 opener.open(address.replace("https", "http"), timeout=20) as plain,

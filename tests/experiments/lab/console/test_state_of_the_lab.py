@@ -91,13 +91,13 @@ def test_a_session_that_does_not_answer_is_told_on_every_page(
     with session(status) as (box, _):
         visitor.see("/")
         now_s[0] += 4
-        assert "has not answered" not in visitor.see("/")
+        assert "has not responded" not in visitor.see("/")
         now_s[0] += 4
         for path in ALL:
-            assert "participant 02 has not answered for 8 s" in visitor.see(path)
+            assert "participant 02 has not responded for 8 s" in visitor.see(path)
         time.sleep(0.01)  # of the file system's clock
         box.poll()
-        assert "has not answered" not in visitor.see("/")
+        assert "has not responded" not in visitor.see("/")
 
 
 def test_the_first_line_shows_the_state_of_the_laboratory(visitor, session, status, words_of, lab):
@@ -105,7 +105,7 @@ def test_the_first_line_shows_the_state_of_the_laboratory(visitor, session, stat
         for path in ALL:
             page = words_of(visitor.see(path))
             assert f"laboratory {lab.name} study" in page
-            assert "plate serial:COM9 session participant 02 runs · PAUSED disk" in page
+            assert "plate serial:COM9 session participant 02, running · PAUSED disk" in page
             assert re.search(r"disk \d+\.\d GB free backup no folder named", page)
 
 
@@ -131,7 +131,7 @@ def test_times_are_those_of_the_computer_s_clock(visitor, recorded, monkeypatch,
 def test_a_session_that_began_and_failed_did_begin(visitor, recorded, tmp_path, words_of):
     job = ended(tmp_path, errors="the line is dead\n", status=3, began_s=time.time() + 60)
     visitor.jobs.jobs["session"] = job
-    assert "It did not begin: the line is dead" in words_of(visitor.see("/"))
+    assert "It did not start: the line is dead" in words_of(visitor.see("/"))
     visitor.jobs.jobs["session"].began_s = 0.0
     page = words_of(visitor.see("/"))
     assert "The session began and ended with an error: the line is dead" in page
@@ -145,7 +145,7 @@ def test_begin_is_demoted_while_something_is_not_ready(visitor, recorded, tmp_pa
     page = visitor.see("/")
     begin = re.search(r'<button [^>]*data-do="begin"[^>]*>Begin the session', page)[0]
     assert ('class="main"' in begin) == passed
-    assert ("is not ready. Begin" in begin) != passed
+    assert ("found a problem. Begin" in begin) != passed
     assert re.search(r"Checked \d{4}-\d\d-\d\d \d\d:\d\d\.", page)
 
 

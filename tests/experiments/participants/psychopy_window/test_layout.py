@@ -87,7 +87,9 @@ protocol = "magnitude_estimation"
 def test_validate_names_what_cannot_be_read_in_any_language(tmp_path, en, fr, language):
     file = tmp_path / "mine.toml"
     file.write_text(STUDY.format(en=en, fr=fr), encoding="utf-8")
-    with pytest.raises(UserError, match=f"(?s)cannot be read.*{language}: 'Please say how often"):
+    with pytest.raises(
+        UserError, match=f"(?s)cannot be shown properly.*{language}: 'Please say how often"
+    ):
         validate(str(file))
 
 

@@ -65,10 +65,10 @@ def test_a_start_that_is_shown_is_no_answer_until_the_mark_was_put(make):
     screen = make(start_shown=True)
     assert mark(screen) == 30.0
     assert screen.press(" ", 1.0) is None
-    assert "put the mark" in words(screen)
+    assert "place the mark" in words(screen)
     screen.move(1)
     screen.move(-1)
-    assert "put the mark" not in words(screen)
+    assert "place the mark" not in words(screen)
     assert screen.press(" ", 1.0) == ScreenResult(value=30.0)
 
 

@@ -37,7 +37,9 @@ def filled(shown):
     return done.width / track.width
 
 
-@pytest.mark.parametrize("elapsed_s, said", [(0.0, "5 s more"), (4.2, "1 s more"), (5.0, "space")])
+@pytest.mark.parametrize(
+    "elapsed_s, said", [(0.0, "another 5 s"), (4.2, "another 1 s"), (5.0, "space")]
+)
 def test_exploring_says_how_long_it_lasts_at_least(elapsed_s, said):
     screen = screen_for(Explore(text="Stroke.", minimum_s=5.0), TEXTS)
     assert said in words(screen.scene(elapsed_s))
