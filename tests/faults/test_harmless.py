@@ -41,7 +41,7 @@ def test_a_table_is_analysed_without_its_words_being_obeyed(tmp_path, capsys, un
     assert commands.main(["analyse", str(table), *words, "--out", str(tmp_path / "out")]) == 0
     shown = capsys.readouterr()
     assert harmless(unit) in shown.out
-    assert "'\\x1b[2J' where a number was expected" in shown.err
+    assert "'\\x1b[2J' instead of a number" in shown.err
     assert "\x1b" not in shown.out + shown.err
 
 

@@ -141,7 +141,7 @@ def test_a_space_after_every_comma_is_a_habit_of_hands(table_by_hand):
 def test_a_truth_is_no_number(table_by_hand, said):
     for rows in (ROWS, "", "c,2,0.5,\n"):
         data = load(table_by_hand(HEADER + rows + f"c,1,0.5,{said}\n"))
-        assert "where a number was expected" in data.problems[0]
+        assert "instead of a number" in data.problems[0]
         assert "c" not in set(data.estimates["participant_id"])
 
 

@@ -40,7 +40,7 @@ def test_one_bad_cell_takes_no_decimal_comma_with_it(table_by_hand, separator, q
     assert by_amplitude.size().to_dict() == {0.0: 12, 0.5: 12, 1.2: 12, 2.3: 12}
     assert by_amplitude.mean()[2.3] == pytest.approx(62.3)
     (sentence,) = data.problems
-    assert "line 50, column estimate: '?' where a number" in sentence
+    assert "line 50, column estimate: '?' instead of a number" in sentence
 
 
 def test_a_bad_cell_leaves_the_table_that_is_written_as_it_was(table_by_hand):

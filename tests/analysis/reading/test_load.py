@@ -70,7 +70,7 @@ def test_text_in_a_number_column_is_named_by_file_line_and_column(dataset):
     data = load(dataset(rows={"03": rows}))
     text, negative = data.problems
     assert "sub-03_task-magnitudeestimation_run-01_beh.tsv, line 6, column estimate" in text
-    assert "'forty' where a number was expected" in text
+    assert "'forty' instead of a number" in text
     assert "line 7" in negative
     assert "0 or more" in negative
     assert data.counts["unanswered"] == 2

@@ -185,7 +185,11 @@ def test_levels_in_volts_keep_the_plates_unit_in_the_stimulus():
             "mm_s = 60.0",
             "0.5 mm makes 120 Hz.*keeps 19.5% of a.*film 6 ms.*20% or more",
         ),
-        ("mm_s = 5.0", "mm_s = 500.0", "crosses 1e.03 periods per second, but the plate and its line"),
+        (
+            "mm_s = 5.0",
+            "mm_s = 500.0",
+            "crosses 1e.03 periods per second, but the plate",
+        ),
         ("periods_mm", "period_mm", "did you mean 'spatial_periods_mm'"),
         (
             "[stimulus]",
