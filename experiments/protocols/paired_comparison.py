@@ -19,11 +19,13 @@ from slipscale.experiments.protocols.building_blocks.comparing import (
     DESIGN,
     Comparing,
     ComparingOptions,
-    Shown,
+    in_both_orders,
+    name_of,
+    the_two_ends,
     with_catch_trials,
 )
 from slipscale.experiments.protocols.simulated_answers import compared
-from slipscale.experiments.protocols.steps import ComparisonQuestion, Phase
+from slipscale.experiments.protocols.steps import ComparisonQuestion
 from slipscale.faults import UserError
 from slipscale.stimuli.texture import Grating
 
@@ -81,46 +83,29 @@ def steps(options: PairedComparison, context: Context) -> Steps:
     question = ComparisonQuestion(
         prompt=texts[f"paired_comparison.{options.form}.question"], options=tuple(words[:2])
     )
+    groups = list(combinations(compared_surfaces(options, context), SIZE[options.form]))
+    easy = _easy(options, context)
     run = Comparing(
         options,
         context,
         texts=f"paired_comparison.{options.form}",
         question=question,
-        practice=_easy(options, context, "practice", options.practice),
+        practice=the_two_ends(easy, context, "practice", options.practice),
         main=with_catch_trials(
-            _main(options, context),
-            _easy(options, context, "main", options.catch_trials),
+            in_both_orders(groups, options.repetitions, context),
+            the_two_ends(easy, context, "main", options.catch_trials),
             context.stream(context.task, "catch"),
         ),
     )
     yield from run.steps()
 
 
-def _main(options: PairedComparison, context: Context) -> list[Shown]:
-    """Return the main trials: each repetition has all groups in its own random order."""
-    groups = list(combinations(compared_surfaces(options, context), SIZE[options.form]))
-    stream = context.stream(context.task, "main")
-    begins = [stream.below(2) for _ in groups]  # alternates with each repetition
-    return [
-        Shown(
-            "main",
-            groups[each] if (begins[each] + repetition) % 2 else groups[each][::-1],
-            {"catch": False},
-        )
-        for repetition in range(options.repetitions)
-        for each in stream.shuffled(range(len(groups)))
-    ]
-
-
-def _easy(options: PairedComparison, context: Context, phase: Phase, count: int) -> list[Shown]:
-    """Return trivially easy trials with the two ends of the range."""
+def _easy(options: PairedComparison, context: Context) -> tuple[Stimulus, ...]:
+    """Return a trivially easy group: the two ends of the range."""
     surfaces = compared_surfaces(options, context)
     plain = [each for each in surfaces if not isinstance(each, Grating)] or list(surfaces)
     low, high = plain[0], plain[-1]
-    easy = (low, low, high) if options.form == "triads" else (low, high)
-    stream = context.stream(context.task, "easy", phase)
-    turned = [stream.below(2) for _ in range(count)]
-    return [Shown(phase, easy[::-1] if turn else easy, {"catch": True}) for turn in turned]
+    return (low, low, high) if options.form == "triads" else (low, high)
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> float:
@@ -132,14 +117,10 @@ def _answer(step: Ask, person: SimulatedPerson) -> float:
     return float(1 + person.pick([abs(second - first), abs(third - second)]))
 
 
-def _name(surface: Stimulus) -> str:
-    return surface.name if isinstance(surface, Grating) else f"{surface.level:g}"
-
-
 def _surface(interval: int) -> Column:
     def name(record: TrialRecord) -> str | None:
         shown = record.intervals.get(interval)
-        return _name(shown.surface) if shown else None
+        return name_of(shown.surface) if shown else None
 
     return Column(
         value=name,

@@ -362,8 +362,9 @@ class Study(BaseModel):
     def words_of(self, language: str) -> AttributeWords | None:
         """Return the words of what is judged in a language; None for a language of the study's."""
         if language in self.attribute_words:
-            return AttributeWords(**self.attribute_words[language].model_dump())
-        return ATTRIBUTES.get(self.quantity.judged, {}).get(language)
+            own = self.attribute_words[language]
+            return AttributeWords(own.adjective, own.noun, own.masculine, own.plural)
+        return ATTRIBUTES.get(self.attribute or self.made.judged, {}).get(language)
 
     @property
     def plate_quantity(self) -> Quantity:

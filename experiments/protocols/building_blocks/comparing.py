@@ -29,6 +29,7 @@ from slipscale.experiments.protocols.steps import (
     Value,
     Voided,
 )
+from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Mapping, Sequence
@@ -73,6 +74,37 @@ def with_catch_trials(
     marks = stream.shuffled([False] * len(planned) + [True] * len(catch_trials))
     trials, catches = iter(planned), iter(catch_trials)
     return [next(catches) if catch else next(trials) for catch in marks]
+
+
+def in_both_orders(
+    groups: Sequence[tuple[Stimulus, ...]], repetitions: int, context: Context
+) -> list[Shown]:
+    """Return main trials: each repetition has all groups, shuffled, in alternating orders."""
+    stream = context.stream(context.task, "main")
+    begins = [stream.below(2) for _ in groups]  # the order in odd repetitions
+    return [
+        Shown(
+            "main",
+            groups[each] if (begins[each] + repetition) % 2 else groups[each][::-1],
+            {"catch": False},
+        )
+        for repetition in range(repetitions)
+        for each in stream.shuffled(range(len(groups)))
+    ]
+
+
+def the_two_ends(
+    easy: tuple[Stimulus, ...], context: Context, phase: Phase, count: int
+) -> list[Shown]:
+    """Return trivially easy trials: a group from the ends of the range, in random orders."""
+    stream = context.stream(context.task, "easy", phase)
+    turned = [stream.below(2) for _ in range(count)]
+    return [Shown(phase, easy[::-1] if turn else easy, {"catch": True}) for turn in turned]
+
+
+def name_of(surface: Stimulus) -> str:
+    """Return what the data call a surface: a texture's name, or its level."""
+    return surface.name if isinstance(surface, Grating) else f"{surface.level:g}"
 
 
 class IntervalTask(Repeating[Condition]):
@@ -131,6 +163,7 @@ class Comparing(IntervalTask[Shown]):
         *,
         texts: str,
         question: Question,
+        name: str = "response",
         practice: Sequence[Shown],
         main: Sequence[Shown],
     ) -> None:
@@ -138,6 +171,7 @@ class Comparing(IntervalTask[Shown]):
         self.options = options
         self._texts = texts
         self._question = question
+        self._name = name
         self._practice = practice
         self._main = main
 
@@ -169,7 +203,7 @@ class Comparing(IntervalTask[Shown]):
         for place, surface in enumerate(condition.surfaces, start=1):
             yield from self.interval(surface, trial, place)
         reply = yield Ask(
-            name="response",
+            name=self._name,
             question=self._question,
             trial=trial,
             time_limit_s=self.options.response_time_limit_s,

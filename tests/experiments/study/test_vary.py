@@ -35,6 +35,7 @@ TASKS = {
     "visual_analogue_scale": "practice = 0",
     "descending_difference": "",
     "paired_comparison": "practice = 0\nrepetitions = 1",
+    "similarity": "practice = 0\nrepetitions = 1",
     "constant_stimuli": "practice = 0\nrepetitions = 1\n{standard} = {middle}",
     "difference_threshold": "rule = 'weighted'\nscale = 'linear'\nsteps_up = [{step}]\n{tracks}",
     "difference_threshold#quest": "rule = 'quest_plus'\nquest_levels = 4\n{tracks}",

@@ -1,0 +1,147 @@
+"""Similarity rating: every surface with every other, how different the two are.
+
+The rating is a mark on a line from identical to completely different: dissimilarities for a map of
+the surfaces by multidimensional scaling, as Hollins and others (1993, Percept. Psychophys. 54,
+697-705) made of textures. No attribute is named, so people decide what differs.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from slipscale.experiments.protocols.base import AtLeastOne, Column, Protocol, Switch
+from slipscale.experiments.protocols.building_blocks.comparing import (
+    DESIGN,
+    Comparing,
+    ComparingOptions,
+    in_both_orders,
+    name_of,
+    the_two_ends,
+    with_catch_trials,
+)
+from slipscale.experiments.protocols.steps import VisualAnalogueQuestion
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
+    from slipscale.experiments.protocols.steps import Ask, Steps
+    from slipscale.stimuli.surface import Stimulus
+
+FEWEST, PAIR = 3, 2
+RESOLUTION = 1.0
+
+
+class Similarity(ComparingOptions):
+    """What a study may set for similarity rating."""
+
+    repetitions: AtLeastOne = Field(
+        default=2,
+        description="How often each pair is rated; it stands in both orders equally often where "
+        "that is even.",
+        json_schema_extra={"unit": "trials a pair"},
+    )
+    identical_pairs: Switch = Field(
+        default=False, description="Whether each surface is rated against itself as well."
+    )
+
+
+def pairs(options: Similarity, context: Context) -> list[tuple[Stimulus, ...]]:
+    """Return every pair of the study's surfaces, textures among them."""
+    surfaces = context.surfaces
+    same = [(each, each) for each in surfaces] if options.identical_pairs else []
+    return [*combinations(surfaces, PAIR), *same]
+
+
+def check(options: Similarity, context: Context) -> None:  # noqa: ARG001 - the registry's signature
+    """Raise `UserError` if there are too few surfaces for a map."""
+    if (there := len(context.surfaces)) < FEWEST:
+        raise UserError(f"similarity needs {FEWEST} surfaces, the study has {there}")
+
+
+def trials(options: Similarity, context: Context) -> int:
+    """Return how many trials a run has, practice and catch trials included."""
+    main = options.repetitions * len(pairs(options, context))
+    return options.practice + options.catch_trials + main
+
+
+def steps(options: Similarity, context: Context) -> Steps:
+    """Yield the steps of a run."""
+    texts = context.texts
+    question = VisualAnalogueQuestion(
+        prompt=texts["similarity.question"],
+        left=texts["similarity.left"],
+        right=texts["similarity.right"],
+        resolution=RESOLUTION,
+        key_step=RESOLUTION,
+        start=0.0,
+        start_shown=False,
+    )
+    ends = (context.surfaces[0], context.surfaces[-1])
+    run = Comparing(
+        options,
+        context,
+        texts="similarity",
+        name="dissimilarity",
+        question=question,
+        practice=the_two_ends(ends, context, "practice", options.practice),
+        main=with_catch_trials(
+            in_both_orders(pairs(options, context), options.repetitions, context),
+            the_two_ends(ends, context, "main", options.catch_trials),
+            context.stream(context.task, "catch"),
+        ),
+    )
+    yield from run.steps()
+
+
+def _answer(step: Ask, person: SimulatedPerson) -> float:
+    """Rate the difference of the two impressions."""
+    question = step.question
+    if not isinstance(question, VisualAnalogueQuestion):
+        raise TypeError(f"'{step.name}' is not a line")
+    if person.lapses():
+        return question.nearest(100 * person.stream("lapse", "value").uniform())
+    first, second = person.impressions
+    return question.nearest(abs(first - second))
+
+
+def _surface(interval: int, which: str) -> Column:
+    return Column(
+        value=lambda record: (
+            name_of(record.intervals[interval].surface) if interval in record.intervals else None
+        ),
+        kind="label",
+        description=f"What came {which}: the {{q.name}} in {{q.unit_in_full}}, or the texture's "
+        "name",
+    )
+
+
+PROTOCOL = Protocol(
+    task="similarity",
+    title="Similarity rating",
+    description=(
+        "The participant strokes two surfaces and marks on a line how different they are, from "
+        "identical to completely different."
+    ),
+    options=Similarity,
+    trials=trials,
+    steps=steps,
+    answer="dissimilarity",
+    instructions="similarity.instructions",
+    simulated={"dissimilarity": _answer},
+    design=DESIGN,
+    stimulus={"first": _surface(1, "first"), "second": _surface(2, "second")},
+    response={
+        "dissimilarity": Column(
+            value=lambda record: record.answer("dissimilarity"),
+            kind="number",
+            description="Place of the mark on the line: 0 identical, 100 completely different",
+        ),
+    },
+    intervals=lambda _: PAIR,
+    textures=True,
+    check=check,
+)
