@@ -11,6 +11,8 @@ SPEC: ``scpi:RESOURCE,option=value,...`` where RESOURCE is a VISA resource
                   gain and channel
 ``channel``       the generator's channel, 1 or 2 (1)
 ``dialect``       the make, see `generator_dialects` (default: from ``*IDN?``)
+``frequency``,    for a plate file in another quantity than µm, instead of a
+``per_volt``      calibration: see `drive_of_level`
 ================  ===============================================================
 
 **All volts in this file are V peak at the plate**, after the amplifier, except for values sent to
@@ -23,11 +25,12 @@ the readback is computed from the active drive.
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
+from slipscale.hardware.backends import drive_of_level
 from slipscale.hardware.backends.gain import agreed_gain
 from slipscale.hardware.backends.generator_dialects import channel_number, dialect_named
 from slipscale.hardware.backends.generator_line import GeneratorLine
@@ -41,6 +44,7 @@ from slipscale.stimuli.modulation import along_edge
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from slipscale.hardware.backends.drive_of_level import DriveOfLevel
     from slipscale.hardware.backends.generator_dialects import Dialect
     from slipscale.hardware.calibration.record import Calibration
     from slipscale.hardware.clock import Clock
@@ -48,14 +52,13 @@ if TYPE_CHECKING:
     from slipscale.hardware.plate_file import PlateFile
 
 RAMP_S, RAMP_STEPS = 0.03, 10
-SETTLING_TIME_CONSTANTS = 7  # to 0.1 %
-UNKNOWN_PLATE_SETTLING_S = 0.05  # used without a calibration, when Q is unknown
 VPP_PER_V_PEAK = 2.0
 
 OPTIONS: dict[str, Callable[[str], Any]] = {
     "channel": channel_number,
     "dialect": dialect_named,
     "gain": addresses.positive_number,
+    **drive_of_level.OPTIONS,
 }
 
 
@@ -80,6 +83,8 @@ class FunctionGenerator(PlateDriver):
         The generator's channel, 1 or 2.
     dialect : Dialect
         The generator's make; default: identified with ``*IDN?``.
+    drive : DriveOfLevel
+        For a plate in another quantity than µm; default: the calibration's.
 
     Raises
     ------
@@ -101,8 +106,11 @@ class FunctionGenerator(PlateDriver):
         amplifier_gain: float | None = None,
         channel: int = 1,
         dialect: Dialect | None = None,
+        drive: DriveOfLevel | None = None,
     ) -> None:
         super().__init__(clock=clock, limits=limits, calibration=calibration, plate_file=plate_file)
+        self._level_drive = drive or drive_of_level.calibrated(calibration)
+        self.limits = replace(self.limits, voltage_v=drive_of_level.largest_v_peak(self.limits))
         self._output = GeneratorOutput(line, channel, dialect)
         wired = plate_file.wiring.amplifier_gain if plate_file else None
         self.amplifier_gain = agreed_gain(
@@ -126,9 +134,9 @@ class FunctionGenerator(PlateDriver):
         self._output.line.open()
         return self._output.prepare(self.limits.voltage_v * self._vpp_per_v)
 
-    def _check_possible(self, amplitude_um_pp: float) -> None:
-        if self.calibration is not None:
-            self._check_range(self.calibration.voltage_v_peak(amplitude_um_pp))
+    def _check_possible(self, level: float) -> None:
+        if self._level_drive is not None:
+            self._check_range(self._level_drive.voltage_v_peak(level))
 
     def _check_range(self, voltage_v: float) -> None:
         """Raise `OverLimit` unless the generator can output a voltage; 0 means output off."""
@@ -141,21 +149,20 @@ class FunctionGenerator(PlateDriver):
             "an amplifier with another gain, or other amplitudes"
         )
 
-    def _drive(self, amplitude_um_pp: float) -> Presentation:
-        if self.calibration is None:
+    def _drive(self, level: float) -> Presentation:
+        drive = self._level_drive
+        if drive is None:
             raise UserError(
                 "plate 'scpi': a function generator needs calibration=FILE; "
                 "slipscale plate calibrate writes one"
             )
         begun_s = self._machine.now()
-        resonance = self.calibration.resonance
-        voltage_v = self.calibration.voltage_v_peak(amplitude_um_pp)
+        voltage_v = drive.voltage_v_peak(level)
         self.limits.check_voltage(voltage_v)
-        self._ramp(voltage_v, frequency_hz=self.tracked_hz or resonance.frequency_hz)
-        time_constant_s = resonance.quality_factor / (math.pi * resonance.frequency_hz)
-        self._machine.sleep(SETTLING_TIME_CONSTANTS * time_constant_s)
+        self._ramp(voltage_v, frequency_hz=self.tracked_hz or drive.frequency_hz)
+        self._machine.sleep(drive.settling_s)
         return Presentation(
-            commanded_level=amplitude_um_pp,
+            commanded_level=level,
             readback=self._read_back(),
             settled_by="wait",
             settle_time_s=self._machine.now() - begun_s,
@@ -164,7 +171,7 @@ class FunctionGenerator(PlateDriver):
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
         self._check_range(voltage_v)
         self._ramp(voltage_v, frequency_hz=frequency_hz)
-        self._machine.sleep(UNKNOWN_PLATE_SETTLING_S)
+        self._machine.sleep(drive_of_level.UNKNOWN_PLATE_SETTLING_S)
         return self._read_back()
 
     def _ramp(self, voltage_v: float, *, frequency_hz: float) -> None:
@@ -193,13 +200,13 @@ class FunctionGenerator(PlateDriver):
             output.set(voltage, voltage_v * self._vpp_per_v)
 
     def _read_back(self) -> Readback:
-        """Return the amplitude of the active drive according to the calibration."""
+        """Return the level that the active drive makes."""
         voltage_v = 0.0
         if self._output.is_on():
             self._output.verify()
             self._output.expect(self._output.dialect.frequency_hz, self._frequency_hz)
             voltage_v = self._output.number(self._output.dialect.voltage_vpp) / self._vpp_per_v
-        if self.calibration is None:
+        if self._level_drive is None:
             return Readback(
                 level=None,
                 kind="none",
@@ -207,7 +214,7 @@ class FunctionGenerator(PlateDriver):
                 voltage_v_peak=voltage_v,
             )
         return Readback(
-            level=voltage_v * self.calibration.um_pp_per_v_peak,
+            level=voltage_v * self._level_drive.level_per_v,
             kind="applied",
             time_s=self.clock.now(),
             voltage_v_peak=voltage_v,
@@ -249,4 +256,5 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
         amplifier_gain=options.get("gain"),
         channel=channel,
         dialect=options.get("dialect"),
+        drive=drive_of_level.stated(FunctionGenerator.name, options, plate),
     )

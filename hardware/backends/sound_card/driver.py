@@ -12,6 +12,8 @@ SPEC: ``sound:DEVICE,option=value,...`` where DEVICE is a number or a part of a 
 ``channel``       1 (left, the default) or 2; the other is silent
 ``attention``     seconds (5); if a session neither commands nor checks for this
                   long, it is assumed to hang and the carrier stops; 0: never
+``frequency``,    for a plate file in another quantity than µm, instead of a
+``per_volt``      calibration: see `slipscale.hardware.backends.drive_of_level`
 ================  ===============================================================
 
 At the end of a session, the carrier is ramped down. If this process is killed, the operating
@@ -21,7 +23,6 @@ buffer: use a hardware interlock (docs/how-to/sound-card.md). Nothing is measure
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,7 @@ import numpy as np
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
+from slipscale.hardware.backends import drive_of_level
 from slipscale.hardware.backends.gain import agreed_gain
 from slipscale.hardware.backends.sound_card.carrier import RAMP_S, Carrier
 from slipscale.hardware.clock import SystemClock
@@ -47,6 +49,7 @@ from slipscale.hardware.records import PlateIdentity, Presentation, Readback
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from slipscale.hardware.backends.drive_of_level import DriveOfLevel
     from slipscale.hardware.calibration.record import Calibration
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.limits import PlateLimits
@@ -58,8 +61,6 @@ CHANNELS = 2
 ATTENTION_S = 5.0
 POLL_S = 0.002
 ENDS_S = 1.0  # longest time in which a device may request a ramp's samples
-SETTLING_TIME_CONSTANTS = 7  # to 0.1 %
-UNKNOWN_PLATE_SETTLING_S = 0.05
 
 
 def _channel(text: str) -> int:
@@ -73,6 +74,7 @@ OPTIONS: dict[str, Callable[[str], Any]] = {
     "channel": _channel,
     "full_scale": addresses.positive_number,
     "rate": addresses.positive_number,
+    **drive_of_level.OPTIONS,
 }
 
 
@@ -99,6 +101,8 @@ class SoundCard(PlateDriver):
         1 or 2.
     attention_s : float
         The carrier stops after this time without a command or `check`; 0: never.
+    drive : DriveOfLevel
+        For a plate in another quantity than µm; default: the calibration's.
 
     Raises
     ------
@@ -123,8 +127,10 @@ class SoundCard(PlateDriver):
         rate_hz: float = RATE_HZ,
         channel: int = 1,
         attention_s: float = ATTENTION_S,
+        drive: DriveOfLevel | None = None,
     ) -> None:
         super().__init__(clock=clock, limits=limits, calibration=calibration, plate_file=plate_file)
+        self._level_drive = drive or drive_of_level.calibrated(calibration)
         self.amplifier_gain = agreed_gain(
             full_scale_v,
             plate_file.wiring.amplifier_gain if plate_file else None,
@@ -141,7 +147,9 @@ class SoundCard(PlateDriver):
                 "Hz or more"
             )
         self.limits = replace(
-            self.limits, frequency_max_hz=min(self.limits.frequency_max_hz, highest_hz)
+            self.limits,
+            frequency_max_hz=min(self.limits.frequency_max_hz, highest_hz),
+            voltage_v=drive_of_level.largest_v_peak(self.limits),
         )
         self.device: str | int = int(device) if device.isdecimal() else device
         self._channel = channel
@@ -200,31 +208,29 @@ class SoundCard(PlateDriver):
             firmware="",
         )
 
-    def _drive(self, amplitude_um_pp: float) -> Presentation:
-        if self.calibration is None:
+    def _drive(self, level: float) -> Presentation:
+        drive = self._level_drive
+        if drive is None:
             raise UserError(
                 "plate 'sound': a sound card needs calibration=FILE; slipscale plate calibrate "
                 "writes one"
             )
         begun_s = self._machine.now()
-        resonance = self.calibration.resonance
-        time_constant_s = resonance.quality_factor / (math.pi * resonance.frequency_hz)
         self._play_sine(
-            frequency_hz=self.tracked_hz or resonance.frequency_hz,
-            voltage_v=self.calibration.voltage_v_peak(amplitude_um_pp),
-            settling_s=SETTLING_TIME_CONSTANTS * time_constant_s,
+            frequency_hz=self.tracked_hz or drive.frequency_hz,
+            voltage_v=drive.voltage_v_peak(level),
+            settling_s=drive.settling_s,
         )
         return Presentation(
-            commanded_level=amplitude_um_pp,
+            commanded_level=level,
             readback=self._read_back(),
             settled_by="wait",
             settle_time_s=self._machine.now() - begun_s,
         )
 
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
-        self._play_sine(
-            frequency_hz=frequency_hz, voltage_v=voltage_v, settling_s=UNKNOWN_PLATE_SETTLING_S
-        )
+        settling_s = drive_of_level.UNKNOWN_PLATE_SETTLING_S
+        self._play_sine(frequency_hz=frequency_hz, voltage_v=voltage_v, settling_s=settling_s)
         return self._read_back()
 
     def _play_sine(self, *, frequency_hz: float, voltage_v: float, settling_s: float) -> None:
@@ -251,13 +257,13 @@ class SoundCard(PlateDriver):
             self._machine.sleep(POLL_S)
 
     def _read_back(self) -> Readback:
-        """Return the amplitude of the played carrier according to the calibration."""
+        """Return the level that the played carrier makes."""
         self._attend()
-        if self.calibration is None:
+        if self._level_drive is None:
             return Readback(level=None, kind="none", time_s=self.clock.now())
         voltage_v = self._carrier.level * self.amplifier_gain
         return Readback(
-            level=voltage_v * self.calibration.um_pp_per_v_peak,
+            level=voltage_v * self._level_drive.level_per_v,
             kind="applied",
             time_s=self.clock.now(),
             voltage_v_peak=voltage_v,
@@ -340,4 +346,5 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
         rate_hz=options.get("rate", RATE_HZ),
         channel=options.get("channel", 1),
         attention_s=options.get("attention", ATTENTION_S),
+        drive=drive_of_level.stated(SoundCard.name, options, plate),
     )

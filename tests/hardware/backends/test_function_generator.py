@@ -552,7 +552,7 @@ def test_an_amplifier_of_gain_100_does_not_turn_small_amplitudes_into_one():
     made = calibration(amplifier_gain=100)
     with Watched(calibration=made, limits=PlateLimits()) as plate:
         for amplitude_um_pp in (0.014, 0.005):
-            with pytest.raises(OverLimit, match=r"makes 0\.002 to 20 V"):
+            with pytest.raises(OverLimit, match=r"supplies 0\.002 to 20 V"):
                 plate.present(surface(amplitude_um_pp))
         assert plate.present(surface(0.05)).readback.level == pytest.approx(0.05, rel=0.01)
 

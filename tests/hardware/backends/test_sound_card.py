@@ -342,7 +342,7 @@ def test_a_calibration_of_another_card_or_channel_is_refused(card, calibration, 
     plate = open_plate(address, clock=VirtualClock())
     plate._machine = CardClock(card)
     made_on, here = "Fake Audio 192, channel 1", f"{name}, channel {channel}"
-    with pytest.raises(WrongDevice, match=f"on device '{made_on}', this is '{here}'"):
+    with pytest.raises(WrongDevice, match=f"on device '{made_on}', but this is '{here}'"):
         plate.connect()
     assert plate.output is not Output.MAY_BE_ON
 

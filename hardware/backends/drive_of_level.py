@@ -1,0 +1,101 @@
+"""Which sine at the plate makes a level: by the calibration, or stated in the SPEC.
+
+A plate in µm needs a calibration. For a plate file in another quantity, the SPEC has
+
+=============  ====================================================================
+``frequency``  of the sine, Hz
+``per_volt``   the level per V peak at the plate: the user's own measurement at that
+               frequency. For a plate in volts it follows from the convention.
+=============  ====================================================================
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from slipscale.faults import UserError
+from slipscale.hardware import address as addresses
+from slipscale.hardware.errors import OverLimit
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from slipscale.hardware.calibration.record import Calibration
+    from slipscale.hardware.limits import PlateLimits
+
+SETTLING_TIME_CONSTANTS = 7  # to 0.1 %
+UNKNOWN_PLATE_SETTLING_S = 0.05  # used without a calibration, when Q is unknown
+VOLTS = "V"
+PER_V_PEAK = {"peak": 1.0, "peak to peak": 2.0, "RMS": math.sqrt(0.5)}  # of a sine
+OPTIONS: dict[str, Callable[[str], Any]] = {
+    "frequency": addresses.positive_number,
+    "per_volt": addresses.positive_number,
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriveOfLevel:
+    """The frequency, the level per V peak at the plate, and the time to settle."""
+
+    frequency_hz: float
+    level_per_v: float
+    settling_s: float
+
+    def voltage_v_peak(self, level: float) -> float:
+        """Return the drive voltage for a level, V peak at the plate."""
+        return level / self.level_per_v
+
+
+def calibrated(calibration: Calibration | None) -> DriveOfLevel | None:
+    """Return the drive at the calibrated resonance; None without a calibration."""
+    if calibration is None:
+        return None
+    resonance = calibration.resonance
+    time_constant_s = resonance.quality_factor / (math.pi * resonance.frequency_hz)
+    return DriveOfLevel(
+        frequency_hz=resonance.frequency_hz,
+        level_per_v=calibration.um_pp_per_v_peak,
+        settling_s=SETTLING_TIME_CONSTANTS * time_constant_s,
+    )
+
+
+def stated(backend: str, options: Mapping[str, Any], plate: addresses.Plate) -> DriveOfLevel | None:
+    """Return the drive that a SPEC states; None if it states none.
+
+    Raises
+    ------
+    UserError
+        The plate is in µm, has a calibration, or the options do not fit its quantity.
+    """
+    if not OPTIONS.keys() & options.keys():
+        return None
+    quantity = plate.limits.quantity
+    if plate.calibration is not None or quantity.in_um_pp:
+        raise UserError(
+            f"plate '{backend}': frequency and per_volt are for a plate file in another quantity "
+            "than µm; a plate in µm has them in its calibration"
+        )
+    in_volts = quantity.unit == VOLTS
+    if "frequency" not in options or ("per_volt" in options) == in_volts:
+        expected = "frequency=HZ" if in_volts else "frequency=HZ,per_volt=LEVEL"
+        raise UserError(
+            f"plate '{backend}': a plate in {quantity.unit_in_full} is driven with {expected}"
+        )
+    try:
+        plate.limits.check_frequency(options["frequency"])
+    except OverLimit as error:
+        raise UserError(f"plate '{backend}': {error}") from None
+    return DriveOfLevel(
+        frequency_hz=options["frequency"],
+        level_per_v=PER_V_PEAK[quantity.convention] if in_volts else options["per_volt"],
+        settling_s=UNKNOWN_PLATE_SETTLING_S,
+    )
+
+
+def largest_v_peak(limits: PlateLimits) -> float:
+    """Return the largest drive voltage, V peak: of a plate in volts, its largest level."""
+    if limits.quantity.unit == VOLTS:
+        return limits.level / PER_V_PEAK[limits.quantity.convention]
+    return limits.voltage_v
