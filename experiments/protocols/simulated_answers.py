@@ -109,8 +109,12 @@ def compared(step: Ask, person: SimulatedPerson) -> float:
     question = step.question
     if not isinstance(question, ComparisonQuestion):
         raise UserError(f"'{step.name}' compares nothing: expected a ComparisonQuestion")
+    felt = person.impressions
+    if question.seeks == "odd":
+        total = sum(felt)
+        return float(1 + person.pick([abs(len(felt) * each - total) for each in felt]))
     sign = 1 if question.seeks == "most" else -1
-    return float(1 + person.pick([sign * each for each in person.impressions]))
+    return float(1 + person.pick([sign * each for each in felt]))
 
 
 def any_choice(step: Ask, person: SimulatedPerson) -> Value:

@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from slipscale.stimuli.surface import Stimulus
 
 Phase = Literal["practice", "main"]
+#: What a comparison asks for; odd: the one that differs from the others.
+Sought = Literal["most", "least", "odd"]
 Value = str | float | bool | None
 # The name of the question for the participant's consent: "yes" or "no".
 CONSENT = "informed_consent"
@@ -122,12 +124,12 @@ class ComparisonQuestion:
     """Asks which of the presented surfaces it was; the reply's value is its number, 1, 2, ...
 
     ``options`` are the words on the screen, in the order of presentation ("the first", ...).
-    ``seeks`` selects whether the most or the least slippery surface is asked for.
+    ``seeks`` selects whether the most or the least slippery surface is asked for, or the odd one.
     """
 
     prompt: str
     options: tuple[str, ...]
-    seeks: Literal["most", "least"] = "most"
+    seeks: Sought = "most"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -23,8 +23,10 @@ def staircase(
     steps_up: tuple[float, ...],
     down_after: int = 2,
     scale: Scale = "log10",
+    down_to_up: float | None = None,
+    until_first_error: bool = False,
 ) -> UpDown:
-    """Return the k-down-1-up rule with García-Pérez's ratio of steps.
+    """Return the k-down-1-up rule, by default with García-Pérez's ratio of steps.
 
     For the other parameters and the errors raised, see `UpDown`.
 
@@ -32,12 +34,19 @@ def staircase(
     ----------
     down_after : int
         k: 1 to 4.
+    down_to_up : float, optional
+        Size of a step down relative to the step up; 1: equal steps, as Levitt (1971).
 
     Examples
     --------
     >>> rule = staircase(start_level=1, lowest_level=0.01, highest_level=2, steps_up=(0.2,))
     >>> round(rule.target, 4)
     0.8035
+    >>> levitt = staircase(
+    ...     start_level=1, lowest_level=0.01, highest_level=2, steps_up=(0.2,), down_to_up=1.0
+    ... )
+    >>> round(levitt.target, 4)
+    0.7071
     """
     if down_after not in STEP_RATIOS:
         raise UserError(
@@ -49,7 +58,8 @@ def staircase(
         lowest_level=lowest_level,
         highest_level=highest_level,
         steps_up=steps_up,
-        down_to_up=STEP_RATIOS[down_after],
+        down_to_up=STEP_RATIOS[down_after] if down_to_up is None else down_to_up,
         down_after=down_after,
         scale=scale,
+        until_first_error=until_first_error,
     )

@@ -45,6 +45,8 @@ class UpDown:
         Number of correct answers in a row for a step down.
     scale : {"linear", "log10"}
         Whether steps add or multiply.
+    until_first_error : bool
+        Whether each correct answer is a step down until the first error.
 
     Raises
     ------
@@ -60,6 +62,7 @@ class UpDown:
     down_to_up: float
     down_after: int = 1
     scale: Scale = "log10"
+    until_first_error: bool = False
 
     def __post_init__(self) -> None:
         where = "staircase"
@@ -146,7 +149,9 @@ class UpDownTrack:
     def answered(self, *, correct: bool, at_level: float | None = None) -> Self:  # noqa: ARG002
         """Return the track after an answer; the rule moves from its own level."""
         in_row = self.correct_in_row + 1 if correct else 0
-        if correct and in_row < self.rule.down_after:
+        beginning = self.rule.until_first_error and self.direction != UP
+        needed = 1 if beginning and not self.reversal_levels else self.rule.down_after
+        if correct and in_row < needed:
             return self._after(in_row, self.direction, self.level, ())
         direction = DOWN if correct else UP
         turned = (self.level,) if self.direction == -direction else ()

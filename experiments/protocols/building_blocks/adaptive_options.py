@@ -14,7 +14,7 @@ from slipscale.experiments.protocols.adaptive.stopping import MOST_TRIALS, Stopp
 from slipscale.experiments.protocols.adaptive.track import rounded
 from slipscale.experiments.protocols.adaptive.up_down import Scale
 from slipscale.experiments.protocols.adaptive.weighted import weighted
-from slipscale.experiments.protocols.base import AtLeastOne, Positive
+from slipscale.experiments.protocols.base import AtLeastOne, Positive, Switch
 from slipscale.experiments.protocols.building_blocks.pacing import RestedOptions
 from slipscale.faults import UserError
 
@@ -60,6 +60,17 @@ class AdaptiveOptions(RestedOptions):
         description="Step sizes upwards: until the first reversal, until the second, and so "
         "on; the last size remains.",
         json_schema_extra={"unit": "decades; µm peak to peak on the linear scale"},
+    )
+    down_to_up: Positive | None = Field(
+        default=None,
+        description="Size of a step down relative to the step up, in a staircase; 1: equal steps, "
+        "as Levitt (1971) has them. Left out: García-Pérez's ratio for down_after.",
+        json_schema_extra={"unit": "none"},
+    )
+    until_first_error: Switch = Field(
+        default=False,
+        description="Whether each right answer is a step down until the first error, in a "
+        "staircase.",
     )
     scale: Scale = Field(
         default="log10", description="Whether steps multiply the level (log10) or add to it."
@@ -169,6 +180,8 @@ class AdaptiveOptions(RestedOptions):
                 steps_up=self.steps_up,
                 down_after=self.down_after,
                 scale=self.scale,
+                down_to_up=self.down_to_up,
+                until_first_error=self.until_first_error,
             )
         return rule.start()
 

@@ -28,6 +28,7 @@ from slipscale.experiments.protocols.steps import (
     Instruct,
     Phase,
     Reply,
+    Sought,
     Step,
     Trial,
     Voided,
@@ -100,6 +101,8 @@ class ForcedChoice(IntervalTask[Choice]):
         Amplitude of the surfaces other than the target, µm peak to peak.
     sign : {1, -1}
         Whether the target's level is added to the standard or subtracted.
+    seeks : {"most", "least", "odd"}, optional
+        What is asked for; default: the most or the least, by the sign.
     """
 
     def __init__(
@@ -110,12 +113,14 @@ class ForcedChoice(IntervalTask[Choice]):
         texts: str,
         standard_level: float,
         sign: int = 1,
+        seeks: Sought | None = None,
     ) -> None:
         super().__init__(most_trials(options, context), options, context)
         self.options = options
         self._texts = texts
         self._standard_level = standard_level
         self._sign = sign
+        self._seeks: Sought = seeks or ("most" if sign > 0 else "least")
         start = options.begin(
             options.guess, lambda turn: context.stream(context.task, "tracks", turn)
         )
@@ -203,7 +208,7 @@ class ForcedChoice(IntervalTask[Choice]):
             question=ComparisonQuestion(
                 prompt=texts[f"{self._texts}.question"],
                 options=tuple(words),
-                seeks="most" if self._sign > 0 else "least",
+                seeks=self._seeks,
             ),
             trial=trial,
             time_limit_s=options.response_time_limit_s,

@@ -39,6 +39,7 @@ TASKS = {
     "constant_stimuli": "practice = 0\nrepetitions = 1\n{standard} = {middle}",
     "difference_threshold": "rule = 'weighted'\nscale = 'linear'\nsteps_up = [{step}]\n{tracks}",
     "difference_threshold#quest": "rule = 'quest_plus'\nquest_levels = 4\n{tracks}",
+    "oddity": "scale = 'linear'\nsteps_up = [{step}]\n{tracks}",
     "matching": "practice = 0\nrepetitions = 1\n{turned}\n{nearest} = {step}\n{furthest} = {step}",
     "ratio_to_standard": "practice = 0\n{standard} = {low}",
     "magnitude_production": "practice = 0\nnumbers = [9.0, 11.0]\n{turned}\n{standard} = {middle}",
