@@ -41,7 +41,8 @@ def step_record(step: Step) -> dict[str, Any]:
 
     Entries that earlier versions did not have are omitted if they are at their default: the
     interval of a step outside intervals, a question's sound, who answers a question (if the
-    participant enters the answer), and whether a surface can be felt again during an `Adjust`.
+    participant enters the answer), whether it can be left for the question before, and whether a
+    surface can be felt again during an `Adjust`.
     Journals of those versions can therefore be resumed.
     """
     record: dict[str, Any] = _plain(step)
@@ -52,6 +53,8 @@ def step_record(step: Step) -> dict[str, Any]:
         del record["by"]
     if record.get("played", 0) is None:
         del record["played"]
+    if record.get("back") is False:
+        del record["back"]
     if record.get("again", 0) is None:
         del record["again"]
     return {"type": type(step).__name__, **record}

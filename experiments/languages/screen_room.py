@@ -55,6 +55,7 @@ ROOMS: tuple[tuple[str, Room], ...] = (
     ("window.decimal", LETTER_KEY),
     ("window.say_number", WORD),
     ("window.pilot", BANNER),
+    ("window.back_touch", UNDER_KEY),
     ("window.yes", UNDER_KEY),
     ("window.no", UNDER_KEY),
     ("window.turn_up", UNDER_KEY),

@@ -46,6 +46,8 @@ CONSENT = "informed_consent"
 NO_SOUND = "no_sound"
 # The participant's reply to an `Adjust` that requests the reference.
 FEEL_AGAIN = "feel again"
+# The participant's reply to a question that returns to the one before: no text contains it.
+BACK = "\b"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -229,7 +231,8 @@ class Ask:
     Outside a trial, ``task`` is the task to which the answer belongs; without a task it is about
     the participant. ``by`` defines who enters the answer; the operator types what the participant
     says, or makes a decision. ``played`` is a sound to play first; if no sound can be played, the
-    reply is `NO_SOUND`.
+    reply is `NO_SOUND`. With ``back``, the participant can return to the question before: then the
+    reply is `BACK`.
     """
 
     name: str
@@ -239,6 +242,7 @@ class Ask:
     time_limit_s: float | None = None
     by: Literal["participant", "operator"] = "participant"
     played: Played | None = None
+    back: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -101,6 +101,14 @@ class Progress:
         """Return whether a question was asked and can be repeated."""
         return question in self._status.asked
 
+    def before(self, question: Ask) -> Ask | None:
+        """Return the question before one, if the participant can return to it."""
+        asked = self.asked
+        place = asked.index(question) if question in asked else len(asked)
+        if not _is_lasting(question) or place == 0 or asked[place - 1].by != "participant":
+            return None
+        return asked[place - 1]
+
     @contextmanager
     def away(self) -> Iterator[None]:
         """Exclude a fault or a pause from the elapsed time."""

@@ -10,6 +10,7 @@ presented and explored.
 from __future__ import annotations
 
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -21,6 +22,7 @@ from slipscale.experiments.journal.serialisation import (
 )
 from slipscale.experiments.participants.base import StopRequested, Unfinished
 from slipscale.experiments.protocols.steps import (
+    BACK,
     CONSENT,
     NO_SOUND,
     Adjust,
@@ -327,12 +329,16 @@ class Session:
         shipped protocol makes decisions based on these answers.
         """
         for question in self._interruptions.take_questions():
-            reply = self._interruptions.attempt(partial(self._ask_apart, question))
-            self._journal.write(
-                "answered_again", what=step_record(question), answer=answer_record(reply)
-            )
-            if question.name == CONSENT and isinstance(reply, Reply) and reply.value == "no":
-                raise StopRequested("the participant withdrew consent")
+            self._again(question)
+
+    def _again(self, question: Ask) -> None:
+        """Repeat a question; its new answer replaces the old one."""
+        reply = self._interruptions.attempt(partial(self._ask_apart, question))
+        self._journal.write(
+            "answered_again", what=step_record(question), answer=answer_record(reply)
+        )
+        if question.name == CONSENT and isinstance(reply, Reply) and reply.value == "no":
+            raise StopRequested("the participant withdrew consent")
 
     def _ask_apart(self, question: Ask) -> Reply:
         """Ask a question with the plate silent; the current surface is lost."""
@@ -394,6 +400,20 @@ class Session:
         return self._adjusting.adjust(step)
 
     def _answer(self, step: Ask) -> Reply:
+        """Have a question answered, after those before it to which the participant returns.
+
+        An earlier question is repeated as if the operator had asked for it: the journal holds both
+        answers, and a session that is killed in between asks it again.
+        """
+        before = self._progress.before(step) if step.by == "participant" else None
+        while True:
+            reply = self._answer_once(replace(step, back=before is not None))
+            if before is None or reply.value != BACK:
+                return reply
+            self._journal.write("ask_again", what=step_record(before))
+            self._again(before)
+
+    def _answer_once(self, step: Ask) -> Reply:
         """Have a question answered; if it is interrupted, record the unfinished entry."""
         begun = last_unfinished(self._journal.records, step)
         self._participant.unfinished = begun

@@ -6,10 +6,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, assert_never
 
 from slipscale.experiments.participants.psychopy_window import entry, scene, touch
+from slipscale.experiments.participants.psychopy_window.entry import ERASE
 from slipscale.experiments.participants.psychopy_window.scene import Scene, Text
 from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult, remaining
 from slipscale.experiments.participants.psychopy_window.waiting import Unmoved, by_touch
 from slipscale.experiments.protocols.steps import (
+    BACK,
     Ask,
     ChoiceQuestion,
     ComparisonQuestion,
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     Texts = Mapping[str, str]
 
 CARET = "|"
+BACK_Y = -0.46  # below the hint, and below the touch keys
 
 
 class Asking(Unmoved):
@@ -42,6 +45,7 @@ class Asking(Unmoved):
         self._touch = by_touch(texts)
         self._entry = entry.entry_for(question, texts)
         self._notice = ""
+        self._back = step.back
         self._prompt = question.prompt.strip()
         self._body: Callable[[], Scene]
         match question:
@@ -69,7 +73,7 @@ class Asking(Unmoved):
         """Return the question, the entry, and why the last entry was rejected."""
         prompt = Text(content=self._prompt, y=0.28, size=0.06, width=1.2, height=0.17)
         left = remaining(self._limit_s, elapsed_s, self._texts, y=0.43)
-        return (prompt, *self._body(), *self._foot(), *left)
+        return (prompt, *self._body(), *self._foot(), *self._way_back(), *left)
 
     def _foot(self) -> Scene:
         """Return the hint, and why the last entry was rejected."""
@@ -79,6 +83,15 @@ class Asking(Unmoved):
         # Touch keys cover the notice's usual place, but leave the hint's place free.
         said = scene.notice(self._notice)
         return (replace(said, y=scene.HINT_Y),) if self._touch else (said, *hint)
+
+    def _way_back(self) -> Scene:
+        """Return how to reach the question before, if there is one: a line, or a touch key."""
+        if not self._back:
+            return ()
+        if self._touch:
+            words = self._texts["window.back_touch"]
+            return scene.button(words, ERASE, x=0.0, y=BACK_Y, width=0.5, height=0.06)
+        return (replace(scene.hint(self._texts["window.back"]), y=BACK_Y),)
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
         """Process a character; return the outcome if the entry is an answer given in time."""
@@ -94,10 +107,13 @@ class Asking(Unmoved):
                 self.rejected.append(verdict.entry)
         return None
 
-    def erase(self) -> None:
-        """Delete the last character."""
+    def erase(self) -> ScreenResult | None:
+        """Delete the last character; in an empty field, return to the question before."""
         self._notice = ""
+        if self._back and not self._entry.content:
+            return ScreenResult(value=BACK)
         self._entry.erase()
+        return None
 
     def move(self, notches: int) -> None:
         """Move up or down the list."""

@@ -55,8 +55,8 @@ class Screen(Protocol):
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
         """Process a character; return the outcome if it ended the screen."""
 
-    def erase(self) -> None:
-        """Delete the last character."""
+    def erase(self) -> ScreenResult | None:
+        """Delete the last character; return the outcome if that ended the screen."""
 
     def move(self, notches: int) -> None:
         """Move the mark or the selection right or up by notches of the arrow keys or the wheel."""

@@ -271,8 +271,8 @@ def hand_over(key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None
         screen.move(key.notches)
         return None
     if key.kind == "erase" or key.character == ERASE:
-        screen.erase()
-        return None
+        outcome = screen.erase()
+        return None if key.repeated else outcome
     if key.repeated and (screen.single_key or key.character == ENTER):
         return None
     return screen.press(key.character, elapsed_s)

@@ -9,6 +9,7 @@ from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.participants.base import StopRequested, Unfinished
 from slipscale.experiments.participants.scripted import ScriptedParticipant
 from slipscale.experiments.protocols.steps import (
+    BACK,
     Ask,
     Explore,
     Instruct,
@@ -607,6 +608,39 @@ def test_a_question_is_asked_again_with_the_plate_silent_and_the_surface_before_
     again = max(n for n, step in enumerate(seen) if getattr(step, "name", "") == "gender")
     # The descent goes on from the step before: that surface is felt again, then the next.
     assert [type(step) for step in seen[again + 1 : again + 3]] == [Explore, Explore]
+
+
+def test_a_participant_goes_back_and_the_corrected_answers_count(laboratory, tmp_path, plan):
+    """From the second question to the first, then again from there: nothing is before it."""
+    given = []
+
+    def answer(step):
+        if step.trial:
+            return sensible(step)
+        given.append((step.name, step.back))
+        if given.count(("gender", True)) == 1 and step.name == "gender":
+            return BACK
+        options = step.question.options if step.name in ("age_band", "gender") else ()
+        return options[given.count((step.name, step.back)) % 2][0] if options else sensible(step)
+
+    script = lambda _: ScriptedParticipant(answer, laboratory.clock)  # noqa: E731
+    whole = laboratory.folder = tmp_path / "whole"
+    assert laboratory.run(person=script) == "complete"
+    asked = [("age_band", False), ("gender", True), ("age_band", False), ("gender", True)]
+    assert given[:4] == asked
+    (wanted,), (again,) = (laboratory.records(kind=k) for k in ("ask_again", "answered_again"))
+    assert wanted.data["what"] == again.data["what"]
+    assert "back" not in wanted.data["what"]  # journals of earlier versions can be resumed
+    build_dataset(laboratory.folder)
+    people = (whole / "participants.tsv").read_text()
+    assert again.data["answer"]["value"] in people
+    lines = plan().journal_path(whole).read_bytes().splitlines(keepends=True)
+    laboratory.folder = tmp_path / "cut"
+    path = plan().journal_path(laboratory.folder)
+    path.parent.mkdir(parents=True)
+    path.write_bytes(b"".join(lines[: wanted.number + 1]))  # killed before the new answer
+    assert laboratory.run(person=lambda _: ScriptedParticipant(sensible, laboratory.clock))
+    assert len(laboratory.records(kind="answered_again")) == 1
 
 
 def test_a_stop_tells_its_reason_in_the_journal(laboratory):

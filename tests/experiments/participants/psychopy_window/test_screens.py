@@ -1,5 +1,7 @@
 """What the screens show and when they end, without a window."""
 
+from dataclasses import replace
+
 import pytest
 
 from slipscale.experiments.languages.texts import languages, load_texts
@@ -11,6 +13,7 @@ from slipscale.experiments.participants.psychopy_window.screen_texts import Scre
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.participants.psychopy_window.window import hand_over
 from slipscale.experiments.protocols.steps import (
+    BACK,
     Ask,
     ChoiceQuestion,
     Explore,
@@ -206,6 +209,7 @@ def test_the_keys_shown_are_the_keys_that_work(language):
         YES_NO,
         Ask(name="x", question=TextQuestion(prompt="What?")),
         MANY,
+        replace(NUMBER, back=True),
     ],
 )
 @pytest.mark.parametrize("touch", ["no", "yes"])
@@ -215,6 +219,20 @@ def test_every_screen_fits_the_design_area_in_every_language(step, language, tou
         for item in screen_for(step, texts).scene(elapsed_s):
             assert abs(item.y) <= 0.5
             assert abs(item.x) <= 0.65
+
+
+@pytest.mark.parametrize("touch", ["no", "yes"])
+def test_backspace_in_an_empty_field_returns_to_the_question_before(touch):
+    texts = {**TEXTS, "window.touch": touch}
+    erase = Key("erase", "", 1.0)
+    assert hand_over(erase, screen_for(NUMBER, texts), 1.0) is None  # nothing is before it
+    screen = screen_for(replace(NUMBER, back=True), texts)
+    screen.press("7", 1.0)
+    assert hand_over(erase, screen, 1.0) is None
+    assert hand_over(replace(erase, repeated=True), screen, 1.0) is None  # held since the digit
+    assert hand_over(erase, screen, 1.0) == ScreenResult(value=BACK)
+    said = TEXTS["window.back_touch" if touch == "yes" else "window.back"]
+    assert said in [item.content for item in screen.scene(0.0) if isinstance(item, scene.Text)]
 
 
 def test_a_fast_typist_s_presses_keep_their_own_stamps():
