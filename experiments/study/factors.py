@@ -106,7 +106,7 @@ def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Itera
     levels = Levels.of(study)
     field = field_of(factor.name, levels.made, PARAMETERS)
     if len(set(factor.levels)) < len(factor.levels):
-        yield (*place, "levels"), {"msg": "expected them to be all different"}
+        yield (*place, "levels"), {"msg": "expected different values"}
     if factor.name in TAKEN:
         yield (*place, "name"), {"msg": f"'{factor.name}' is a column of every task already"}
     if field and field == levels.vary:

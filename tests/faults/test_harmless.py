@@ -50,4 +50,4 @@ def test_a_unit_that_cannot_be_printed_is_refused(tmp_path, capsys):
     table.write_text("who,level,estimate\na,1,2\n")
     words = ["--participant", "who", "--stimulus", "level:\x1b[31mm", "--response", "estimate"]
     assert commands.main(["analyse", str(table), *words]) == 2
-    assert "stimulus.unit: expected characters that can be printed" in capsys.readouterr().err
+    assert "stimulus.unit: expected printable characters" in capsys.readouterr().err

@@ -234,9 +234,7 @@ def test_who_is_excluded_by_hand_is_left_out_and_the_report_prints_the_reason(da
         "sub-05": ("by hand, after results were shown: wore a glove",),
     }
     assert set(analysis.table3["n"]) == {4}
-    told = (
-        "The study file sets no exclusion. Excluded before anything was described: sub-03 (by hand"
-    )
+    told = "The study file sets no exclusion. Excluded before the analysis: sub-03 (by hand"
     assert told in page(analysis)
     decide(folder, "03", excluded=False, reason="it was 04", results_seen=True)
     assert list(analyse(folder).excluded) == ["sub-05"]

@@ -98,7 +98,7 @@ def test_a_few_unreadable_answers_are_named_in_the_tables_own_words(tmp_path):
     text = path.read_text().replace(",yes", ",perhaps", 2)
     path.write_text(text)
     data = load(path, mapping())
-    assert sum("column felt: 'perhaps' where" in line for line in data.problems) == 2
+    assert sum("column felt: 'perhaps' instead of" in line for line in data.problems) == 2
     path.write_text(text.replace(",yes", ",perhaps", 40))
     with pytest.raises(UserError, match="column felt: the answers are"):
         load(path, mapping())

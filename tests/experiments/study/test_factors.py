@@ -135,7 +135,7 @@ def test_over_participants_each_condition_follows_each_other_equally_often(cross
 @pytest.mark.parametrize(
     "old, new, said",
     [
-        ('"left", "right"]', '"left", "left"]', "expected them to be all different"),
+        ('"left", "right"]', '"left", "left"]', "expected different values"),
         ('name = "direction"', 'name = "phase"', "'phase' is a column of every task already"),
         ('name = "direction"', 'name = "catch"', "has a column 'catch', as a factor"),
         ('"finger_speed_mm_s"\nl', '"spatial_period_mm"\nl', "spatial_period_mm is varied already"),
