@@ -35,8 +35,9 @@ from slipscale.analysis.reading.suspicions import notes_on_answers
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY
 from slipscale.analysis.tasks.outside.guard import installed_kinds
+from slipscale.analysis.tasks.similarity.reading import TRIALS as PAIRS
 from slipscale.analysis.tasks.table import TRIALS
-from slipscale.analysis.tasks.thresholds.reading import COLUMNS as CHOICE_COLUMNS
+from slipscale.analysis.tasks.thresholds.reading import TRIALS as CHOICES
 from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.dataset.schema import PARTICIPANT, TABLE_NAME
 from slipscale.experiments.dataset.verification import verify
@@ -247,14 +248,18 @@ def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quan
     read = {"estimates": table.estimates, "differences": table.differences}
     kinds = [kind for kind in TRIALS if kind.name in read]
     tables = _divided(kinds, read, problems, counts)
-    choices = with_people(table.choices, CHOICE_COLUMNS) if len(table.choices) else None
+    trials = {
+        kind.name: with_people(rows, tuple(kind.empty().columns))
+        for kind, rows in ((CHOICES, table.choices), (PAIRS, table.pairs))
+        if len(rows)
+    }
     return Dataset(
         name=metadata.title(path) if path.is_dir() else path.stem,
         estimates=tables["estimates"],
         answers=tables["answers"],
         differences=tables["differences"],
         textures=tables["textures"],
-        trials={} if choices is None else {"forced_choices": choices},
+        trials=trials,
         participants=table.participants,
         counts=counts,
         problems=tuple(problems.sentences),

@@ -9,6 +9,7 @@ EXTRA_OF = {
     "pandas": "analysis",
     "pingouin": "analysis",
     "pyreadstat": "analysis",
+    "sklearn": "analysis",
     "statsmodels": "analysis",
     "numpyro": "bayes",
     "pyvisa": "plate",

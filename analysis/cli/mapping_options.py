@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 COLUMNS = (
     *("participant", "stimulus", "response", "answer", "yes_count", "n", "reference"),
+    *("first", "second", "dissimilarity"),
     *("group", "factor", "session", "run", "block", "trial"),
 )
 OTHERS = ("in_unit", "levels", "only", "decimal", "sheet", "yes", "alternatives")

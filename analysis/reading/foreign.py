@@ -6,7 +6,7 @@ A mapping defines what the columns mean; the returned rows have the format of ou
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,6 +48,9 @@ OURS = {
     "yes_count": "yes_count",
     "n": "n",
     "reference": REFERENCE,
+    "first": "first",
+    "second": "second",
+    "dissimilarity": "dissimilarity",
     "group": GROUP,
     "factor": "factor",
     "session": "session",
@@ -55,7 +58,7 @@ OURS = {
     "block": BLOCK,
     "trial": "trial",
 }
-NUMBERS = ("stimulus", "response", "reference", "trial", "yes_count", "n")
+NUMBERS = ("stimulus", "response", "reference", "dissimilarity", "trial", "yes_count", "n")
 #: A folder's tables; their names contain the participant's label.
 BIDS_TABLE = re.compile(r"sub-(?P<sub>[^_]+)(_ses-(?P<ses>[^_]+))?_.*_(beh|events)\.tsv")
 BIDS_LABELS = {"participant": "sub", "session": "ses"}
@@ -75,7 +78,9 @@ class ForeignTable:
         See `slipscale.analysis.reading.cleaning`.
     choices : DataFrame
         Trials of forced choice, or of comparison with a reference above and below it: see
-        `slipscale.analysis.tasks.thresholds.reading`. Only one of the three tables is not empty.
+        `slipscale.analysis.tasks.thresholds.reading`. Only one of the tables is not empty.
+    pairs : DataFrame
+        Ratings of pairs: see `slipscale.analysis.tasks.similarity.reading`.
     participants : DataFrame
         All participants, with their ``group`` if given.
     sources : tuple of Source
@@ -87,6 +92,7 @@ class ForeignTable:
     choices: pd.DataFrame
     participants: pd.DataFrame
     sources: tuple[Source, ...]
+    pairs: pd.DataFrame = field(default_factory=pd.DataFrame)
 
 
 def read_foreign(path: Path, mapping: TableMapping, problems: Problems) -> ForeignTable:
@@ -105,6 +111,15 @@ def read_foreign(path: Path, mapping: TableMapping, problems: Problems) -> Forei
     named = {name: column for name, column in mapping.columns.model_dump().items() if column}
     frame = frame.rename(columns={column: OURS[name] for name, column in named.items()})
     problems.titles = {OURS[name]: column for name, column in named.items()}
+    if mapping.of_pairs:
+        return ForeignTable(
+            estimates=empty_estimates(),
+            differences=empty_differences(),
+            choices=pd.DataFrame(),
+            pairs=_rated(frame, sources, problems),
+            participants=_groups(frame, path, problems),
+            sources=tuple(sources),
+        )
     frame = _of_trials(frame, mapping, problems, path)
     _check_levels(frame, mapping, sources, problems)
     groups = _groups(frame, path, problems)
@@ -335,6 +350,23 @@ def _warn_of_forced_choice(steps: pd.DataFrame, problems: Problems, quantity: Qu
             "answers are yes. If every trial offered alternatives to choose from, state them "
             "(--alternatives 2), so that guessing is not mistaken for sensitivity."
         )
+
+
+def _rated(frame: pd.DataFrame, sources: Sequence[Source], problems: Problems) -> pd.DataFrame:
+    """Return rated pairs of items with a name."""
+    rated = frame.assign(
+        **{name: labels(frame, name, "").astype(str) for name in ("first", "second")},
+        **{name: labels(frame, name, missing) for name, missing in (("session", ""), ("run", "1"))},
+        **{PARTICIPANT: tidied(frame[PARTICIPANT])},
+        dissimilarity=numbers(frame, "dissimilarity", sources, problems, minimum=0.0),
+        task="similarity",
+        trial=range(1, len(frame) + 1),
+        catch=False,
+    )
+    whole = rated["dissimilarity"].notna() & (rated["first"] != "") & (rated["second"] != "")
+    if not whole.all():
+        problems.add(f"{int((~whole).sum())} ratings lack a number or an item; they are left out")
+    return rated[whole].reset_index(drop=True)
 
 
 def _steps(frame: pd.DataFrame) -> pd.DataFrame:

@@ -55,6 +55,9 @@ class Columns(_Strict):
     yes_count: ColumnName | None = None
     n: ColumnName | None = None
     reference: ColumnName | None = None
+    first: ColumnName | None = None
+    second: ColumnName | None = None
+    dissimilarity: ColumnName | None = None
     group: ColumnName | None = None
     factor: ColumnName | None = None
     session: ColumnName | None = None
@@ -119,6 +122,7 @@ class TableMapping(_Strict):
         Names of columns: the participant; the stimulus; the magnitude estimate (``response``) or
         yes and no (``answer``), with the previous stimulus (``reference``, default: none, 0). A
         table of counts has the number of yes answers (``yes_count``) and of all answers (``n``).
+        A rating of a pair has its items (``first``, ``second``) and the ``dissimilarity``.
         A ``factor`` is a condition that each participant meets with every stimulus.
     stimulus : StimulusWords
         Name and unit of the quantity; default: the column's name, no unit. ``in_unit`` is the unit
@@ -146,7 +150,8 @@ class TableMapping(_Strict):
             _ = self.stimulus.factor
         except UserError as error:
             raise ValueError(str(error)) from None
-        for wrong, expected in self._wide() if self.levels else self._narrow():
+        rules = self._pairs if self.of_pairs else self._wide if self.levels else self._narrow
+        for wrong, expected in rules():
             if wrong:
                 raise ValueError(expected)
         names = self.columns.model_dump().values()
@@ -154,6 +159,22 @@ class TableMapping(_Strict):
         if doubled := sorted({name for name in used if used.count(name) > 1}):
             raise ValueError(f"column {doubled[0]} is named twice; expected different columns")
         return self
+
+    def _pairs(self) -> tuple[tuple[bool, str], ...]:
+        """Return what is wrong with the mapping of rated pairs, and what is expected."""
+        pair = {"first", "second", "dissimilarity"}
+        others = {"participant", "session", "run", "trial", "group"}
+        columns = self.columns.model_dump(exclude_none=True)
+        return (
+            (
+                not pair <= set(columns),
+                "expected columns for first, second and dissimilarity",
+            ),
+            (
+                bool(set(columns) - pair - others or self.levels),
+                "expected no stimulus, response or levels for ratings of pairs",
+            ),
+        )
 
     def _wide(self) -> tuple[tuple[bool, str], ...]:
         """Return the errors in the mapping of a wide table, with what was expected."""
@@ -201,6 +222,12 @@ class TableMapping(_Strict):
                 "expected a reference only together with an answer (yes and no)",
             ),
         )
+
+    @property
+    def of_pairs(self) -> bool:
+        """Whether the table holds ratings of pairs."""
+        columns = self.columns
+        return bool(columns.first or columns.second or columns.dissimilarity)
 
     @property
     def of_answers(self) -> bool:

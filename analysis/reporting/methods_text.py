@@ -48,29 +48,25 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
     choices, quantity = analysis.dataset.choices, analysis.dataset.quantity
     texts = []
     if analysis.prepared is not None:
-        bound = choices.equivalence_ratio
-        bounds = f"{1 / bound:.3g} and {bound:.3g}"
-        done = [
-            each.methods.format(bounds=bounds, q=quantity)
-            for each in analysis.inference.declared
-            if each.methods
-            and each is not DIFFERENCE
-            and analysis.inference.found(each) is not None
-            and not (each is RM_ANOVA and choices.primary == "logarithms")
-        ]
         rule = normalisation.RULES[analysis.rule]
-        texts += [
-            (
-                f"Estimates were normalised ({analysis.rule}: {rule.formula.format(q=quantity)}) "
-                f"and averaged for each participant and {quantity.level}. "
-                f"{ZEROS[choices.zero_rule]} {PRIMARY[choices.primary].format(q=quantity)} All "
-                f"other tests are secondary and not corrected for each other."
-            ),
-            " ".join(done),
-        ]
+        texts.append(
+            f"Estimates were normalised ({analysis.rule}: {rule.formula.format(q=quantity)}) "
+            f"and averaged for each participant and {quantity.level}. "
+            f"{ZEROS[choices.zero_rule]} {PRIMARY[choices.primary].format(q=quantity)} All "
+            "other tests are secondary and not corrected for each other."
+        )
+    bound = choices.equivalence_ratio
+    bounds = f"{1 / bound:.3g} and {bound:.3g}"
     difference = analysis.inference.found(DIFFERENCE)
-    if difference is not None and difference.steps:
-        texts.append(DIFFERENCE.methods.format(q=quantity))
+    done = [
+        each.methods.format(bounds=bounds, q=quantity)
+        for each in analysis.inference.declared
+        if each.methods
+        and analysis.inference.found(each) is not None
+        and not (each is DIFFERENCE and not (difference and difference.steps))
+        and not (each is RM_ANOVA and choices.primary == "logarithms")
+    ]
+    texts.append(" ".join(done))
     level = unit_number(1 - choices.confidence, 3).rstrip("0")
     versions = {name: version for name, version in software.items() if name in CITED}
     used = ", ".join(f"{CITED[name]} {version}" for name, version in versions.items())

@@ -17,6 +17,7 @@ from slipscale.analysis.tasks.ratings import declaration as ratings
 from slipscale.analysis.tasks.ratios import declaration as ratios
 from slipscale.analysis.tasks.scales import declaration as scales
 from slipscale.analysis.tasks.sessions import declaration as sessions
+from slipscale.analysis.tasks.similarity import declaration as similarity
 from slipscale.analysis.tasks.thresholds import declaration as thresholds
 
 KINDS = (
@@ -33,6 +34,7 @@ KINDS = (
     ratings.ANALYSIS,
     ratios.ANALYSIS,
     productions.ANALYSIS,
+    similarity.ANALYSIS,
 )
 #: In the order of ``inference.json``; a statistic may use the results of earlier ones.
 STATISTICS = tuple(statistic for kind in KINDS for statistic in kind.statistics)

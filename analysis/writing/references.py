@@ -71,6 +71,25 @@ REFERENCES: dict[str, Reference] = {
         volume="1",
         pages="80-83",
     ),
+    "kruskal1964": Reference(
+        cited="Kruskal, 1964",
+        authors="Kruskal, J. B.",
+        year=1964,
+        title="Multidimensional scaling by optimizing goodness of fit to a nonmetric hypothesis",
+        journal="Psychometrika",
+        volume="29",
+        pages="1-27",
+    ),
+    "carroll1970": Reference(
+        cited="Carroll & Chang, 1970",
+        authors="Carroll, J. D. and Chang, J.-J.",
+        year=1970,
+        title="Analysis of individual differences in multidimensional scaling via an N-way "
+        "generalization of 'Eckart-Young' decomposition",
+        journal="Psychometrika",
+        volume="35",
+        pages="283-319",
+    ),
     "laird1982": Reference(
         cited="Laird & Ware, 1982",
         authors="Laird, N. M. and Ware, J. H.",

@@ -58,6 +58,7 @@ Test = Literal[
     "ratings",
     "ratios",
     "productions",
+    "similarity",
     "exponent_and_weber",
 ]
 Primary = Literal["ranks", "logarithms"]

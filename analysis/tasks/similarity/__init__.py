@@ -1,0 +1,1 @@
+"""Dissimilarity ratings of pairs, by multidimensional scaling."""

@@ -1,0 +1,237 @@
+"""Multidimensional scaling of dissimilarity ratings.
+
+The rules:
+
+- a participant's dissimilarity of a pair is the mean over orders and repetitions, divided by the
+  participant's root mean square, so that everybody weighs the same whatever their numbers;
+- the map of the group is non-metric (Kruskal 1964, Psychometrika 29, 1-27 and 115-129), by
+  scikit-learn's SMACOF from the classical solution and from random starts, of which the lowest
+  stress-1 counts; axes are the map's principal axes;
+- people differ in how much they weigh each axis of the group's map: the weights of squared
+  distances along the axes that fit their squared dissimilarities best, none below 0 (the person's
+  step of Carroll and Chang 1970, Psychometrika 35, 283-319, on a fixed map). Unlike INDSCAL, the
+  axes themselves are not estimated from these differences.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.preprocessing.sufficiency import TINY, few
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.statistic import Inputs, Statistic
+from slipscale.analysis.tasks.similarity.reading import RATED, TRIALS
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+#: Fewer items than this fit any map.
+FEWEST_ITEMS = 4
+#: Maps of at most this many dimensions, the number that is drawn and weighed, and random starts.
+MOST_DIMENSIONS, SHOWN, STARTS, SEED = 4, 2, 12, 1
+#: Iterations of every start, and of the two best.
+SOME, MANY = 25, 300
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Person:
+    """How a participant weighs the map's axes.
+
+    Parameters
+    ----------
+    participant : str
+    weights : tuple of float
+        Of squared distances along each axis; the group's are near 1.
+    r2 : float
+        Share of the variance of the participant's squared dissimilarities.
+    """
+
+    participant: str
+    weights: tuple[float, ...]
+    r2: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskMap:
+    """The map of one task.
+
+    Parameters
+    ----------
+    task : str
+        The task's label in file names.
+    participants, answers, catch_trials : int
+        Their numbers; ``answers`` excludes catch trials.
+    items : tuple of str
+    stress : Mapping
+        Dimensions -> stress-1 of the map.
+    coordinates : Mapping
+        Item -> its place on `SHOWN` principal axes.
+    people : tuple of Person
+        Those who rated every pair.
+    """
+
+    task: str
+    participants: int
+    answers: int
+    catch_trials: int
+    items: tuple[str, ...]
+    stress: Mapping[int, float]
+    coordinates: Mapping[str, tuple[float, ...]]
+    people: tuple[Person, ...]
+
+
+def maps(inputs: Inputs) -> tuple[TaskMap | NotComputed, ...] | NotComputed:
+    """Return the map of each task of dissimilarity ratings."""
+    trials = inputs.data.of(TRIALS)
+    if not len(trials) or trials["catch"].all():
+        return NotComputed("no dissimilarity ratings")
+    return tuple(map_of(str(task), rows) for task, rows in trials.groupby("task", sort=True))
+
+
+def map_of(task: str, trials: pd.DataFrame) -> TaskMap | NotComputed:
+    """Return the map of a task's trials, with columns of `TRIALS`."""
+    rows = trials[~trials["catch"] & (trials["first"] != trials["second"])]
+    items = sorted({*rows["first"], *rows["second"]}, key=_in_order)
+    if len(items) < FEWEST_ITEMS:
+        return NotComputed(few("items", len(items), FEWEST_ITEMS))
+    tables = {
+        str(who): _scaled(_matrix(own, items))
+        for who, own in rows.groupby(PARTICIPANT, observed=True)
+    }
+    with np.errstate(invalid="ignore"):
+        stacked = np.array(list(tables.values()))
+        counts = np.isfinite(stacked).sum(axis=0)
+        group = np.nansum(stacked, axis=0) / np.where(counts > 0, counts, np.nan)
+    missing = np.isnan(group[np.triu_indices(len(items), 1)]).sum()
+    if missing:
+        return NotComputed(f"{missing} pairs of items were rated by nobody")
+    most = min(MOST_DIMENSIONS, len(items) - 2)
+    found = {dimensions: scaled(group, dimensions) for dimensions in range(1, most + 1)}
+    coordinates = _principal(found[min(SHOWN, most)][0])
+    return TaskMap(
+        task=task,
+        participants=len(tables),
+        answers=len(rows),
+        catch_trials=int(trials["catch"].sum()),
+        items=tuple(items),
+        stress={dimensions: stress for dimensions, (_, stress) in found.items()},
+        coordinates={
+            item: tuple(place) for item, place in zip(items, coordinates.tolist(), strict=True)
+        },
+        people=tuple(
+            _person(who, table, coordinates)
+            for who, table in tables.items()
+            if np.isfinite(table).all()
+        ),
+    )
+
+
+def _in_order(item: str) -> tuple[bool, float, str]:
+    try:
+        return False, float(item), ""
+    except ValueError:
+        return True, 0.0, item
+
+
+def _matrix(rows: pd.DataFrame, items: list[str]) -> Array:
+    """Return mean dissimilarities, 0 of an item with itself and NaN of a pair without rating."""
+    place = {item: number for number, item in enumerate(items)}
+    first, second = (rows[name].map(place).to_numpy(int) for name in ("first", "second"))
+    sums, counts = np.zeros((2, len(items), len(items)))
+    np.add.at(sums, (first, second), rows[RATED].to_numpy(float))
+    np.add.at(counts, (first, second), 1)
+    counts = counts + counts.T
+    table = np.where(counts > 0, (sums + sums.T) / np.maximum(counts, 1), np.nan)
+    np.fill_diagonal(table, 0)
+    return table
+
+
+def _scaled(table: Array) -> Array:
+    """Return a table with a root mean square of 1 over its pairs; NaN if all are 0."""
+    known = table[np.triu_indices(len(table), 1)]
+    size = np.sqrt(np.nanmean(known**2)) if np.isfinite(known).any() else 0.0
+    return table / size if size > TINY else np.full_like(table, np.nan)
+
+
+def scaled(dissimilarities: Array, dimensions: int) -> tuple[Array, float]:
+    """Return the non-metric map with the lowest stress-1, and that stress.
+
+    Parameters
+    ----------
+    dissimilarities : array, shape (items, items)
+        Symmetric and complete.
+    """
+    from sklearn.manifold import smacof  # noqa: PLC0415 - a second's import
+
+    def improved(start: Array, iterations: int) -> tuple[Array, float]:
+        places, stress = smacof(
+            dissimilarities,
+            metric=False,
+            n_components=dimensions,
+            init=start,
+            n_init=1,
+            max_iter=iterations,
+            eps=1e-9,
+            normalized_stress=True,
+        )
+        return np.asarray(places), float(stress)
+
+    random = np.random.default_rng(SEED)
+    starts = [_classical(dissimilarities, dimensions)]
+    starts += [random.normal(size=starts[0].shape) for _ in range(STARTS)]
+    # A few iterations show which starts lead to a low stress.
+    begun = sorted((improved(start, SOME) for start in starts), key=lambda each: each[1])
+    return min((improved(places, MANY) for places, _ in begun[:2]), key=lambda each: each[1])
+
+
+def _classical(dissimilarities: Array, dimensions: int) -> Array:
+    """Return Torgerson's solution."""
+    n = len(dissimilarities)
+    centre = np.eye(n) - 1 / n
+    values, vectors = np.linalg.eigh(-centre @ dissimilarities**2 @ centre / 2)
+    largest = np.argsort(values)[::-1][:dimensions]
+    return np.asarray(vectors[:, largest] * np.sqrt(np.maximum(values[largest], TINY)))
+
+
+def _principal(coordinates: Array) -> Array:
+    """Return a map on its principal axes, each pointing to the side of the last item."""
+    centred = coordinates - coordinates.mean(axis=0)
+    turned = centred @ np.linalg.svd(centred, full_matrices=False)[2].T
+    return np.asarray(turned * np.where(turned[-1] < 0, -1.0, 1.0))
+
+
+def _person(who: str, table: Array, coordinates: Array) -> Person:
+    from scipy.optimize import nnls  # noqa: PLC0415 - only for such data
+
+    pairs = np.triu_indices(len(table), 1)
+    squares = (coordinates[pairs[0]] - coordinates[pairs[1]]) ** 2
+    # The map has the group's scale: a root mean square distance of 1.
+    squares = squares / squares.sum(axis=1).mean()
+    wanted = table[pairs] ** 2
+    weights, _ = nnls(squares, wanted)
+    left = float(((wanted - squares @ weights) ** 2).sum())
+    around = float(((wanted - wanted.mean()) ** 2).sum())
+    return Person(
+        participant=who,
+        weights=tuple(weights.tolist()),
+        r2=1 - left / around if around > TINY else float("nan"),
+    )
+
+
+SIMILARITY: Statistic[tuple[TaskMap | NotComputed, ...]] = Statistic(
+    key="similarity",
+    meaning="dissimilarity ratings: non-metric multidimensional scaling, weights of participants",
+    compute=maps,
+    methods="Dissimilarities, divided by each participant's root mean square and averaged, were "
+    "scaled by non-metric multidimensional scaling [[kruskal1964]]. Weights of participants are "
+    "those of squared distances along the map's principal axes [[carroll1970]].",
+)

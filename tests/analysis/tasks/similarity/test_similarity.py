@@ -1,0 +1,102 @@
+"""Maps of dissimilarities: stress as by MASS in R, places and weights recovered."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from slipscale.analysis.load import load
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.similarity.statistics import SIMILARITY, map_of, scaled
+from slipscale.faults import UserError
+
+#: Ten items with noise; the lower triangle by rows.
+LOWER = """
+6.67
+3.26 3.60
+3.32 3.66 1.27
+2.18 5.53 2.06 3.31
+1.72 5.47 1.91 0.63 1.41
+1.94 6.13 3.85 2.26 0.50 2.25
+1.21 6.23 1.53 1.23 3.06 2.40 1.72
+3.89 2.10 2.28 2.21 3.73 3.68 2.86 4.58
+3.70 6.62 4.50 5.12 4.11 4.01 3.80 4.44 4.75
+"""
+#: Lowest stress of R 4.2.2's MASS::isoMDS from the classical solution and 60 random starts.
+R = {1: 0.19341405, 2: 0.11582, 3: 0.05620898}
+PLACES = {"a": (-2.0, 0.0), "b": (-1.0, 0.9), "c": (0.2, -1.0), "d": (0.5, 0.8), "e": (1.1, -0.6)}
+PLACES |= {"f": (2.0, 0.2), "g": (0.0, 0.1)}
+WEIGHTS = {"p1": (1.0, 1.0), "p2": (1.6, 0.3), "p3": (0.6, 1.8)}
+
+
+def rows(numbers=1.0):
+    """Every pair once, by three people who weigh the axes differently."""
+    names = list(PLACES)
+    for who, weights in WEIGHTS.items():
+        for place, first in enumerate(names):
+            for second in names[place + 1 :]:
+                steps = np.subtract(PLACES[first], PLACES[second]) ** 2
+                far = numbers * np.sqrt(float(steps @ np.array(weights)))
+                yield who, first, second, far
+
+
+@pytest.fixture(scope="module")
+def trials():
+    frame = pd.DataFrame(rows(), columns=["participant_id", "first", "second", "dissimilarity"])
+    return frame.assign(catch=False)
+
+
+@pytest.mark.parametrize("dimensions", R)
+def test_the_stress_is_that_of_r(dimensions):
+    table = np.zeros((10, 10))
+    table[np.tril_indices(10, -1)] = [float(text) for text in LOWER.split()]
+    _, stress = scaled(table + table.T, dimensions)
+    # Both programs stop in the best of several minima: in one dimension there are many.
+    assert stress == pytest.approx(R[dimensions], rel=0.03 if dimensions == 1 else 0.01)
+
+
+@pytest.fixture(scope="module")
+def found(trials):
+    """The second person uses numbers 50 times as large, which changes nothing."""
+    larger = 50 * trials["dissimilarity"]
+    return map_of(
+        "t",
+        trials.assign(
+            dissimilarity=trials["dissimilarity"].where(trials["participant_id"] != "p2", larger)
+        ),
+    )
+
+
+def test_places_and_weights_are_recovered(found):
+    assert found.stress[2] < 0.02 < found.stress[1]
+    ours, truth = np.array(list(found.coordinates.values())), np.array(list(PLACES.values()))
+    for axis in (0, 1):
+        assert abs(np.corrcoef(ours[:, axis], truth[:, axis])[0, 1]) > 0.95
+    people = {each.participant: each for each in found.people}
+    # The order of how much people weigh the second axis against the first.
+    share = {who: each.weights[1] / each.weights[0] for who, each in people.items()}
+    assert sorted(share, key=lambda who: share[who]) == ["p2", "p1", "p3"]
+    assert all(each.r2 > 0.9 for each in people.values())
+
+
+def test_few_items_and_pairs_that_nobody_rated_give_no_map(trials):
+    few = trials[trials["first"].isin(["a", "b"]) & trials["second"].isin(["b", "c"])]
+    assert "items" in map_of("t", few).reason
+    lacking = trials[~((trials["first"] == "a") & (trials["second"] == "b"))]
+    assert isinstance(map_of("t", lacking), NotComputed)
+    assert map_of("t", lacking).reason == "1 pairs of items were rated by nobody"
+
+
+def test_a_table_of_another_laboratory_is_mapped_and_reported(tmp_path, page):
+    path = tmp_path / "pairs.csv"
+    pd.DataFrame(rows(), columns=["who", "left", "right", "far"]).to_csv(path, index=False)
+    columns = {"participant": "who", "first": "left", "second": "right", "dissimilarity": "far"}
+    analysis = analyse(load(path, parse_mapping({"columns": columns}, "here")))
+    (found,) = analysis.inference[SIMILARITY]
+    assert (found.participants, found.answers) == (3, 63)
+    text = page(analysis)
+    assert "multidimensional scaling of 7 items" in text
+    assert "non-metric multidimensional scaling (Kruskal, 1964)" in text
+    with pytest.raises(UserError, match="expected columns for first, second and dissimilarity"):
+        parse_mapping({"columns": {"participant": "who", "first": "left"}}, "here")
