@@ -16,7 +16,8 @@ import numpy as np
 import pandas as pd
 
 from slipscale.analysis.reading.answer_codes import TRUE
-from slipscale.analysis.reading.cleaning import labels, numbers
+from slipscale.analysis.reading.cleaning import labels, numbers, told_apart
+from slipscale.analysis.reading.delimited import quantity_of
 from slipscale.analysis.reading.labelled_tasks import (
     TaskTrials,
     add_counts,
@@ -51,6 +52,7 @@ def task_trials(
     columns: tuple[str, ...],
     needed: tuple[str, ...],
     required: tuple[str, ...] = (),
+    levels: tuple[str, ...] = (),
     derive: Callable[[pd.DataFrame, Problems], pd.DataFrame],
 ) -> TaskTrials:
     """Return the declaration of a kind's tables and how they are read.
@@ -71,6 +73,8 @@ def task_trials(
         Columns without which a trial is unanswered.
     required : tuple of str
         Columns beyond ``marks`` without which a table cannot be read.
+    levels : tuple of str
+        Columns of levels, rounded so that arithmetic makes no other level.
     derive : callable
         Returns the trials with their derived columns. It sets answers that cannot be used to NaN.
     """
@@ -99,6 +103,9 @@ def task_trials(
                 if number in frame
                 else np.nan
             )
+        quantity = quantity_of(entries[0][0])
+        for level in levels:
+            frame[level] = told_apart(frame[level], quantity)
         frame = derive(frame, problems)
         answered = frame[list(needed)].notna().all(axis=1)
         kept = frame[answered]

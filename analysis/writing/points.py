@@ -56,5 +56,6 @@ def make_logarithmic(axes: Axes, places: Array) -> None:
     axes.minorticks_off()
     axes.yaxis.set_major_formatter("{x:g}")
     low, high = axes.get_ylim()
-    steps = [m * 10.0**p for p in range(-3, 4) for m in (1, 2, 5)]
+    first, last = np.floor(np.log10([low, high])).astype(int)
+    steps = [m * 10.0**p for p in range(first, last + 1) for m in (1, 2, 5)]
     axes.set_yticks([step for step in steps if low <= step <= high])

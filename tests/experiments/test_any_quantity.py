@@ -3,12 +3,14 @@
 import json
 import re
 
+import pandas as pd
 import pytest
 
 from slipscale import commands
 from slipscale.analysis.export.files import FORMS
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.tasks.thresholds.reading import COMPARISON, told_choices
 from slipscale.experiments.study.file import parse_study
 from slipscale.faults import UserError
 from slipscale.stimuli.quantity import NAMES, in_code, in_um, made_by_plate
@@ -213,3 +215,17 @@ def test_every_name_in_a_file_in_micrometres_has_one_name_in_the_code_and_back()
     volts = made_by_plate("voltage", "V", "peak to peak")
     assert volts.named("level_readback") == "voltage_readback_v_pp"
     assert volts.in_um("interval1_voltage_v_pp") == "interval1_amplitude_um_pp"
+
+
+def test_differences_far_below_one_are_told_apart():
+    frame = pd.DataFrame(
+        {
+            "task": "comparing",
+            "level_um_pp": [1.2e-4, 1.3e-4],
+            "standard_um_pp": 1e-4,
+            "comparison_more": "true",
+            "response": ["1", "2"],
+        }
+    )
+    found = told_choices(frame, COMPARISON, made_by_plate("force", "N", ""))
+    assert found["level_um_pp"].tolist() == [2e-5, 3e-5]

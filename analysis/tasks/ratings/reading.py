@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.task_tables import task_trials
-from slipscale.stimuli.quantity import AMPLITUDE_DECIMALS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,7 +27,7 @@ def _ratings(frame: pd.DataFrame, problems: Problems) -> pd.DataFrame:
             f"{int(beyond.sum())} ratings are above {LENGTH:g}, the right end of the line; they "
             "are left out"
         )
-    amplitude = frame["amplitude_um_pp"].round(AMPLITUDE_DECIMALS)
+    amplitude = frame["amplitude_um_pp"]
     plain = frame["texture"] == ""
     return frame.assign(
         rating=frame["rating"].mask(beyond),
@@ -45,5 +44,6 @@ TRIALS = task_trials(
     words=("texture",),
     columns=("surface", "resolution", *RATED),
     needed=("rating",),
+    levels=("amplitude_um_pp",),
     derive=_ratings,
 )

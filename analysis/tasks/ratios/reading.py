@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.task_tables import above_zero, task_trials
-from slipscale.stimuli.quantity import AMPLITUDE_DECIMALS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -16,8 +15,7 @@ JUDGED = ("ratio", "comparison_um_pp", "standard_um_pp")
 
 
 def _ratios(frame: pd.DataFrame, problems: Problems) -> pd.DataFrame:
-    rounded = {name: frame[name].round(AMPLITUDE_DECIMALS) for name in JUDGED[1:]}
-    return frame.assign(ratio=above_zero(frame["ratio"], "ratios", problems), **rounded)
+    return frame.assign(ratio=above_zero(frame["ratio"], "ratios", problems))
 
 
 TRIALS = task_trials(
@@ -27,5 +25,6 @@ TRIALS = task_trials(
     numeric=JUDGED,
     columns=JUDGED,
     needed=JUDGED,
+    levels=JUDGED[1:],
     derive=_ratios,
 )

@@ -11,7 +11,8 @@ import numpy as np
 import pandas as pd
 
 from slipscale.analysis.reading.answer_codes import FALSE, TRUE
-from slipscale.analysis.reading.cleaning import labels, numbers
+from slipscale.analysis.reading.cleaning import labels, numbers, told_apart
+from slipscale.analysis.reading.delimited import quantity_of
 from slipscale.analysis.reading.labelled_tasks import (
     TaskTrials,
     add_counts,
@@ -20,7 +21,7 @@ from slipscale.analysis.reading.labelled_tasks import (
 )
 from slipscale.analysis.reading.trial_tables import IDENTITY
 from slipscale.experiments.dataset.schema import INTERVAL, PARTICIPANT
-from slipscale.stimuli.quantity import AMPLITUDE_DECIMALS
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
     import re
@@ -116,14 +117,16 @@ def _read(
         frame[name] = (
             numbers(frame, read, sources, problems, minimum=0.0) if read in frame else np.nan
         )
-    told = told_choices(frame, marks)
+    told = told_choices(frame, marks, quantity_of(entries[0][0]))
     answered = told["correct"].notna() & told["level_um_pp"].notna()
     kept = told[answered]
     add_counts(counts, "choice", unanswered=(~answered).sum(), analysed=len(kept))
     return kept.astype({"correct": bool})[list(COLUMNS)].reset_index(drop=True), sources
 
 
-def told_choices(frame: pd.DataFrame, marks: tuple[str, str]) -> pd.DataFrame:
+def told_choices(
+    frame: pd.DataFrame, marks: tuple[str, str], quantity: Quantity = PLATE_AMPLITUDE
+) -> pd.DataFrame:
     """Return trials with ``method``, ``catch`` and ``correct``, and levels as they are fitted.
 
     Parameters
@@ -145,7 +148,7 @@ def told_choices(frame: pd.DataFrame, marks: tuple[str, str]) -> pd.DataFrame:
         frame["method"] = three.map({True: "three_interval", False: "two_interval"})
     else:
         frame["method"] = frame["task"].map(_methods(frame))
-        _one_sided(frame)
+        _one_sided(frame, quantity)
     return frame
 
 
@@ -165,13 +168,13 @@ def _methods(frame: pd.DataFrame) -> dict[str, str]:
     return found
 
 
-def _one_sided(frame: pd.DataFrame) -> None:
+def _one_sided(frame: pd.DataFrame, quantity: Quantity) -> None:
     """Convert levels to differences, and answers to right or wrong, if a task requires it."""
     rows = frame["method"] == "two_interval"
     apart = (frame["level_um_pp"] - frame["standard_um_pp"])[rows]
     right = frame.loc[rows, "correct"].where(apart > 0, 1 - frame.loc[rows, "correct"])
     frame.loc[rows, "correct"] = right
-    frame.loc[rows, "level_um_pp"] = apart.abs().round(AMPLITUDE_DECIMALS)
+    frame.loc[rows, "level_um_pp"] = told_apart(apart.abs(), quantity)
 
 
 TRIALS = TaskTrials(
