@@ -7,7 +7,7 @@ This is a thin adapter: it uses the same driver, limits and watchdogs as a Slips
     plate = DeviceManager.addDevice(
         "slipscale.experiments.psychopy_plate.SlipscalePlate", "plate", spec="serial:/dev/ttyACM0"
     )
-    plate.present(1.2)   # µm peak to peak; returns once it has settled
+    plate.present(1.2)   # in the plate's unit, µm peak to peak; returns once it has settled
     ...                  # each frame: plate.check() raises a pending fault
     plate.silence()
 """
@@ -27,6 +27,7 @@ from slipscale.stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
     from slipscale.hardware.records import Presentation
+    from slipscale.stimuli.quantity import Quantity
 
 
 class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without types
@@ -46,6 +47,11 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         self._plate.connect()
         # PsychoPy does not close devices when a script ends, normally or not.
         atexit.register(self.close)
+
+    @property
+    def quantity(self) -> Quantity:
+        """What the plate makes."""
+        return self._plate.limits.quantity
 
     def present(self, level: float) -> Presentation:
         """Ramp to an amplitude in µm peak to peak; return once it has settled.

@@ -67,10 +67,10 @@ class Loop:
 
     def __post_init__(self) -> None:
         if len(self.levels) < 2:  # noqa: PLR2004 - one amplitude is no modulation
-            raise UserError(f"loop: {len(self.levels)} amplitude, expected two or more")
+            raise UserError(f"loop: {len(self.levels)} level, expected two or more")
         for each in (*self.levels, self.mean_level):
             if not (math.isfinite(each) and each >= 0):
-                raise UserError(f"loop: an amplitude is {each}, expected 0 or more µm peak to peak")
+                raise UserError(f"loop: a level is {each}, expected 0 or more")
         if not (math.isfinite(self.step_s) and 0 < self.edge_s <= self.step_s):
             raise UserError(
                 f"loop: step_s is {self.step_s} and edge_s {self.edge_s}, expected an edge above "

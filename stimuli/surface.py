@@ -100,8 +100,8 @@ class VirtualSurface:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.level) and self.level >= 0):
             raise UserError(
-                f"surface '{self.label}': amplitude_um_pp is {self.level}, "
-                "expected a finite number of µm peak to peak, 0 or more"
+                f"surface '{self.label}': its level is {self.level}, expected a finite number, "
+                "0 or more"
             )
 
     @property

@@ -16,8 +16,7 @@ FOLDER = Path(__file__).parent
 
 START = """\
 %(name)s.start()
-%(loop)s.addData('%(name)s.amplitude_um_pp', %(name)s.amplitude_um_pp)
-%(loop)s.addData('%(name)s.readback_um_pp', %(name)s.readback_um_pp)
+[%(loop)s.addData('%(name)s.' + column, value) for column, value in %(name)s.columns.items()]
 """
 CHECK = "%(name)s.check()\n"
 STOP = "%(name)s.stop()\n"
@@ -31,7 +30,7 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
     version = "2026.2.0"
     plugin = "slipscale"
     iconFile = FOLDER / "plate.png"  # noqa: N815 - PsychoPy takes the theme's own from there
-    tooltip = "Slipscale plate: vibrate at an amplitude in µm peak to peak"
+    tooltip = "Slipscale plate: vibrate at an amplitude, or a level of the plate's own quantity"
     beta = False
 
     def __init__(
@@ -80,7 +79,7 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
             categ="Basic",
             updates="constant",
             allowedUpdates=["constant", "set every repeat"],
-            label="Amplitude [µm peak to peak]",
+            label="Amplitude [µm peak to peak, or the plate's unit]",
             hint="0 is silence. A variable of the loop's file: $amplitude, set every repeat",
         )
 

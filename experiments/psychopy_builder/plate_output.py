@@ -17,9 +17,9 @@ class PlateOutput:
     Attributes
     ----------
     amplitude_um_pp : float
-        Amplitude of the next start, µm peak to peak.
-    readback_um_pp : float or None
-        Amplitude that the plate reported after the last start, µm peak to peak.
+        Level of the next start: µm peak to peak, or in the unit of the plate's file.
+    readback_level : float or None
+        Level that the plate reported after the last start.
 
     Raises
     ------
@@ -36,7 +36,7 @@ class PlateOutput:
             )
         self.status = NOT_STARTED  # PsychoPy's scripts store their state here
         self.amplitude_um_pp = 0.0
-        self.readback_um_pp: float | None = None
+        self.readback_level: float | None = None
         self._plate = plate
         self._on = False
 
@@ -44,7 +44,16 @@ class PlateOutput:
         """Ramp to the amplitude; return once it has settled, after some tens of milliseconds."""
         self._on = True
         made = self._plate.present(float(self.amplitude_um_pp))
-        self.readback_um_pp = made.readback.level
+        self.readback_level = made.readback.level
+
+    @property
+    def columns(self) -> dict[str, float | None]:
+        """The level and its readback, under their columns' names in the plate's quantity."""
+        named = self._plate.quantity.key
+        return {
+            named("amplitude_um_pp"): self.amplitude_um_pp,
+            named("readback_um_pp"): self.readback_level,
+        }
 
     def check(self) -> None:
         """Raise the plate's fault, if there is one."""

@@ -3,11 +3,26 @@
 import json
 import subprocess
 import sys
+from datetime import date
 
 import pytest
 
 from slipscale.hardware.emulator.process import EmulatorProcess
+from slipscale.hardware.plate_file import sign
 
+SCREEN = """
+[identity]
+name = "screen"
+[wiring]
+backend = "mock"
+[quantity]
+name = "voltage"
+unit = "V"
+convention = "peak"
+[limits]
+voltage_v_peak = 130.0
+tolerance_v_peak = 2.0
+"""
 SCRIPT = """
 import json, sys
 from psychopy import plugins
@@ -26,6 +41,15 @@ print(json.dumps({
     "readback": made.readback.level,
     "available": [each["spec"] for each in plate.getAvailableDevices()],
 }), flush=True)
+from slipscale.experiments.psychopy_builder.plate_output import PlateOutput
+spec = f"mock:plate={sys.argv[3]}"
+DeviceManager.addDevice(
+    "slipscale.experiments.psychopy_plate.SlipscalePlate", "screen", spec=spec
+)
+output = PlateOutput(device="screen")
+output.amplitude_um_pp = 40.0
+output.start()
+print(json.dumps(output.columns), flush=True)
 if sys.argv[2] == "error":
     raise RuntimeError("a script's own mistake")
 try:
@@ -44,8 +68,11 @@ def board():
 def run_script(board, tmp_path, way):
     script = tmp_path / "script.py"
     script.write_text(SCRIPT, encoding="utf-8")
+    file = tmp_path / "screen.toml"
+    file.write_text(SCREEN, encoding="utf-8")
+    sign(file, beyond_by="A. Name", today=date(2026, 1, 1))
     return subprocess.run(
-        [sys.executable, script, f"serial:{board.port}", way],
+        [sys.executable, script, f"serial:{board.port}", way, file],
         capture_output=True,
         text=True,
         check=False,
@@ -60,11 +87,13 @@ def told(done):
 def test_a_psychopy_script_presents_a_surface_and_leaves_the_plate_silent(board, tmp_path):
     done = run_script(board, tmp_path, "end")
     assert done.returncode == 0, done.stderr
-    found, refusal = told(done)
+    found, screen, refusal = told(done)
     assert found["class"] == "SlipscalePlate"
     assert found["same"] is True
     assert found["readback"] == pytest.approx(1.2, abs=0.03)
     assert "mock" in found["available"]
+    assert screen["voltage_v_peak"] == 40.0
+    assert screen["readback_v_peak"] == pytest.approx(40.0, abs=1.5)
     assert refusal == "OverLimit"
     assert not board.state()["vibrates"]
 

@@ -115,7 +115,7 @@ def test_too_fast_a_finger_is_told_the_speed_and_period_that_would_do():
 
 def test_plate_of_high_q_limits_what_a_fast_line_could_send():
     slow_plate = Modulator(quality_factor=6000.0, command_interval_s=1e-4)
-    with pytest.raises(UserError, match=r"follow 2\.54 at"):
+    with pytest.raises(UserError, match=r"follow at most 2\.54"):
         grating(waveform="square").envelope(50.0, 1.0, slow_plate)
 
 
@@ -202,9 +202,9 @@ def test_a_loop_begins_at_its_mean_and_then_goes_from_amplitude_to_amplitude():
 @pytest.mark.parametrize(
     "changes, said",
     [
-        ({"levels": (1.0,)}, "1 amplitude, expected two or more"),
-        ({"levels": (1.0, math.nan)}, "an amplitude is nan"),
-        ({"mean_level": -1.0}, "an amplitude is -1.0"),
+        ({"levels": (1.0,)}, "1 level, expected two or more"),
+        ({"levels": (1.0, math.nan)}, "a level is nan"),
+        ({"mean_level": -1.0}, "a level is -1.0"),
         ({"edge_s": 0.0}, "edge_s 0.0, expected an edge above"),
         ({"edge_s": 0.03}, "no longer than a step"),
         ({"step_s": math.inf}, "step_s is inf"),
