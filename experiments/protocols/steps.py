@@ -50,6 +50,15 @@ FEEL_AGAIN = "feel again"
 BACK = "\b"
 
 
+def factor_level(value: Value) -> str:
+    """Return a factor's level as keys name it.
+
+    >>> factor_level(50.0), factor_level("left")
+    ('50', 'left')
+    """
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
     """The trial that a step belongs to.

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.steps import Trial
     from slipscale.experiments.study.model import Study
+    from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.surface import Stimulus
 
 # A longer run would take days.
@@ -117,20 +118,25 @@ def validate(name: str) -> str:
 def _textures(study: Study) -> Iterator[str]:
     """Describe how plate and film follow each texture, and each level of a varied one."""
     for grating in study.gratings:
-        yield f"texture {grating.name}: {_followed(grating)}"
+        yield f"texture {grating.name}: {_followed(grating, study.plate_quantity)}"
     if varied := study.varied:
         for level in study.levels:
-            yield f"{study.quantity.short(level)}: {_followed(varied.turned(level).made)}"
+            made = varied.turned(level).made
+            yield f"{study.quantity.short(level)}: {_followed(made, study.plate_quantity)}"
 
 
-def _followed(grating: Grating) -> str:
+def _followed(grating: Grating, made: Quantity) -> str:
     """Describe how much of a texture's depth the plate and friction follow at the assumed speed."""
     rate_hz = grating.rate_hz(grating.finger_speed_mm_s)
-    plate, friction = DEFAULT_MODULATOR.passed(rate_hz), DEFAULT_MODULATOR.friction_passed(rate_hz)
-    return (
+    passed = DEFAULT_MODULATOR.passed(rate_hz)
+    said = (
         f"{rate_hz:.3g} Hz at {grating.finger_speed_mm_s:g} mm/s; of a "
-        f"sinusoidal depth the plate passes {plate:.0%}, friction by the film model {friction:.0%}"
+        f"sinusoidal depth the plate passes {passed:.0%}"
     )
+    if not made.in_um_pp:
+        return said  # the film is an ultrasonic plate's
+    friction = DEFAULT_MODULATOR.friction_passed(rate_hz)
+    return f"{said}, friction by the film model {friction:.0%}"
 
 
 def show(name: str, participant: str, session: str = "", run: str = "01") -> str:

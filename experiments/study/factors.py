@@ -22,6 +22,7 @@ from slipscale.experiments.protocols.steps import (
     Present,
     Rest,
     Voided,
+    factor_level,
 )
 from slipscale.experiments.study.levels import Levels
 from slipscale.faults import UserError
@@ -62,6 +63,10 @@ class Factor(BaseModel):
         description="What the participant reads before a condition: for each language a table from "
         "level to text.",
     )
+    simulated: dict[str, Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]] = Field(
+        default_factory=dict,
+        description="Multiplier of what simulated people feel at a level; left out: 1.",
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +78,7 @@ class Condition:
     @property
     def label(self) -> str:
         """The condition in words, a key of random numbers."""
-        return " ".join(f"{name}={_said(value)}" for name, value in self.values.items())
+        return " ".join(f"{name}={factor_level(value)}" for name, value in self.values.items())
 
     def context(self, context: Context, plate: Quantity) -> Context:
         """Return what a protocol knows of its run in this condition.
@@ -97,10 +102,6 @@ class Condition:
         )
 
 
-def _said(value: Value) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
-
 def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Iterator[Fault]:
     """Yield what is wrong with a factor of a study, whose valid fields are given."""
     levels = Levels.of(study)
@@ -116,7 +117,9 @@ def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Itera
             (*place, "name"),
             {"msg": "is a parameter, but the study has no texture or [stimulus]"},
         )
-    known = {_said(each) for each in factor.levels}
+    known = {factor_level(each) for each in factor.levels}
+    if strange := sorted(set(factor.simulated) - known):
+        yield (*place, "simulated"), {"msg": f"{', '.join(strange)}: expected levels of the factor"}
     for language, texts in factor.instructions.items():
         if strange := sorted(set(texts) - known):
             said = f"{', '.join(strange)}: expected levels of the factor"
@@ -206,7 +209,7 @@ def ordered(conditions: Sequence[Condition], context: Context) -> list[Condition
 
 def _instruction(factor: Factor, level: Value, language: str) -> str:
     texts = factor.instructions.get(language, {})
-    return texts.get(_said(level), "")
+    return texts.get(factor_level(level), "")
 
 
 def _column(factor: Factor, plate: Quantity) -> Column:

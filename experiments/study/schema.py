@@ -13,6 +13,7 @@ from pydantic.json_schema import models_json_schema
 
 from slipscale.experiments.protocols.base import Options
 from slipscale.experiments.protocols.registry import load_protocol, protocol_names
+from slipscale.experiments.study.factors import Factor
 from slipscale.experiments.study.model import Study
 from slipscale.stimuli.quantity import in_code, in_um
 
@@ -62,11 +63,15 @@ def study_schema() -> Schema:
     root["properties"]["tasks"]["items"] = {"oneOf": [{"$ref": f"#/$defs/{key}"} for key in tasks]}
     unused = {*key_of.values(), Options.__name__}
     tables = {key: part for key, part in parts.items() if key not in unused} | tasks
+    # A factor's levels are words or a parameter's values, and keep that name.
+    own = tables.get(Factor.__name__)
     for table in (root, *tables.values()):
-        named = {in_um(key): value for key, value in table.get("properties", {}).items()}
+        given = table.get("properties", {})
+        named = {key if table is own else in_um(key): value for key, value in given.items()}
         table["properties"] = {key: _in_toml(key, value) for key, value in named.items()}
         if "required" in table:
-            table["required"] = [key for key in table["required"] if in_um(key) == key]
+            required = table["required"]
+            table["required"] = [key for key in required if table is own or in_um(key) == key]
         if any(in_code(key) != key for key in named):
             table["patternProperties"] = {IN_ANOTHER_UNIT: {}}
     return {"$schema": DIALECT, **root, "title": "Slipscale study", "$defs": tables}

@@ -84,6 +84,13 @@ def people_for(study: Study, population: Population | None = None) -> Population
         The population's own curve is in another quantity.
     """
     people, quantity = population or Population(), study.quantity
+    effects = tuple(
+        (factor.name, level, share)
+        for factor in study.factors
+        for level, share in factor.simulated.items()
+    )
+    if effects and not people.effects:
+        people = people.model_copy(update={"effects": effects})
     unit = "" if quantity.in_um_pp and not study.vary else quantity.unit_in_full
     if people.unit == unit:
         return people

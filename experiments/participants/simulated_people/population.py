@@ -172,6 +172,11 @@ class Population(BaseModel):
     habits: Habits = Field(
         default=Habits(), description="Habits in addition to the answers; all off by default."
     )
+    effects: tuple[tuple[str, str, AboveZero], ...] = Field(
+        default=(),
+        description="Multiplier of the sensation in a condition: name and level of a study's "
+        "factor, and the number; left out: 1. The study's `simulated`, with its sources.",
+    )
     behaviour: str = Field(
         default="",
         description="Name of a behaviour from a package (an entry point of "
@@ -185,7 +190,11 @@ class Population(BaseModel):
             IN_UM if name == "levels" and not self.unit else name: value
             for name, value in numbers(self).items()
         }
-        return {name: value for name, value in told.items() if value or name not in (OWN, "unit")}
+        return {
+            name: value
+            for name, value in told.items()
+            if value or name not in (OWN, "unit", "effects")
+        }
 
     @model_validator(mode="after")
     def _possible(self) -> Self:

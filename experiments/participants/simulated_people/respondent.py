@@ -44,6 +44,7 @@ from slipscale.experiments.protocols.steps import (
     Rest,
     Value,
     WholeNumberQuestion,
+    factor_level,
 )
 from slipscale.faults import UserError
 from slipscale.stimuli.quantity import in_um
@@ -395,7 +396,16 @@ class Respondent:
         if self._people.habits.learning:
             noise *= max(self._past().trials, 1) ** -self._people.habits.learning
         felt = self._of_trial[max(self._of_trial)] if self._of_trial else self._felt[1]
-        return self._sensation.percent(felt, noise)
+        return self._sensation.percent(felt, noise) * self._effect()
+
+    def _effect(self) -> float:
+        """Return the multiplier of the sensation in the trial's condition."""
+        told = self._trial.factors if self._trial else {}
+        return math.prod(
+            share
+            for name, level, share in self._people.effects
+            if factor_level(told.get(name)) == level
+        )
 
     def _of_standard(self) -> float:
         """Return the sensation of the standard, which was felt first in this trial or before it."""

@@ -15,6 +15,7 @@ RESULTS = {
     "constant_stimuli": r"Difference threshold at 1\.2 µm \(constantstimuli\): \d",
     "detection_threshold": r"Detection threshold \(detectionthreshold\): \d",
     "difference_threshold": r"Difference threshold at 1\.2 µm \(differencethreshold\): \d",
+    "isleyen2020": r"force light against firm: geometric means in a ratio of \d",
     "magnitude_production": r"Magnitude production .* an exponent of \d",
     "matching": r"0\.8 µm \(peak to peak\) was matched by \d",
     "paired_comparison": r"to the most slippery, with scale values: .*\d",

@@ -8,8 +8,9 @@ import pytest
 
 from slipscale.analysis.load import load
 from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.participants.simulated_people.growth import people_for
-from slipscale.experiments.protocols.steps import EndTrial, Instruct, Present, Voided
+from slipscale.experiments.protocols.steps import Ask, EndTrial, Instruct, Present, Voided
 from slipscale.experiments.running.rehearsal import _answer
 from slipscale.experiments.study.factors import conditions_of, ordered
 from slipscale.experiments.study.file import parse_study
@@ -76,6 +77,20 @@ def test_each_condition_has_all_levels_and_its_columns_and_survives_a_kill(
     assert laboratory.run(crossed_run) == "complete"
     build_dataset(laboratory.folder)
     assert rows(laboratory.folder, "magnitudeestimation") == whole
+
+
+def test_simulated_people_feel_less_where_the_study_says_so(crossed_run):
+    halved = STUDY.replace('"right"]', '"right"]\nsimulated = { right = 0.5 }')
+    half = people_for(parse_study(halved, "crossed.toml"))
+    felt = {
+        (people.effects, step.trial.factors["direction"], step.trial.number): answer.value
+        for people in (half, half.model_copy(update={"effects": ()}))
+        for step, answer, _ in bare_run(crossed_run, people)
+        if isinstance(step, Ask) and step.name == "estimate"
+    }
+    for (effects, direction, number), value in felt.items():
+        share = 0.5 if effects and direction == "right" else 1.0
+        assert value == pytest.approx(share * felt[(), direction, number], abs=0.51)
 
 
 def test_a_condition_is_told_before_it_and_changes_the_stimulus(crossed_run):
