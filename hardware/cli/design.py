@@ -40,7 +40,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--fine",
         action="store_true",
-        help=("with --fe: use a finer mesh, which takes ten times as long"),
+        help=("with --fe: use a finer mesh, at ten times the cost"),
     )
 
 

@@ -240,7 +240,7 @@ def test_a_file_of_another_backend_or_device_is_refused(file):
         open_plate(f"serial:/dev/ttyACM0,plate={file}", clock=VirtualClock())
     edit(file, 'device_serial = ""', 'device_serial = "0042"')
     assert sign(file) == 0
-    with pytest.raises(WrongDevice, match="for device '0042', this is 'twin'"):
+    with pytest.raises(WrongDevice, match="for device '0042', but this is 'twin'"):
         Real(clock=VirtualClock(), plate_file=open_plate_file(file)[0]).connect()
     with opened(file) as driver:  # on the twin a study for any plate can be rehearsed
         assert driver.identity.serial == "twin"

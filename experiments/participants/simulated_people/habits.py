@@ -29,7 +29,7 @@ class Habits(BaseModel):
     rounding: Share = Field(
         default=0.0,
         description="Share of the estimates that are rounded to a twentieth of the scale. "
-        "Honda 2022, Sci. Rep. 12: multiples of 5 and 10 prevail. Measured by the "
+        "Honda 2022, Sci. Rep. 12: multiples of 5 and 10 prevail. Visible in the "
         "share of round estimates.",
         json_schema_extra={"realistic": 0.7},
     )
@@ -38,20 +38,20 @@ class Habits(BaseModel):
         description="Change of the log estimate per µm (peak to peak) of the previous "
         "surface: above 0 is assimilation. Jesteadt, Luce and Green 1977, J. Exp. "
         "Psychol. HPP 3, 92-104, for its existence; its size is our assumption. "
-        "Measured by order: log_slope_per_um_pp_before.",
+        "Visible in order: log_slope_per_um_pp_before.",
         json_schema_extra={"realistic": 0.03, "unit": "1/µm"},
     )
     lapses: Share = Field(
         default=0.0,
         description="Share of the questions that are answered at random. Wichmann and Hill "
-        "2001, Percept. Psychophys. 63, 1293-1313: 0 to 5 %. Measured by false "
+        "2001, Percept. Psychophys. 63, 1293-1313: 0 to 5 %. Visible in false "
         "alarms in catch steps.",
         json_schema_extra={"realistic": 0.02},
     )
     regression: Share = Field(
         default=0.0,
         description="Fraction by which log estimates shrink towards the middle of earlier "
-        "sensations. Poulton 1979, Psychol. Bull. 86, 777-803. Measured by a "
+        "sensations. Poulton 1979, Psychol. Bull. 86, 777-803. Visible in a "
         "smaller exponent.",
         json_schema_extra={"realistic": 0.1},
     )
@@ -59,20 +59,19 @@ class Habits(BaseModel):
         default=0.0,
         description="How much people fill their scale regardless of the range: 1 gives every "
         "range the same spread of log estimates. Teghtsoonian 1971, Percept. "
-        "Psychophys. 10, 147-155: exponents fall with the range. Measured by a "
+        "Psychophys. 10, 147-155: exponents fall with the range. Visible in a "
         "larger exponent in a smaller range.",
         json_schema_extra={"realistic": 0.1},
     )
     learning: Share = Field(
         default=0.0,
         description="Exponent by which trial-to-trial noise falls with the trial number. Our "
-        "assumption. Measured by the residuals of the first and of the second "
-        "half.",
+        "assumption. Visible in the residuals of the first and of the second half.",
         json_schema_extra={"realistic": 0.1},
     )
     fatigue: Annotated[float, Field(ge=0, le=0.1)] = Field(
         default=0.0,
-        description="Fall of the log estimate per trial. Our assumption. Measured by order: "
+        description="Fall of the log estimate per trial. Our assumption. Visible in order: "
         "log_slope_per_trial.",
         json_schema_extra={"realistic": 0.002, "unit": "1/trial"},
     )
@@ -80,7 +79,7 @@ class Habits(BaseModel):
         default=0.0,
         description="Fraction of the sensation that is missing at first touch and appears "
         "with 20 s of contact; a rest resets it. Dzidek 2017, PLoS ONE 12, "
-        "e0188000, for the time; the size is our assumption. Measured by order: "
+        "e0188000, for the time; the size is our assumption. Visible in order: "
         "log_slope_per_trial, above 0.",
         json_schema_extra={"realistic": 0.1},
     )
@@ -88,7 +87,7 @@ class Habits(BaseModel):
         default=0.0,
         description="Bias towards the last interval of a comparison, in units of the noise of "
         "a difference. García-Pérez and Alcalá-Quintana 2011, Front. Psychol. 2, "
-        "96, for its existence; its size is our assumption. Measured by the share "
+        "96, for its existence; its size is our assumption. Visible in the share "
         "of answers for the last interval.",
         json_schema_extra={"realistic": 0.2, "unit": "d'"},
     )
@@ -96,19 +95,19 @@ class Habits(BaseModel):
         default=0.0,
         description="Fraction of the distance by which a mark on a line stays near its start. "
         "Tversky and Kahneman 1974, Science 185, 1124-1131, for its existence; "
-        "its size is our assumption. Measured by ratings: start_effect.",
+        "its size is our assumption. Visible in ratings: start_effect.",
         json_schema_extra={"realistic": 0.05},
     )
     misread: Share = Field(
         default=0.0,
         description="Share of people who rate how sticky a surface is instead of how "
-        "slippery. Our assumption. Measured by the quality flag non_monotone.",
+        "slippery. Our assumption. Visible in the quality flag non_monotone.",
         json_schema_extra={"realistic": 0.02},
     )
     dropout: Share = Field(
         default=0.0,
         description="Share of people who stop before the end, equally likely at any trial. "
-        "Our assumption. Measured by runs that are not complete.",
+        "Our assumption. Visible in runs that are not complete.",
         json_schema_extra={"realistic": 0.03},
     )
 

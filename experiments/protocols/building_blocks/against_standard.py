@@ -45,8 +45,8 @@ class StandardOptions(RatedOptions):
     )
     catch_trials: Count = Field(
         default=0,
-        description="Catch trials in which the surface is the standard itself, to check "
-        "attention; not analysed with the other trials.",
+        description="Catch trials in which the correct answer is the standard itself, to "
+        "check attention; not analysed with the other trials.",
         json_schema_extra={"unit": "trials"},
     )
 

@@ -234,7 +234,10 @@ def test_what_is_wrong_with_a_protocol_is_one_sentence_and_nothing_is_recorded(
 
 @pytest.mark.parametrize(
     "answer, said",
-    [(broken, "to 'grip' raised KeyError"), (lambda *_: "much", "answered 'much' to 'grip', not")],
+    [
+        (broken, "to 'grip' raised KeyError"),
+        (lambda *_: "much", "answered 'much' to 'grip', expected"),
+    ],
 )
 def test_a_simulated_answer_that_fails_is_a_sentence(pilot, answer, said):
     with pytest.raises(UserError, match=said):

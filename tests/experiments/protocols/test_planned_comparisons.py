@@ -155,7 +155,7 @@ def test_levels_finer_than_the_plate_is_held_are_refused_and_say_how_it_is_held(
     made = plan(text)
     check_supported(made, plate_for(made, "mock", VirtualClock()))
     coarse = plan(text.replace("tolerance = 0.01", "").replace("tolerance_um_pp = 0.015", ""))
-    with pytest.raises(UserError, match=r"differences down to 0\.0\d µm p-p, and this"):
+    with pytest.raises(UserError, match=r"differences down to 0\.0\d µm p-p, but the plate"):
         check_supported(coarse, plate_for(coarse, "mock", VirtualClock()))
 
 

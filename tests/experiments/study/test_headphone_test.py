@@ -148,7 +148,7 @@ def test_who_fails_is_the_operators_to_decide(laboratory, plan, decisions, expec
     assert laboratory.run(plan(STUDY), person=person, operator=operator) == "complete"
     told = result(laboratory)
     assert {key: told[key] for key in expected} == expected
-    assert operator.told == ["headphone test not passed: 4 of 6 right, 5 needed."]
+    assert operator.told == ["headphone test not passed: 4 of 6 correct, 5 needed."]
 
 
 def test_headphones_the_wrong_way_round_fail_however_well_the_tones_are_heard(laboratory, plan):

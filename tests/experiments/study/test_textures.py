@@ -93,7 +93,7 @@ def test_every_fault_of_the_textures_is_told_at_once():
     for part in (
         "bad.toml has 7 faults",
         ("line 6, item 1 of textures: texture 'ridges': depth is 1.4, expected from 0 to the mean"),
-        "item 2 of textures: texture 'fast': a finger at 500 mm/s crosses 200 periods a second",
+        "item 2 of textures: texture 'fast': a finger at 500 mm/s crosses 200 periods per second",
         (
             "waveform of item 3 of textures: expected 'sine', 'square', 'triangle' or "
             "'sawtooth', got 'z"

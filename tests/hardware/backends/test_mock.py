@@ -128,7 +128,7 @@ def test_a_fault_on_order_comes_at_its_command_silences_and_is_over_after_a_reco
         plate.check()
 
     trial()
-    with pytest.raises(FAULTS[code], match="on order"):
+    with pytest.raises(FAULTS[code], match="as requested"):
         trial()
     plate.silence()
     clock.sleep(0.1)

@@ -166,9 +166,9 @@ def made_on(calibration, **device):
 @pytest.mark.parametrize(
     "device, said",
     [
-        ({"backend": "mock", "serial": "twin"}, "on backend 'mock', this is 'real'"),
-        ({"backend": "real", "serial": "0042"}, "on device '0042', this is 'twin'"),
-        ({"backend": "real"}, "on device '', this is 'twin'"),
+        ({"backend": "mock", "serial": "twin"}, "on backend 'mock', but this is 'real'"),
+        ({"backend": "real", "serial": "0042"}, "on device '0042', but this is 'twin'"),
+        ({"backend": "real"}, "on device '', but this is 'twin'"),
     ],
 )
 def test_a_calibration_of_another_device_is_refused_before_anything_is_presented(
@@ -248,7 +248,10 @@ def test_volts_of_the_file_are_volts_peak_to_the_driver(calibration):
         (lambda text: text.replace("um_pp_per_v = ", "um_pp_per_v = -"), "gain.um_pp_per_v"),
         (lambda text: text.replace("by = ", "# by = "), "made.by: is missing"),
         (lambda text: text.replace("frequency_hz = ", "frequency_hz = nan # ", 1), "resonance"),
-        (lambda text: text.replace("voltage_max_v = 16.0", "voltage_max_v = 99.0"), "beyond"),
+        (
+            lambda text: text.replace("voltage_max_v = 16.0", "voltage_max_v = 99.0"),
+            "is larger than the voltages in points",
+        ),
         (lambda text: text.replace("[gain]", "[gian]"), "gian: unknown key"),
         (lambda text: text.replace("[device]", "[device"), "is not TOML"),
         (lambda text: text.replace('"V peak"', '"volts"'), "drive.voltage_convention"),

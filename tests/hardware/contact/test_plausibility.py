@@ -36,7 +36,7 @@ def test_a_finger_that_strokes_and_presses_is_plausible(rate_hz):
     [
         (lambda t: (65535.0 if t > 2 else stroking(t)[0], 2.0), "65535 mm, off any plate"),
         (lambda _: (12.5, 3.4), "the same reading for 3.0 s"),
-        (lambda t: (t, 2.0), "x rises in even steps: a time"),
+        (lambda t: (t, 2.0), "x rises in even steps, like a time"),
         (lambda t: (100 * t, stroking(t)[0]), "a time or a counter"),
         (lambda t: (280 * math.sin(25 * t), 2.0), "a median speed of"),
     ],
