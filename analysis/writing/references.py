@@ -71,6 +71,25 @@ REFERENCES: dict[str, Reference] = {
         volume="1",
         pages="80-83",
     ),
+    "sen1968": Reference(
+        cited="Sen, 1968",
+        authors="Sen, P. K.",
+        year=1968,
+        title="Estimates of the regression coefficient based on Kendall's tau",
+        journal="Journal of the American Statistical Association",
+        volume="63",
+        pages="1379-1389",
+    ),
+    "tukey1963": Reference(
+        cited="Tukey & McLaughlin, 1963",
+        authors="Tukey, J. W. and McLaughlin, D. H.",
+        year=1963,
+        title="Less vulnerable confidence and significance procedures for location based on a "
+        "single sample: trimming/Winsorization 1",
+        journal="Sankhya A",
+        volume="25",
+        pages="331-352",
+    ),
     "kruskal1964": Reference(
         cited="Kruskal, 1964",
         authors="Kruskal, J. B.",

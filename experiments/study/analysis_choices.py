@@ -46,6 +46,7 @@ Test = Literal[
     "growth",
     "bayesian_growth",
     "mixed_model",
+    "robust_exponent",
     "order",
     "reliability",
     "sessions",

@@ -231,6 +231,24 @@ power_law <- function(logs, levels, confidence) {
   c(exponent = m[["mean"]], m[c("ci.0", "ci.1", "sd")], n = m[["df"]] + 1,
     points = max(rowSums(!is.na(logs[, levels > 0, drop = FALSE]))))
 }
+# Theil and Sen's slopes of trials; Tukey and McLaughlin's interval of their 20 % trimmed mean.
+robust_exponent <- function(trials, confidence) {
+  d <- trials[trials$level > 0 & !is.na(trials$log), ]
+  x <- sort(unlist(lapply(split(d, d$who, drop = TRUE), function(p) {
+    if (length(unique(p$level)) < 2) return(NULL)
+    pairs <- combn(nrow(p), 2)
+    dx <- log(p$level[pairs[2, ]] / p$level[pairs[1, ]])
+    median(((p$log[pairs[2, ]] - p$log[pairs[1, ]]) / dx)[p$level[pairs[2, ]] != p$level[pairs[1, ]]])
+  })))
+  n <- length(x)
+  if (n < 3 || diff(range(x)) == 0) return(NULL)
+  cut <- floor(0.2 * n)
+  kept <- n - 2 * cut
+  w <- pmin(pmax(x, x[cut + 1]), x[n - cut])
+  half <- qt((1 + confidence) / 2, kept - 1) * sqrt((n - 1) * var(w) / kept / (kept - 1))
+  exponent <- mean(x, trim = 0.2)
+  c(exponent = exponent, ci.0 = exponent - half, ci.1 = exponent + half, n = n, trimmed = 2 * cut)
+}
 linear_trend <- function(logs, levels, confidence) {
   some <- colSums(!is.na(logs)) > 0
   w <- whole_rows(logs[, some, drop = FALSE])
@@ -614,6 +632,7 @@ estimates <- function(settings, names_wanted, data) {
     if (ncol(cells) > 1) pairwise(cells, logs, confidence, as.numeric(settings[["equivalence_ratio"]])),
     under("individuals.", setNames(slopes(logs, levels), paste0(rownames(logs), ".exponent"))))
   wants <- function(part) any(startsWith(names_wanted, part))
+  if (wants("robust_exponent.")) out <- c(out, under("robust_exponent.", robust_exponent(trials, confidence)))
   if (wants("mixed_model.")) out <- c(out, under("mixed_model.", mixed_model(trials, confidence)))
   if (wants("order.")) out <- c(out, under("order.", order_effects(trials, confidence)))
   if (wants("reliability.")) out <- c(out, under("reliability.", reliability(trials, confidence)))

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.estimation.growth.statistics import Growth
     from slipscale.analysis.tasks.estimation.mixed_model import MixedModel
     from slipscale.analysis.tasks.estimation.order_effects import OrderEffects
+    from slipscale.analysis.tasks.estimation.robust_exponent import RobustExponent
     from slipscale.stimuli.quantity import Quantity
 
 #: Names of `slipscale.analysis.tasks.estimation.growth.growth_models.MODELS` in a sentence.
@@ -142,6 +143,15 @@ def power_law(found: PowerLaw, confidence: float, quantity: Quantity) -> str:
         f"{number(found.exponent)}, {level_of(confidence)} CI "
         f"{bracketed(found.interval)} (n = {found.n}; {found.points} "
         f"{quantity.levels} above {quantity.value(0)}; Student's interval over participants)."
+    )
+
+
+def robust_exponent(found: RobustExponent, confidence: float, _quantity: Quantity) -> str:
+    """Return the sentence of the robust exponent."""
+    return (
+        f"With little weight of lapses and outlying participants, the exponent was "
+        f"{number(found.exponent)}{_ci(found.interval, confidence)} (20 % trimmed mean of "
+        f"{found.n} Theil-Sen slopes)."
     )
 
 

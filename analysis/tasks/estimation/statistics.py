@@ -29,6 +29,7 @@ from slipscale.analysis.tasks.estimation.growth.bayesian_growth import (
 from slipscale.analysis.tasks.estimation.growth.statistics import Growth, growth
 from slipscale.analysis.tasks.estimation.mixed_model import MixedModel, mixed_model
 from slipscale.analysis.tasks.estimation.order_effects import OrderEffects, order_effects
+from slipscale.analysis.tasks.estimation.robust_exponent import RobustExponent, robust_exponent
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -196,6 +197,16 @@ MIXED_MODEL: Statistic[MixedModel] = Statistic(
     methods="A linear mixed model of log estimates on log {q.name}, with a random intercept and "
     "slope for each participant, was fitted by restricted maximum likelihood [[laird1982]].",
 )
+ROBUST_EXPONENT: Statistic[RobustExponent] = Statistic(
+    key="robust_exponent",
+    title="Robust exponent",
+    meaning="exponent with little weight of lapses and outlying people",
+    compute=of_estimates(robust_exponent),
+    sentences=(Sentence(write=write.robust_exponent),),
+    methods="As a sensitivity analysis, exponents were also estimated by Theil and Sen's slopes of "
+    "trials [[sen1968]] and averaged without the largest and the smallest fifth "
+    "[[tukey1963]].",
+)
 GROWTH: Statistic[Growth] = Statistic(
     key="growth",
     title="Growth functions",
@@ -266,6 +277,7 @@ STATISTICS: tuple[Statistic[object], ...] = (
     LINEAR_TREND,
     POWER_LAW,
     MIXED_MODEL,
+    ROBUST_EXPONENT,
     GROWTH,
     BAYESIAN_GROWTH,
     ORDER,

@@ -1,0 +1,84 @@
+"""Estimate the exponent so that lapses and outlying people have little weight.
+
+A lapse is a trial far from its participant's line; it moves a least-squares slope, and hardly the
+median of the slopes between all pairs of trials (Theil 1950; Sen 1968). An outlying participant
+moves the mean of exponents, and hardly their mean without the largest and smallest fifth (Tukey
+and McLaughlin 1963). The result is a sensitivity analysis: it does not replace the exponent.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.json_form import renamed
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval, key_of
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+
+#: Share of participants' exponents trimmed at each end.
+TRIMMED = 0.2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobustExponent:
+    """The trimmed mean of participants' Theil-Sen slopes.
+
+    Parameters
+    ----------
+    exponent : float
+    interval : ConfidenceInterval
+        Tukey and McLaughlin's, over participants.
+    n, trimmed : int
+        Participants with a slope, and those trimmed at both ends together.
+    """
+
+    exponent: float
+    interval: ConfidenceInterval
+    n: int
+    trimmed: int
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result as a mapping."""
+        return renamed(self, interval=key_of(self.interval))
+
+
+def robust_exponent(data: Prepared) -> RobustExponent | NotComputed:
+    """Return the robust exponent, from all trials above 0."""
+    from scipy import stats  # noqa: PLC0415 - a second's import
+
+    if data.refused:
+        return NotComputed(data.zero_sentence)
+    usable = (data.trials["amplitude_um_pp"] > 0) & data.trials["log"].notna()
+    slopes = []
+    for _, own in data.trials[usable].groupby(PARTICIPANT, observed=True):
+        x = np.log(own["amplitude_um_pp"].to_numpy(float))
+        if len(np.unique(x)) > 1:
+            slopes.append(float(stats.theilslopes(own["log"].to_numpy(float), x).slope))
+    n = len(slopes)
+    if n < FEWEST:
+        return NotComputed(
+            few(f"participants with estimates above zero at two {data.quantity.levels}", n)
+        )
+    if np.ptp(slopes) == 0:
+        return NotComputed("all participants have the same value: no spread to judge it by")
+    ordered, cut = np.sort(slopes), int(TRIMMED * n)
+    kept, confidence = n - 2 * cut, data.choices.confidence
+    winsorised = np.clip(ordered, ordered[cut], ordered[n - cut - 1])
+    squares = float(((winsorised - winsorised.mean()) ** 2).sum())
+    half = float(stats.t.ppf((1 + confidence) / 2, kept - 1)) * (squares / kept / (kept - 1)) ** 0.5
+    exponent = float(ordered[cut : n - cut].mean())
+    return RobustExponent(
+        exponent=exponent,
+        interval=ConfidenceInterval(exponent - half, exponent + half, confidence),
+        n=n,
+        trimmed=2 * cut,
+    )
