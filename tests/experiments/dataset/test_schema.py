@@ -22,9 +22,12 @@ from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.faults import UserError
 from slipscale.stimuli.quantity import in_um
+from tools.torture.pilots import EVERY_OPTION
 
 # The shipped study that has a protocol, where its name is another.
 STUDIES = {"descending_difference": "biet2007", "magnitude_estimation": "biet2007"}
+# Those that no shipped study has.
+STUDIES |= dict.fromkeys(("oddity", "similarity"), str(EVERY_OPTION))
 
 
 def task_of(made, name):
@@ -33,7 +36,8 @@ def task_of(made, name):
 
 @pytest.mark.parametrize("name", protocol_names())
 def test_every_question_of_a_protocol_is_a_column_of_its_table(name, plan):
-    made = plan(study_text(STUDIES.get(name, name)))
+    study = STUDIES.get(name, name)
+    made = plan(study_text(study), session="a" if study == str(EVERY_OPTION) else "")
     protocol, task = load_protocol(name), task_of(made, name)
     asked = {
         step.name
