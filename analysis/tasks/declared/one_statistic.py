@@ -25,6 +25,19 @@ TaskBlocks: TypeAlias = "Callable[[T, Mapping[str, str], float, Quantity], list[
 TaskTexts: TypeAlias = "Callable[[T, float, Quantity], list[str]]"
 
 
+def of_each(
+    blocks: Callable[[T, Mapping[str, str], float, Quantity], list[Markup]],
+) -> TaskBlocks[tuple[T, ...]]:
+    """Return a function that writes the blocks of each task of a result, one task after another."""
+
+    def every(
+        tasks: tuple[T, ...], svgs: Mapping[str, str], level: float, quantity: Quantity
+    ) -> list[Markup]:
+        return [block for task in tasks for block in blocks(task, svgs, level, quantity)]
+
+    return every
+
+
 def of_one_statistic(
     name: str,
     trials: TaskTrials,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from slipscale.analysis.tasks.declared.flat_table import flat_under
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import of_each, of_one_statistic
 from slipscale.analysis.tasks.declared.session_tables import logarithms, mean_by_session
 from slipscale.analysis.tasks.productions import figures, section, sentences
 from slipscale.analysis.tasks.productions.reading import TRIALS
@@ -20,7 +20,7 @@ ANALYSIS = of_one_statistic(
         text for task in found for text in sentences.production_answers(task, level, q)
     ],
     sentences=sentences.production_sentences,
-    blocks=section.blocks,
+    blocks=of_each(section.blocks),
     figures=lambda found, trials, q: {
         f"productions_{each.task}": figures.productions(
             each, trials[trials["task"] == each.task], q

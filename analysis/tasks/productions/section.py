@@ -21,15 +21,9 @@ if TYPE_CHECKING:
 
 
 def blocks(
-    tasks: tuple[TaskProductions, ...], svgs: Mapping[str, str], level: float, quantity: Quantity
-) -> list[Markup]:
-    """Return the section of magnitude production."""
-    return [block for task in tasks for block in _task(task, svgs, level, quantity)]
-
-
-def _task(
     task: TaskProductions, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
+    """Return the blocks of one task: its figures and tables."""
     levels = quantity.levels
     return [
         html.heading(words.production_title(task)),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from slipscale.analysis.tasks.declared.flat_table import flat_under
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import of_each, of_one_statistic
 from slipscale.analysis.tasks.declared.session_tables import mean_by_session
 from slipscale.analysis.tasks.ratings import figures, section, sentences
 from slipscale.analysis.tasks.ratings.reading import TRIALS
@@ -19,7 +19,7 @@ ANALYSIS = of_one_statistic(
     answers=lambda found, _, q: [sentences.rating_answer(task, q) for task in found],
     sentences=sentences.rating_sentences,
     heading="Ratings on a visual analogue scale",
-    blocks=section.blocks,
+    blocks=of_each(section.blocks),
     figures=lambda found, trials, q: {
         f"ratings_{each.task}": figures.ratings(each, trials[trials["task"] == each.task], q)
         for each in found

@@ -20,15 +20,9 @@ if TYPE_CHECKING:
 
 
 def blocks(
-    tasks: tuple[TaskRatings, ...], svgs: Mapping[str, str], level: float, quantity: Quantity
-) -> list[Markup]:
-    """Return the section of ratings on a visual analogue scale."""
-    return [block for task in tasks for block in _task(task, svgs, level, quantity)]
-
-
-def _task(
     task: TaskRatings, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
+    """Return the blocks of one task: its figures and tables."""
     return [
         html.heading(words.rating_title(task)),
         *html.figure_if_drawn(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from slipscale.analysis.tasks.declared.flat_table import flat_under
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import of_each, of_one_statistic
 from slipscale.analysis.tasks.declared.session_tables import logarithms, mean_by_session
 from slipscale.analysis.tasks.ratios import figures, section, sentences
 from slipscale.analysis.tasks.ratios.reading import TRIALS
@@ -19,7 +19,7 @@ ANALYSIS = of_one_statistic(
     answers=lambda found, level, q: [sentences.ratio_answer(task, level, q) for task in found],
     sentences=sentences.ratio_sentences,
     heading="Ratio judgements",
-    blocks=section.blocks,
+    blocks=of_each(section.blocks),
     figures=lambda found, trials, q: {
         f"ratios_{each.name}": figures.ratios(each, trials[trials["task"] == each.task], q)
         for each in found

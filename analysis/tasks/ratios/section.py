@@ -19,15 +19,9 @@ if TYPE_CHECKING:
 
 
 def blocks(
-    tasks: tuple[TaskRatios, ...], svgs: Mapping[str, str], level: float, quantity: Quantity
-) -> list[Markup]:
-    """Return the section of ratio judgements."""
-    return [block for task in tasks for block in _task(task, svgs, level, quantity)]
-
-
-def _task(
     task: TaskRatios, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
+    """Return the blocks of one task: its figures and tables."""
     return [
         html.heading(words.ratio_title(task, quantity)),
         *html.figure_if_drawn(

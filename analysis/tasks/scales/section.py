@@ -23,15 +23,9 @@ if TYPE_CHECKING:
 
 
 def blocks(
-    tasks: tuple[TaskScale, ...], svgs: Mapping[str, str], level: float, quantity: Quantity
-) -> list[Markup]:
-    """Return the section of paired comparison: each task's figure and table."""
-    return [block for task in tasks for block in _task(task, svgs, level, quantity)]
-
-
-def _task(
     task: TaskScale, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
+    """Return the blocks of one task: its figures and tables."""
     values = bool(task.consistency) or computed(task.differences) is not None
     return [
         html.heading(sentences.title(task)),

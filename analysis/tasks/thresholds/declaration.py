@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import of_each, of_one_statistic
 from slipscale.analysis.tasks.thresholds import figures, section, sentences, table
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
 from slipscale.analysis.tasks.thresholds.session_tables import session_tables
@@ -41,7 +41,7 @@ ANALYSIS = of_one_statistic(
     title="Thresholds",
     answers=lambda found, level, q: [sentences.answer(task, level, q) for task in found],
     sentences=sentences.sentences,
-    blocks=section.blocks,
+    blocks=of_each(section.blocks),
     figures=_figures,
     table=table.threshold_table,
     session_tables=session_tables,

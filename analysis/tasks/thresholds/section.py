@@ -53,15 +53,9 @@ CONTRASTS = (
 
 
 def blocks(
-    tasks: tuple[TaskThresholds, ...], svgs: Mapping[str, str], level: float, quantity: Quantity
-) -> list[Markup]:
-    """Return the section: each task's curves, tracks and table."""
-    return [block for task in tasks for block in _task(task, svgs, level, quantity)]
-
-
-def _task(
     task: TaskThresholds, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
+    """Return the blocks of one task: its figures and tables."""
     caption, alt = _caption(task, level, quantity), _alt(task, quantity)
     titles = ("Trials", "Correct", quantity.heading("Threshold"), *FIT)
     return [
