@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 #: Maximum probability that chance alone raises a flag that is decided by a test.
 RARE = 0.05
+#: With so many amplitudes, as many different numbers are what is to be expected.
+FEW_LEVELS = 2
 #: Minimum number of trials to detect a drift or compute a split-half correlation.
 TRIALS_FOR_DRIFT = 8
 
@@ -70,7 +72,7 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
         found["non_monotone"] = _indexed(falling, means)
         # A different number for each amplitude is not constant, even with few amplitudes.
         levels = by["amplitude_um_pp"].nunique()
-        found["constant"] = by["estimate"].nunique().where(levels > thresholds.distinct_numbers)
+        found["constant"] = by["estimate"].nunique().where(levels > FEW_LEVELS)
         felt = trials[trials["amplitude_um_pp"] > 0]
         found["zeros"] = _share(felt, felt["estimate"] == 0)
         found["fast"] = _share(trials, trials["response_time"] < thresholds.fast_s)

@@ -81,7 +81,8 @@ class Thresholds(BaseModel):
     )
     distinct_numbers: Annotated[int, Field(ge=1)] = Field(
         default=2,
-        description="Flag constant: this many different estimates or fewer, of more amplitudes.",
+        description="Flag constant: this many different estimates or fewer, of three or more "
+        "amplitudes.",
         json_schema_extra={"unit": "different estimates"},
     )
     zero_share: Share = Field(
