@@ -123,7 +123,9 @@ threshold_of <- function(rows, method, standard, confidence, settings) {
     out <- c(out, fit.deviance = 2 * gained)
   }
   if (is.na(standard)) return(out)
-  weber <- if (curve$compared) curve$half_width / exp(ours$slope[c(1, 3, 2)]) else back(ours$at)
+  half <- curve$half_width / exp(ours$slope[c(1, 3, 2)])
+  if (curve$logarithmic) half <- back(ours$at)[1] * sinh(half)
+  weber <- if (curve$compared) half else back(ours$at)
   c(out, three("weber_fraction", weber / standard))
 }
 
@@ -203,10 +205,11 @@ population_of <- function(rows, curve, standard, confidence) {
   shares <- exp(terms_of(best$par))
   own <- best$par[1] + best$par[3] * as.vector(shares %*% outer_grid$nodes) / rowSums(shares)
   half <- curve$half_width / slope[c(1, 3, 2)]
+  if (curve$logarithmic) half <- threshold[1] * sinh(half)
   relative <- if (curve$compared) half else threshold
   c(three("population.threshold", threshold), three("population.slope", slope),
     population.sd = best$par[3] / (if (curve$logarithmic) log(10) else 1),
-    if (!curve$logarithmic) three("population.half_width", half),
+    if (curve$compared || !curve$logarithmic) three("population.half_width", half),
     population.lapse = best$par[5], population.n = n, population.answers = nrow(main),
     setNames(curve$back(own), paste0("population.participants.", people)),
     if (!is.na(standard)) three("weber_fraction", relative / standard))

@@ -52,6 +52,7 @@ def of_one_statistic(
     blocks: TaskBlocks[T],
     figures: Callable[[T, pd.DataFrame, Quantity], Mapping[str, Figure]],
     table: Callable[[T], pd.DataFrame],
+    doubts: TaskTexts[T] | None = None,
     **others: Any,
 ) -> TaskAnalysis:
     """Return the declaration of a kind whose texts and figures follow from one result.
@@ -62,7 +63,7 @@ def of_one_statistic(
     ----------
     question, what, title : str
         The summary's question, the name of the trials, and the heading of the sentences.
-    answers, sentences : callable
+    answers, sentences, doubts : callable
         Return texts from the result and the confidence level.
     heading : str
         The section's heading; default: as for the sentences.
@@ -114,6 +115,7 @@ def of_one_statistic(
         ),
         design=design,
         answers=lambda analysis: written(analysis, answers),
+        doubts=lambda analysis: written(analysis, doubts) if doubts else [],
         sentences=lambda analysis: {title: written(analysis, sentences)},
         sections=(section,),
         figures=drawn,

@@ -41,6 +41,7 @@ ANALYSIS = of_one_statistic(
     title="Thresholds",
     answers=lambda found, level, q: [sentences.answer(task, level, q) for task in found],
     sentences=sentences.sentences,
+    doubts=sentences.doubts,
     blocks=of_each(section.blocks),
     figures=_figures,
     table=table.threshold_table,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,7 @@ from slipscale.analysis.statistics.psychometrics.psychometric_function import (
 )
 from slipscale.analysis.statistics.psychometrics.thresholds import model_of
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocols.adaptive.curves import CURVES, OTHER_AXIS
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -31,6 +31,9 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Model
     from slipscale.experiments.protocols.adaptive.curves import Curve
     from slipscale.experiments.study.analysis_choices import AnalysisChoices
+
+#: A curve describes answers clearly better if its log likelihood is higher by this (AIC by 4).
+CLEARLY = 2.0
 
 
 def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estimate | NotComputed:
@@ -51,12 +54,10 @@ def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estim
         raise UserError("a Weber fraction needs a standard; yes_no has none")
     if fitted.method != "comparison":
         return _over(fitted.threshold_um_pp, standard_um_pp)
-    family = CURVES[fitted.curve]
-    if family.logarithmic:
-        raise UserError("a comparison's Weber fraction needs a curve of the amplitude itself")
     if isinstance(fitted.slope, NotComputed):
         return fitted.slope
-    return _over(_half_width(fitted.slope, family), standard_um_pp)
+    middle = fitted.threshold_um_pp.value
+    return _over(_half_width(fitted.slope, CURVES[fitted.curve], middle), standard_um_pp)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,7 +112,7 @@ class PopulationThreshold:
     slope : Estimate or NotComputed
         Slope of a participant's curve, shared by all.
     half_width_um_pp : Estimate or NotComputed
-        For a curve of the level itself: half the distance between its 25 and 75 %.
+        For comparisons, and for a curve of the level itself: half the distance between 25 and 75 %.
     lapse : float
         Shared by all.
     n, answers : int
@@ -120,6 +121,9 @@ class PopulationThreshold:
         Each threshold in this fit, shrunk towards the population's; µm peak to peak.
     factors : tuple of Factor
         By group and by session, if there are several.
+    better_curve : str
+        For comparisons: the same curve on the other axis, if it describes the answers clearly
+        better. A curve on the wrong axis shifts the point of equality, or takes misfit for lapses.
     """
 
     threshold_um_pp: Estimate
@@ -131,6 +135,7 @@ class PopulationThreshold:
     answers: int
     participants: Mapping[str, float]
     factors: tuple[Factor, ...] = ()
+    better_curve: str = ""
 
 
 def population_threshold(
@@ -170,14 +175,16 @@ def population_threshold(
     if found.value is None:
         return NotComputed("answers do not rise between the levels presented")
     slope: Estimate | NotComputed = NotComputed("the answers jump between two levels")
+    compared = model.guess == "equal to lapse"
     half: Estimate | NotComputed = NotComputed("a curve of the level's logarithm has none")
     if not fit.jumps:
         three = fit.interval(fit.slope, df, confidence)
         ends = np.exp([fit.best.theta[fit.slope], three.low, three.high]) / fit.scale
         slope = estimate(ends, confidence)
-    if not model.curve.logarithmic:
-        half = _half_width(slope, model.curve) if isinstance(slope, Estimate) else slope
     levels = model.curve.level
+    if compared or not model.curve.logarithmic:
+        middle = float(levels(fit.coordinates(np.array(found.value))))
+        half = _half_width(slope, model.curve, middle) if isinstance(slope, Estimate) else slope
     own = fit.coordinates(np.array([found.value])) + fit.deviations()
     return PopulationThreshold(
         threshold_um_pp=estimate(levels(fit.coordinates(np.array(found))), confidence),
@@ -189,6 +196,7 @@ def population_threshold(
         answers=len(main),
         participants=dict(zip(people, levels(own).tolist(), strict=True)),
         factors=tuple(_factors(model, counted, right, confidence, group_of or {})),
+        better_curve=_better_curve(fit, curve, counted, right) if compared else "",
     )
 
 
@@ -207,13 +215,32 @@ def _over(found: Estimate, standard_um_pp: float) -> Estimate:
     return estimate(ends / standard_um_pp, found.interval.confidence)
 
 
-def _half_width(slope: Estimate, curve: Curve) -> Estimate:
-    """Return half the distance between 25 and 75 % of a curve of the level itself."""
+def _half_width(slope: Estimate, curve: Curve, middle: float) -> Estimate:
+    """Return half the distance between 25 and 75 % of a curve, in levels.
+
+    Its interval is the slope's. On a logarithmic axis the distance is centred on ``middle``.
+    """
     low, high = curve.inverse(np.array([0.25, 0.75]))
     shallow, steep = slope.interval
     with np.errstate(divide="ignore"):
         values = float(high - low) / 2 / np.array([slope.value, steep, shallow])
+    values = middle * np.sinh(values) if curve.logarithmic else values
     return estimate(values, slope.interval.confidence)
+
+
+def _better_curve(
+    fit: HierarchicalFit, curve: str, counted: pd.DataFrame, right: tuple[int, int]
+) -> str:
+    """Return the curve's counterpart on the other axis if it is clearly more likely."""
+    other, levels = OTHER_AXIS[curve], counted["level_um_pp"].to_numpy(float)
+    if levels.min() <= 0:
+        return ""
+    model = replace(fit.model, curve=CURVES[other])
+    u = likelihood.coordinates(model.curve, levels)
+    design = np.ones((len(counted), 1))
+    rival = HierarchicalFit(model, _trials(counted.assign(u=u), design, right))
+    gain = rival.best.log_likelihood - fit.best.log_likelihood
+    return other if gain > CLEARLY else ""
 
 
 def _right(catches: pd.DataFrame, method: str) -> tuple[int, int]:

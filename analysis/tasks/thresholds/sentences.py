@@ -76,6 +76,17 @@ def answer(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
     return f"{text}."
 
 
+def doubts(found: tuple[TaskThresholds, ...], _confidence: float, quantity: Quantity) -> list[str]:
+    """Return which tasks are described better by a curve on the other axis."""
+    return [
+        f"{title(task, quantity)}: the {CURVES[task.population.better_curve].title} describes the "
+        f"answers clearly better than the {CURVES[task.curve].title}, so threshold and slope may "
+        f'be biased; set threshold_curve = "{task.population.better_curve}" in [analysis].'
+        for task in found
+        if task.population and task.population.better_curve
+    ]
+
+
 def _change(change: float, task: TaskThresholds, quantity: Quantity) -> str:
     if CURVES[task.curve].logarithmic:
         return f"{significant(change)} times"

@@ -153,3 +153,6 @@ CURVES: dict[str, Curve] = {
     "logistic": _curve("logistic function", "logistic", logarithmic=False),
     "normal": _curve("cumulative normal function", "normal", logarithmic=False),
 }
+_PAIRS = (("weibull", "gumbel"), ("log_logistic", "logistic"), ("log_normal", "normal"))
+#: Each curve's counterpart on the other axis: of the level instead of its logarithm, or reversed.
+OTHER_AXIS = dict(_PAIRS) | {level: logarithm for logarithm, level in _PAIRS}

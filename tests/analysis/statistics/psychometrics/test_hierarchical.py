@@ -1,6 +1,7 @@
 """The hierarchical psychometric model: as lme4 fits it, and true of simulated people."""
 
 import json
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,10 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.hierarchical import HierarchicalFit, Trials
 from slipscale.analysis.statistics.psychometrics.integrated_over_people import students_fall
 from slipscale.analysis.statistics.psychometrics.thresholds import model_of
-from slipscale.analysis.tasks.thresholds.population_threshold import population_threshold
+from slipscale.analysis.tasks.thresholds.population_threshold import (
+    population_threshold,
+    population_weber,
+)
 from slipscale.experiments.protocols.adaptive.curves import CURVES
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
@@ -201,3 +205,26 @@ def test_answers_that_fall_or_never_change_have_no_threshold():
         rows[rows["participant_id"] < "p2"], CHOICES, method="two_interval", curve="weibull"
     )
     assert two == NotComputed("participants: 2 (at least 3 are needed)")
+
+
+@pytest.mark.parametrize("truth, other", [("log_normal", "normal"), ("normal", "log_normal")])
+def test_a_comparison_on_the_wrong_axis_is_named_and_the_right_one_holds_the_truth(truth, other):
+    """75 % of answers are "more" at 1.3 times the standard, or 0.3 above it."""
+    rng, rows, levels = np.random.default_rng(2), [], [0.45, 0.65, 0.85, 1.15, 1.6, 2.3]
+    half, z75 = (np.log(1.3) if truth == "log_normal" else 0.3), 0.6744897501960817
+    for who, level in product([f"p{i}" for i in range(6)], np.repeat(levels, 60)):
+        away = np.log(level) if truth == "log_normal" else level - 1
+        more = bool(rng.random() < CURVES["normal"].distribution(np.array(z75 * away / half)))
+        rows.append((who, "", False, 1.0, level, more))
+    names = ["participant_id", "session", "catch", "standard_um_pp", "level_um_pp", "correct"]
+    found = {
+        curve: population_threshold(
+            pd.DataFrame(rows, columns=names), CHOICES, method="comparison", curve=curve
+        )
+        for curve in (truth, other)
+    }
+    assert {curve: each.better_curve for curve, each in found.items()} == {truth: "", other: truth}
+    fraction = population_weber(found[truth], "comparison", 1.0)
+    expected = (1.3 - 1 / 1.3) / 2 if truth == "log_normal" else 0.3
+    assert fraction.interval.low < expected < fraction.interval.high
+    assert fraction.value == pytest.approx(expected, rel=0.1)

@@ -357,8 +357,8 @@ def test_choices_that_cannot_be_are_refused(options, words):
 @pytest.mark.parametrize(
     "levels,correct,trials,words",
     [
-        ([0.1, 0.2], [1], [1], "as many"),
-        ([0.2, 0.1], [1, 1], [1, 1], "rising"),
+        ([0.1, 0.2], [1], [1], "equal lengths"),
+        ([0.2, 0.1], [1, 1], [1, 1], "ascending"),
         ([0.1, math.nan], [1, 1], [1, 1], "finite"),
         ([0.1, 0.2], [1, 3], [2, 2], "0 to that many"),
         ([0.1, 0.2], [0, 0], [2, 0], "needs a trial"),
@@ -396,5 +396,3 @@ def test_what_has_no_weber_fraction_says_so():
         weber_fraction(fitted("weibull"), 0.0)
     with pytest.raises(UserError, match="yes_no has none"):
         weber_fraction(fit_threshold(EXAMPLE, method="yes_no"), 1.0)
-    with pytest.raises(UserError, match="needs a curve of the amplitude itself"):
-        weber_fraction(fit_threshold(EXAMPLE, method="comparison"), 1.0)
