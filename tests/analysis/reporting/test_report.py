@@ -111,6 +111,7 @@ def test_scales_too_far_apart_for_one_factor_are_named(table_by_hand, rule, said
     path = table_by_hand("participant_id,amplitude_um_pp,estimate\n" + rows)
     problems = analyse(path, normalise=rule).problems
     assert any("10 times larger or smaller" in p for p in problems) is said
+    assert any("equalisation removes differences in level" in p for p in problems) is not said
 
 
 def test_pictures_have_alternative_texts_and_columns_headings(dataset, tmp_path):

@@ -11,6 +11,8 @@ from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reporting.files import draw
+from slipscale.analysis.reporting.sections.summary import answers
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.groups import sentences as apa_groups
 from slipscale.analysis.tasks.groups.statistics import compare_groups
@@ -87,6 +89,15 @@ def prepared(sizes, rng, slope=lambda _: 0.5):
     who = frame["participant_id"].cat.categories
     group_of = pd.Series([name[0] for name in who], index=who, name="hand")
     return prepare(frame.assign(session="", run="1"), AnalysisChoices()), group_of
+
+
+def test_the_answer_names_what_groups_differ_in_and_figure_1_gives_each_its_means(orthodont):
+    told = answers(orthodont)
+    assert told[0].startswith("Geometric means of ")
+    assert sum("between groups, Welch's F(" in text for text in told) == 2
+    (axes,) = draw(orthodont)["fig15"].axes
+    labels = [container.get_label() for container in axes.containers]
+    assert labels == ["geometric mean of Female", "geometric mean of Male"]
 
 
 def test_groups_that_grow_differently_differ_in_exponent_and_interaction():
