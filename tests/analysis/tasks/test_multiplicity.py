@@ -98,6 +98,6 @@ def test_nothing_tested_is_no_table(analysis, page):
 
 def test_the_report_and_results_tell_it(analysis, page):
     text = re.sub(r"<[^>]+>", " ", page(analysis))
-    assert "26 tests are judged in this report at .05" in text
+    assert "26 tests in this report are judged at .05" in text
     found = form(multiplicity(analysis.inference, "ranks", 0.95))
     assert json.loads(json.dumps(found))["tests"] == 26

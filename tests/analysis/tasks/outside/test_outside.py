@@ -306,7 +306,7 @@ def test_the_tables_of_a_laboratorys_own_task_are_handed_over(installed, only_ow
 
 def test_tables_that_nobody_reads_are_told_with_what_would_read_them(installed, only_own):
     installed()
-    with pytest.raises(UserError, match=r"trials of grip alone.*slipscale\.analyses"):
+    with pytest.raises(UserError, match=r"only trials of grip.*slipscale\.analyses"):
         analyse(only_own)
 
 
