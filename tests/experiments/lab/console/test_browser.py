@@ -364,7 +364,8 @@ def begin_session(page):
 
 
 def to_page(page, name):
-    page.get_by_role("link", name=name, exact=True).click()
+    pages = page.get_by_role("navigation", name="Slipscale")
+    pages.get_by_role("link", name=name, exact=True).click()
     page.wait_for_load_state()
 
 
@@ -450,6 +451,73 @@ def analysed_at_a_press(watching):
     report.get_by_role("heading", name="A day in the laboratory").first.wait_for()
     with zipfile.ZipFile(download.value.path()) as archive:
         return archive.namelist()
+
+
+def set_plate(page, spec, **more):
+    """Write the folder's settings on their page."""
+    to_page(page, "Settings")
+    page.get_by_label("Plate", exact=True).fill(spec)
+    for label, value in more.items():
+        page.get_by_label(label, exact=True).fill(value)
+    page.get_by_label("Participant's window is not full screen").check()
+    with page.expect_navigation():  # the page is loaded again once they are written
+        page.get_by_role("button", name="Save").click()
+
+
+def a_study_is_written_in_the_form(page):
+    """From the paper's: one task, three surfaces, three participants, no questions, no noise."""
+    to_page(page, "Study")
+    for label, value in (
+        ("title", "A day in the laboratory"),
+        ("participants participants", "3"),
+        ("amplitudes µm peak to peak", "0, 1, 2"),
+    ):
+        page.get_by_label(label, exact=True).fill(value)
+    for card in ("descending difference", "age_band", "gender", "masking_noise"):
+        page.get_by_role("button", name=f"Remove {card}").click()
+        page.get_by_role("button", name=f"Remove {card}").wait_for(state="detached")
+    page.get_by_label("practice").fill("0")
+    page.locator("#study-timeline").get_by_text("3 trials").first.wait_for()
+    page.get_by_label("Name of the copy").fill("day")
+    page.get_by_role("button", name="Save as a copy").click()
+    page.get_by_text("select it on the page Settings").wait_for()
+
+
+def an_emulated_board_is_calibrated(page, lab):
+    to_page(page, "Plate")
+    page.get_by_role("button", name="Start an emulated board").click()
+    spec = page.locator("#plate code").inner_text()
+    set_plate(page, spec, Study="day.toml")
+    to_page(page, "Plate")
+    page.get_by_label("Who calibrates").fill("Ada")
+    page.get_by_label("Instrument: model and range").fill("emulated")
+    page.get_by_role("button", name="Calibrate", exact=True).click()
+    page.get_by_role("button", name="Use this calibration").click()
+    confirm(page)
+    wait_until(page, lambda: read_lab(lab).plate == f"{spec},calibration=calibration-1.toml")
+    page.get_by_role("button", name="Present").click()
+    page.locator("#surface .huge").wait_for()  # what the board reads back
+    page.keyboard.press("Escape")
+    page.get_by_role("button", name="Switch off").click()
+    page.get_by_text("The plate is off.").wait_for()
+
+
+@pytest.mark.skipif(
+    not os.environ.get("SLIPSCALE_WHOLE_DAY"), reason="minutes; set SLIPSCALE_WHOLE_DAY=1"
+)
+def test_the_whole_day_before_the_first_participant(page, tmp_path):
+    with console(tmp_path) as (_, address):
+        page.goto(address)
+        set_plate(page, "mock")
+        a_study_is_written_in_the_form(page)
+        an_emulated_board_is_calibrated(page, tmp_path)
+        to_page(page, "Study")
+        page.get_by_role("link", name="Screens of the study").click()
+        page.get_by_text("screens can be read").wait_for()
+    study, _ = read_study(str(tmp_path / "day.toml"))
+    assert (study.participants, study.levels, len(study.tasks)) == (3, (0, 1, 2), 1)
+    assert (tmp_path / "calibration-1.toml").exists()
+    assert page.complaints == []
 
 
 @pytest.mark.skipif(
