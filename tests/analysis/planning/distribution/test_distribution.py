@@ -128,7 +128,7 @@ def test_a_study_that_is_refused_is_one_in_which_nothing_holds(many):
 
 def test_exclusions_that_leave_nobody_are_told_and_not_raised(tmp_path):
     path = tmp_path / "strict.toml"
-    path.write_text(STUDY + 'exclusions = ["constant"]\nthresholds = { distinct_numbers = 99 }\n')
+    path.write_text(STUDY + 'exclusions = ["fast"]\nthresholds = { fast_s = 99.0 }\n')
     result = ManyStudies(study_name=str(path), population=Population()).compute(1)
     assert "leave no participant" in result.refused
     assert not result.found.numbers
