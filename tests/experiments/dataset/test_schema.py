@@ -76,7 +76,7 @@ COLUMN = Column(value=lambda _: None, kind="label", description="")
     [
         ({"task": "magnitude_estimation"}, "letters and digits"),
         ({"answer": "rating"}, "'rating' is a column of the response"),
-        ({"stimulus": {}}, "'texture' says which"),
+        ({"stimulus": {}}, "'texture' names the texture"),
         ({"design": {"estimate": COLUMN}}, "declared once"),
         ({"amplitudes": ()}, "ends in _level"),
     ],

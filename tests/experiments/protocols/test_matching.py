@@ -128,7 +128,7 @@ def adjust(again):
 def test_a_simulated_person_asks_only_for_what_can_be_felt():
     offered = (Present(surface=None), Explore(text="stroke"))
     assert misfit(adjust(offered), FEEL_AGAIN) is None
-    assert "not a whole number of notches" in misfit(adjust(None), FEEL_AGAIN)
+    assert "expected a whole number of notches" in misfit(adjust(None), FEEL_AGAIN)
 
 
 def test_the_record_of_an_adjustment_without_it_is_that_of_older_journals():

@@ -82,7 +82,7 @@ def test_its_tables_are_those_of_a_pilot(tmp_path, population):
         ("biet2007", ""),
         ("constant_stimuli", ""),
         ("textures_demo", "textures"),
-        ("matching", "turned"),
+        ("matching", "adjusted"),
     ],
 )
 def test_what_only_a_session_simulates_is_known(study, why):
