@@ -52,7 +52,7 @@ def unknown_backend(spec: str) -> str:
     """Return the error message for a SPEC with a backend that is not installed.
 
     >>> unknown_backend("ttyACM0")
-    "no backend 'ttyACM0'; a port is named after its backend: serial:/dev/ttyACM0"
+    "unknown backend 'ttyACM0'; a port needs the name of its backend: serial:/dev/ttyACM0"
     """
     name = spec.partition(":")[0]
     port = PORT.match(spec)

@@ -31,7 +31,7 @@ def test_every_cell_of_table_iii_and_point_of_fig_15_agrees(tmp_path, capsys):
 def test_an_exact_item_comes_alone_and_a_beginning_brings_its_kin():
     assert choose(["fig15.0"]) == ["fig15.0"]
     assert choose(["fig15"]) == ["fig15.0", "fig15.0.5", "fig15.1.2", "fig15.2.3"]
-    with pytest.raises(UserError, match="no item 'fig99'"):
+    with pytest.raises(UserError, match="unknown item 'fig99'"):
         choose(["fig99"])
 
 
