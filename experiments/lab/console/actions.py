@@ -79,10 +79,10 @@ def made_calibration(said: str) -> str:
     return written[1] if written else ""
 
 
-def new_calibration() -> str:
-    """Return the name of a calibration file that does not exist yet."""
-    names = (f"calibration-{number}.toml" for number in count(1))
-    return next(name for name in names if not Path(name).exists())
+def unused(name: str, first: int = 1) -> Path:
+    """Return a path that does not exist yet; ``name`` has a place for a number."""
+    paths = (Path(name.format(number)) for number in count(first))
+    return next(path for path in paths if not path.exists())
 
 
 def power_folder(study_text: str) -> Path:
@@ -382,7 +382,7 @@ class Actions:
         if asked.changed_plate:
             words.append("--changed-plate")
         spec = without_calibration(found.defaults.plate)
-        out = ("--out", new_calibration()) if asked.keep else ("--measure-only",)
+        out = ("--out", str(unused("calibration-{}.toml"))) if asked.keep else ("--measure-only",)
         words = ["plate", "calibrate", f"--plate={spec}", *words, *out, "--steps"]
         self._jobs.start("calibrate", "the calibration", *words)
         return "calibrating"
@@ -418,7 +418,7 @@ class Actions:
         made, lab = made_calibration(job.said()) if job else "", read_lab(Path())
         if not made or lab is None:
             raise UserError("no calibration was made since this console was started")
-        spec = f"{without_calibration(lab.plate)}"
+        spec = without_calibration(lab.plate)
         spec += f"{',' if ':' in spec else ':'}calibration={made}"
         write_settings(Path(), lab.model_copy(update={"plate": spec}))
         self._now()
@@ -447,7 +447,7 @@ class Actions:
         if (power / "power.json").is_file():
             words += ["--power", str(power)]
         PLANNING.mkdir(exist_ok=True)
-        path = PLANNING / f"plan-{len(frozen_plans()) + 1:03d}.zip"
+        path = unused(f"{PLANNING}/plan-{{:03d}}.zip", len(frozen_plans()) + 1)
         study = found.defaults.study
         self._jobs.start("freeze", "the plan", "study", "freeze", study, "--out", str(path), *words)
         return f"freezing: {path}"

@@ -4,7 +4,8 @@ import json
 import re
 
 from slipscale.commands import main
-from slipscale.experiments.lab.console.actions import GRID, power_folder
+from slipscale.experiments.lab.console.actions import GRID, power_folder, unused
+from slipscale.experiments.lab.console.state import PLANNING, frozen_plans
 from slipscale.experiments.study.file import study_text
 
 
@@ -74,3 +75,12 @@ def test_power_tells_a_program_how_far_it_is(capsys):
     main(["power", "biet2007", *words])
     steps = re.findall(r"step: (\d+)/(\d+)", capsys.readouterr().err)
     assert steps[-1][0] == steps[-1][1]
+
+
+def test_a_new_plan_takes_no_name_that_another_has(tmp_path, monkeypatch):
+    """Of plans 1 and 2, the first was deleted."""
+    monkeypatch.chdir(tmp_path)
+    PLANNING.mkdir()
+    (PLANNING / "plan-002.zip").touch()
+    name = f"{PLANNING}/plan-{{:03d}}.zip"
+    assert unused(name, len(frozen_plans()) + 1) == PLANNING / "plan-003.zip"
