@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.lab.console.plots import BOTTOM, HEIGHT, LEFT, TOP, WIDTH
+from slipscale.experiments.lab.console.plots import TIMES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.blind_summary import PlateReading, RunSummary
 
 TOGETHER = 8
-RIGHT = 10
 LEAST_SPAN_C = 2.0  # least range of the temperature axis, so that noise does not look like a rise
 
 
@@ -106,25 +105,22 @@ def history(run: RunSummary) -> History | None:
         low_c, high_c = middle_c - LEAST_SPAN_C / 2, middle_c + LEAST_SPAN_C / 2
 
     def x(time_s: float) -> float:
-        return round(LEFT + (WIDTH - LEFT - RIGHT) * time_s / end_s, 1)
-
-    def y(share: float) -> float:
-        return round(HEIGHT - BOTTOM - (HEIGHT - BOTTOM - TOP) * share, 1)
+        return TIMES.x(time_s / end_s)
 
     return History(
         bars=tuple(
             Bar(
                 x=x(group.begin_s),
                 width=max(x(group.end_s) - x(group.begin_s) - 2, 2.0),
-                top=y(group.largest / top),
-                middle=y(group.median / top),
+                top=TIMES.y(group.largest / top),
+                middle=TIMES.y(group.median / top),
             )
             for group in groups
         ),
-        limit=y(1 / top),
-        warmth=tuple((x(time_s), y((c - low_c) / (high_c - low_c))) for time_s, c in warm),
+        limit=TIMES.y(1 / top),
+        warmth=tuple((x(time_s), TIMES.y((c - low_c) / (high_c - low_c))) for time_s, c in warm),
         warmth_ticks=tuple(
-            (y(share), f"{low_c + share * (high_c - low_c):.1f}") for share in (0.0, 1.0)
+            (TIMES.y(share), f"{low_c + share * (high_c - low_c):.1f}") for share in (0.0, 1.0)
         ),
         faults=tuple(x(time_s) for time_s in faults_s),
         minutes=round(end_s / 60, 1),

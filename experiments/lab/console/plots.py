@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from statistics import median
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from slipscale.stimuli.texture import Grating
 
@@ -15,9 +15,28 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.curves import Curve
     from slipscale.stimuli.surface import Surface
 
-WIDTH, HEIGHT = 640, 180
-LEFT, BOTTOM, TOP = 56, 28, 10
 MOST_POINTS = 2000  # from the newest runs; more points would merge into a band
+
+
+class Frame(NamedTuple):
+    """The frame of a plot: its edges in SVG units."""
+
+    left: float
+    right: float
+    top: float
+    bottom: float
+
+    def x(self, across: float) -> float:
+        """Return a position between the left edge (0) and the right one (1)."""
+        return round(self.left + (self.right - self.left) * across, 1)
+
+    def y(self, up: float) -> float:
+        """Return a position between the lower edge (0) and the upper one (1)."""
+        return round(self.bottom - (self.bottom - self.top) * up, 1)
+
+
+#: Frames in drawings of 640 by 180 (response times; live and planning curves) and 160 by 90.
+TIMES, WIDE, SMALL = Frame(56, 630, 10, 152), Frame(48, 630, 10, 152), Frame(8, 152, 8, 82)
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,10 +64,10 @@ def scatter(series: Sequence[Sequence[float]]) -> Scatter | None:
     top = max(ordered[int(0.95 * (len(ordered) - 1))] * 1.15, 0.5)
 
     def x(number: float) -> float:
-        return round(LEFT + (WIDTH - LEFT - 10) * (number - 0.5) / last, 1)
+        return TIMES.x((number - 0.5) / last)
 
     def y(time: float) -> float:
-        return round(HEIGHT - BOTTOM - (HEIGHT - BOTTOM - TOP) * min(time / top, 1.0), 1)
+        return TIMES.y(min(time / top, 1.0))
 
     by_number: dict[int, list[float]] = {}
     for number, time in rows:
@@ -105,7 +124,7 @@ def curve_plot(curve: Curve, group: Sequence[Curve], title: str) -> CurvePlot:
     def place(x: float, y: float) -> tuple[float, float]:
         across = (x - left) / (right - left or 1.0)
         up = (y - low) / (high - low or 1.0)
-        return round(8 + 144 * across, 1), round(82 - 74 * up, 1)
+        return SMALL.x(across), SMALL.y(up)
 
     ends = (f"{left:g}", f"{right:g}"), (f"{low:.3g}", f"{high:.3g}")
     return CurvePlot(curve, title, tuple(place(*point) for point in curve.points), *ends)

@@ -183,10 +183,11 @@ class StudyForm:
                 lists.append(self._cards(here, found, value))
             else:
                 fields.append(self._field(here, found, value, needed=declared in needed))
+        unknown = self._unknown(place, schema, content)
         fields += [
             Field(**self._part((*place, key), {}), kind="text", value=_words(value), needed=True)
             for key, value in content.items()
-            if key in self._unknown(place, schema, content) and not isinstance(value, dict | list)
+            if key in unknown and not isinstance(value, dict | list)
         ]
         return Table(
             **self._part(place, schema),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from slipscale.experiments.lab.console.actions import made_calibration
 from slipscale.experiments.lab.console.jobs import HELD
 from slipscale.experiments.lab.console.pages.view import View, failure
+from slipscale.experiments.lab.console.plots import WIDE
 from slipscale.faults import RigError, UserError
 from slipscale.hardware.calibration.sweep import COARSE_POINTS, FINE_POINTS, VOLTAGE_POINTS
 from slipscale.hardware.clock import VirtualClock
@@ -38,7 +39,8 @@ def bench(view: View) -> dict[str, Any]:
     """Return what the page of the plate bench shows."""
     found, jobs = view.found, view.jobs
     running = next((kind for kind in HELD if (job := jobs.last(kind)) and job.running), "")
-    points = _points(jobs.last("calibrate"))
+    calibration, surface = jobs.last("calibrate"), jobs.last("surface")
+    points, calibrated, readings = _points(calibration), _said(calibration), _readings(surface)
     emulator = jobs.last("emulator")
     return {
         "running": running,
@@ -51,14 +53,14 @@ def bench(view: View) -> dict[str, Any]:
         "in_all": IN_ALL,
         "resonance": _axis([(hz, um) for hz, _, um in points[:OF_FREQUENCY]]),
         "gain": _axis([(volts, um) for _, volts, um in points[OF_FREQUENCY:]]),
-        "calibrated": _said(jobs.last("calibrate")),
-        "calibrate_failed": _failed(jobs.last("calibrate")),
-        "made": made_calibration("\n".join(_said(jobs.last("calibrate")))),
+        "calibrated": calibrated,
+        "calibrate_failed": _failed(calibration),
+        "made": made_calibration("\n".join(calibrated)),
         "verdicts": _verdicts(jobs.last("conform")),
         "conform_failed": _failed(jobs.last("conform")),
-        "readings": _axis(_readings(jobs.last("surface"))),
-        "read_last": (_readings(jobs.last("surface")) or [(0.0, 0.0)])[-1][1],
-        "surface_failed": _failed(jobs.last("surface")),
+        "readings": _axis(readings),
+        "read_last": (readings or [(0.0, 0.0)])[-1][1],
+        "surface_failed": _failed(surface),
         "emulated": emulator.said().strip() if emulator and emulator.running else "",
     }
 
@@ -117,10 +119,7 @@ def _axis(points: Sequence[tuple[float, float]]) -> Axis | None:
         return None
     xs, ys = [x for x, _ in points], [y for _, y in points]
     left, right, top = min(xs), max(xs), max(*ys, 1e-9)
-    placed = tuple(
-        (round(48 + 582 * (x - left) / (right - left or 1.0), 1), round(152 - 142 * y / top, 1))
-        for x, y in points
-    )
+    placed = tuple((WIDE.x((x - left) / (right - left or 1.0)), WIDE.y(y / top)) for x, y in points)
     return Axis(placed, (f"{left:g}", f"{right:g}"), f"{top:.2f}")
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from slipscale.experiments.lab.console.actions import power_folder
 from slipscale.experiments.lab.console.pages.editor import simulated_minutes
 from slipscale.experiments.lab.console.pages.view import failure
+from slipscale.experiments.lab.console.plots import WIDE
 from slipscale.experiments.lab.console.state import frozen_plans
 from slipscale.experiments.lab.console.study_changes import Change, changed
 from slipscale.faults import UserError
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 
 AXES = ("participants", "repetitions", "effect")
 PROTOCOL = "magnitude_estimation"  # whose power is planned
-FRAME = (48, 630, 10, 152)  # left, right, top and bottom of the curve's frame, in its own units
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,7 +74,7 @@ def planning(view: View) -> dict[str, Any]:
         "sliders": sliders,
         "target": read["target"],
         "weakest": chosen["weakest"],
-        "power": {name: chosen["power"][name] for name in chosen["power"]},
+        "power": chosen["power"],
         "false_alarms": chosen["false_alarms"],
         "enough": min((n for n in same if same[n]["weakest"] >= read["target"]), default=None),
         "curve": _curve({n: each["weakest"] for n, each in same.items()}, read["target"]),
@@ -118,13 +118,9 @@ def _with_repetitions(view: View, repetitions: int) -> str:
 
 def _curve(weakest: Mapping[int, float], target: float) -> dict[str, Any]:
     """Return the power of the weakest comparison over participants, in the frame's units."""
-    left, right, top, bottom = FRAME
     most = max(weakest)
-
-    def y(power: float) -> float:
-        return round(bottom - (bottom - top) * power, 1)
-
-    points = [
-        (round(left + (right - left) * n / most, 1), y(weakest[n]), n) for n in sorted(weakest)
-    ]
-    return {"points": points, "target": y(target), "ticks": [(y(p), f"{p:g}") for p in (0, 0.5, 1)]}
+    return {
+        "points": [(WIDE.x(n / most), WIDE.y(weakest[n]), n) for n in sorted(weakest)],
+        "target": WIDE.y(target),
+        "ticks": [(WIDE.y(power), f"{power:g}") for power in (0, 0.5, 1)],
+    }
