@@ -10,10 +10,11 @@ import numpy as np
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.holm import holm
 from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -73,3 +74,9 @@ def mean_over_participants(
         df=len(values) - 1,
         p=float(found.pvalue),
     )
+
+
+def holm_of(found: Sequence[MeanOverParticipants | NotComputed]) -> list[float | None]:
+    """Return Holm's p of a family of means; None for those that were not computed."""
+    ps = holm([each.p if each else np.nan for each in found])
+    return [p if each else None for p, each in zip(ps, found, strict=True)]

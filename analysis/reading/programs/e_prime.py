@@ -12,7 +12,7 @@ import re
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.dialect import decoded
-from slipscale.analysis.reading.programs.records import framed, head_of, records
+from slipscale.analysis.reading.programs.records import framed, head_of, records, table_of
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -45,10 +45,7 @@ def read(content: bytes, path: Path) -> pd.DataFrame:
         return _log(text, path)
     skipped = _header_line(text.lstrip("\r\n")) or 0
     (_, names), *rows = records(text.lstrip("\r\n").split("\n", skipped)[-1], path)
-    return framed(
-        [dict(zip(names, row, strict=False)) for _, row in rows],
-        [line + skipped for line, _ in rows],
-    )
+    return table_of(names, [(line + skipped, row) for line, row in rows])
 
 
 def _header_line(head: str) -> int | None:

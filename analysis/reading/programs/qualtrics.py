@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.dialect import decoded
-from slipscale.analysis.reading.programs.records import framed, head_of, records
+from slipscale.analysis.reading.programs.records import head_of, records, table_of
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -38,7 +38,4 @@ def recognises(content: bytes, path: Path) -> bool:
 def read(content: bytes, path: Path) -> pd.DataFrame:
     """Return one row per response, all cells as text, named by the first header."""
     (_, names), *rows = records(decoded(content, path)[0].decode("utf-8"), path)
-    body = rows[HEADERS - 1 :]
-    return framed(
-        [dict(zip(names, row, strict=False)) for _, row in body], [line for line, _ in body]
-    )
+    return table_of(names, rows[HEADERS - 1 :])

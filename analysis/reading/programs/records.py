@@ -53,6 +53,12 @@ def framed(rows: Sequence[Mapping[str, str | None]], lines: Sequence[int]) -> pd
     return frame.assign(line=np.array(lines, np.int64))
 
 
+def table_of(names: Sequence[str], rows: Sequence[tuple[int, list[str]]]) -> pd.DataFrame:
+    """Return records as a table of text; cells without a name are left out."""
+    cells = [dict(zip(names, row, strict=False)) for _, row in rows]
+    return framed(cells, [line for line, _ in rows])
+
+
 def as_text(cell: object) -> str | None:
     """Return a value as a text table would contain it; None if it is missing."""
     if cell is None or (isinstance(cell, float) and np.isnan(cell)):

@@ -16,13 +16,14 @@ import numpy as np
 import pandas as pd
 
 from slipscale.analysis.json_form import renamed
+from slipscale.analysis.preprocessing.labels import numbers_first
 from slipscale.analysis.preprocessing.normalisation import cell_means
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
 from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-from slipscale.analysis.statistics.holm import holm
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
+    holm_of,
     mean_over_participants,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -142,8 +143,10 @@ def factor_effects(inputs: Inputs) -> tuple[FactorEffects, ...] | NotComputed:
 def _of_factor(prepared: Prepared, column: str, confidence: float) -> FactorEffects:
     conditions = prepared.trials[column].astype(str)
     logs = {
-        str(label): cell_means(rows, "log").reindex(columns=prepared.logged)
-        for label, rows in sorted(prepared.trials.groupby(conditions), key=_in_order)
+        label: cell_means(prepared.trials[conditions == label], "log").reindex(
+            columns=prepared.logged
+        )
+        for label in sorted(conditions.unique(), key=numbers_first)
     }
     whole = pd.concat(logs, axis=1).dropna()
     effects = two_way(whole, confidence, f"every {prepared.quantity.level} in every condition")
@@ -164,14 +167,6 @@ def _of_factor(prepared: Prepared, column: str, confidence: float) -> FactorEffe
         else TwoWay(n=len(whole), factor=effects[0], amplitude=effects[1], interaction=effects[2]),
         changes=_changes(logs, _mixed(prepared, conditions, list(logs), confidence), confidence),
     )
-
-
-def _in_order(entry: tuple[object, pd.DataFrame]) -> tuple[bool, float, str]:
-    """Order conditions by their number, or else by their name."""
-    try:
-        return False, float(str(entry[0])), ""
-    except ValueError:
-        return True, 0.0, str(entry[0])
 
 
 def _changes(
@@ -198,22 +193,12 @@ def _changes(
                 mixed_log_ratio=by_model[1],
             )
         )
-    exponent_ps, ratio_ps = (
-        holm([part.p if part else np.nan for part in parts])
-        for parts in ([each.exponent for each in found], [each.log_ratio for each in found])
-    )
+    exponent_ps = holm_of([each.exponent for each in found])
+    ratio_ps = holm_of([each.log_ratio for each in found])
     return tuple(
-        replace(
-            each,
-            exponent_p_holm=_or_none(exponent_ps[place]),
-            log_ratio_p_holm=_or_none(ratio_ps[place]),
-        )
-        for place, each in enumerate(found)
+        replace(each, exponent_p_holm=exponent_p, log_ratio_p_holm=ratio_p)
+        for each, exponent_p, ratio_p in zip(found, exponent_ps, ratio_ps, strict=True)
     )
-
-
-def _or_none(p: float) -> float | None:
-    return float(p) if np.isfinite(p) else None
 
 
 def _mixed(

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sessions import sessions_of
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-from slipscale.analysis.statistics.holm import holm
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
+    holm_of,
     mean_over_participants,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -24,6 +22,7 @@ from slipscale.analysis.tasks.sessions.anova import session_anova
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    import numpy as np
     import pandas as pd
     from numpy.typing import NDArray
 
@@ -142,19 +141,13 @@ def _measure(name: str, unit: str, table: pd.DataFrame, confidence: float) -> Se
 
 def _corrected(measures: list[SessionMeasure]) -> tuple[SessionMeasure, ...]:
     """Return measures with Holm's p over all of their changes."""
-    ps = [
-        each.change.p if isinstance(each.change, MeanOverParticipants) else float("nan")
-        for measure in measures
-        for each in measure.changes
-    ]
-    corrected = iter(holm(ps))
-
-    def told(each: SessionChange) -> SessionChange:
-        p = next(corrected)
-        return replace(each, p_holm=p if np.isfinite(p) else None)
-
+    ps = iter(holm_of([each.change for measure in measures for each in measure.changes]))
     return tuple(
-        replace(measure, changes=tuple(map(told, measure.changes))) for measure in measures
+        replace(
+            measure,
+            changes=tuple(replace(each, p_holm=next(ps)) for each in measure.changes),
+        )
+        for measure in measures
     )
 
 

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.preprocessing.labels import numbers_first
 from slipscale.analysis.preprocessing.sufficiency import TINY, few
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inputs, Statistic
@@ -100,7 +101,7 @@ def maps(inputs: Inputs) -> tuple[TaskMap | NotComputed, ...] | NotComputed:
 def map_of(task: str, trials: pd.DataFrame) -> TaskMap | NotComputed:
     """Return the map of a task's trials, with columns of `TRIALS`."""
     rows = trials[~trials["catch"] & (trials["first"] != trials["second"])]
-    items = sorted({*rows["first"], *rows["second"]}, key=_in_order)
+    items = sorted({*rows["first"], *rows["second"]}, key=numbers_first)
     if len(items) < FEWEST_ITEMS:
         return NotComputed(few("items", len(items), FEWEST_ITEMS))
     tables = {
@@ -133,13 +134,6 @@ def map_of(task: str, trials: pd.DataFrame) -> TaskMap | NotComputed:
             if np.isfinite(table).all()
         ),
     )
-
-
-def _in_order(item: str) -> tuple[bool, float, str]:
-    try:
-        return False, float(item), ""
-    except ValueError:
-        return True, 0.0, item
 
 
 def _matrix(rows: pd.DataFrame, items: list[str]) -> Array:
