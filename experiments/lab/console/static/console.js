@@ -125,9 +125,11 @@ document.addEventListener("keydown", (event) => {
 // Updates ---------------------------------------------------------------------------------------
 
 async function refresh() {
-  const answer = await fetch(location.href, { headers: { accept: "text/html" } }).catch(() => null);
-  if (!answer || !answer.ok) return;
-  const fresh = new DOMParser().parseFromString(await answer.text(), "text/html");
+  // A console that is stopped while it answers breaks off the page's text.
+  const page = await fetch(location.href, { headers: { accept: "text/html" } })
+    .then((answer) => (answer.ok ? answer.text() : null)).catch(() => null);
+  if (page === null) return;
+  const fresh = new DOMParser().parseFromString(page, "text/html");
   if (fresh.body.dataset.console !== document.body.dataset.console) return location.reload();
   for (const part of document.querySelectorAll("[data-live]")) {
     const other = fresh.getElementById(part.id);

@@ -40,6 +40,8 @@ amplitudes_um_pp = [0, 1]
 protocol = "magnitude_estimation"
 practice = 0
 """
+BROKEN_OFF = """() => { window.fetch = async () => (
+    { ok: true, text: () => Promise.reject(new TypeError("Failed to fetch")) }); }"""
 PATIENCE_MS = 60_000.0
 LOADED = 60  # times that a key is pressed until its screen has come, on a loaded machine
 
@@ -69,6 +71,10 @@ def test_eight_pages_of_one_browser_all_see_what_changes(page, tmp_path):
             each.get_by_text("gone.toml").first.wait_for()
         page.keyboard.press("?")
         page.get_by_text("write a note").wait_for()
+        page.evaluate(BROKEN_OFF)
+        page.evaluate("refresh()")
+        page.wait_for_timeout(100)
+        assert page.complaints == []
         page.close()
         (tmp_path / "slipscale.toml").write_text('study = "short.toml"')
         for each in pages[1:]:
