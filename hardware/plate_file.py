@@ -325,7 +325,7 @@ def new_plate(identity: Identity, wiring: Wiring, path: Path) -> None:
     expected = Expected.model_validate(BOUNDS)
     plate = PlateFile(identity=identity, wiring=wiring, expected=expected)
     document = tomlkit.document()
-    document.add(tomlkit.comment("A plate: see docs/how-to/plate-files.md. After a change:"))
+    document.add(tomlkit.comment("A plate: see docs/how-to/calibration.md. After a change:"))
     document.add(tomlkit.comment(f"slipscale plate sign {path.name}"))
     document.add(CHECKSUM, checksum(plate))
     document.add(tomlkit.nl())

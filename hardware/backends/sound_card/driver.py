@@ -18,7 +18,7 @@ SPEC: ``sound:DEVICE,option=value,...`` where DEVICE is a number or a part of a 
 
 At the end of a session, the carrier is ramped down. If this process is killed, the operating
 system closes the device. If the machine freezes, **nothing** stops a card that repeats its last
-buffer: use a hardware interlock (docs/how-to/sound-card.md). Nothing is measured.
+buffer: use a hardware interlock (docs/how-to/function-generator.md). Nothing is measured.
 """
 
 from __future__ import annotations
