@@ -1,4 +1,4 @@
-"""Measure coverage of intervals and error rates of tests for docs/validation/measured/coverage.md.
+"""Measure coverage of intervals and error rates (docs/validation/measured/statistics.md).
 
 Simulated studies of n = 3, 6, 12 and 30 participants, with known true values, are analysed by the
 functions of the analysis. Run: .venv/bin/python -m benchmarks.coverage [--studies 200] [--write]
@@ -379,7 +379,7 @@ def main() -> None:
     lines += table("Interval of .95: share that covers", COVERAGE, args.studies, args.seed)
     lines += ["", *table("Test at .05: share of errors", ERRORS, args.studies, args.seed)]
     if args.write:
-        put("coverage.md", "measured", lines)
+        put("coverage", lines)
 
 
 if __name__ == "__main__":

@@ -94,11 +94,14 @@ def main() -> None:
         f"| Flag | {' | '.join(found.columns)} |",
         f"| --- |{' --- |' * len(found.columns)}",
     ]
-    for flag, shares in found.drop(index=NOT_SIMULATED).iterrows():
+    found = found.drop(index=NOT_SIMULATED)
+    raised = found.any(axis="columns")
+    for flag, shares in found[raised].iterrows():
         lines.append(f"| {flag} | {' | '.join(f'{share:.3f}' for share in shares)} |")
+    lines += ["", f"Never raised: {', '.join(f'`{flag}`' for flag in found.index[~raised])}."]
     print("\n".join(lines))
     if args.write:
-        put("coverage.md", "flags", lines)
+        put("flags", lines)
 
 
 if __name__ == "__main__":

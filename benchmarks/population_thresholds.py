@@ -139,7 +139,7 @@ def main() -> None:
         )
         print(lines[-1], flush=True)
     if args.write:
-        put("recovery.md", "populations", [f"{args.studies} studies per cell.", "", *lines])
+        put("populations", [f"{args.studies} studies per cell.", "", *lines])
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Measure bias and coverage of the analysis (docs/validation/measured/recovery.md).
+"""Measure bias and coverage of the analysis (docs/validation/measured/statistics.md).
 
 Covers every protocol and rule: real generators, simulated people without plate and session, the
 data set's tables, the analysis's own reading and functions. A measured case is stored in
@@ -80,6 +80,8 @@ RULES = {
     "staircase, 2-down-1-up, 240 trials": 'rule = "staircase"\ndown_after = 2\n'
     "steps_up = [0.2, 0.1]\ntracks = 2\nmost_trials = 120\n",
 }
+#: Protocols whose rules share a table on the page.
+ADAPTIVE = ("difference threshold", "detection threshold")
 CONSTANT = """protocol = "constant_stimuli"
 standard_um_pp = 1.2
 comparisons_um_pp = [{levels}]
@@ -176,6 +178,20 @@ def lines_of(title: str, rows: list[Row]) -> list[str]:
     ]
 
 
+def _of_rules(title: str, rules: dict[str, list[Row]]) -> list[str]:
+    """Return a table with one row per rule: each quantity's bias and coverage."""
+    return [
+        f"| {title} | threshold | slope | threshold of 8 people | catch trials right |",
+        "| --- | --- | --- | --- | --- |",
+        *(f"| {rule} | {' | '.join(map(_bias, rows))} |" for rule, rows in rules.items()),
+    ]
+
+
+def _bias(row: Row) -> str:
+    """Return a cell: "+0.013; 0.954"."""
+    return f"{row.bias:+.3f}" + ("" if row.coverage is None else f"; {row.coverage:.3f}")
+
+
 def main() -> None:
     """Measure, print, and with --write insert the table into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -189,18 +205,29 @@ def main() -> None:
         if case.title.startswith(asked.only):
             print("\n".join(lines_of(case.title, _kept(case, asked.runs))), flush=True)
     if asked.write:
-        put("recovery.md", "measured", _table(asked.runs))
+        put("recovery", _tables(asked.runs))
 
 
-def _table(runs: int) -> list[str]:
+def _tables(runs: int) -> list[str]:
     """Return the lines of the page: results, and cases not yet measured."""
     there = [case for case in cases() if _path(case, runs).exists()]
-    lines = [
-        f"{runs} runs per case, seed {SEED}, {dt.datetime.now(dt.UTC):%Y-%m-%d}.",
+    lines = [f"{runs} runs per case, seed {SEED}, {dt.datetime.now(dt.UTC):%Y-%m-%d}."]
+    others = {case.title: _kept(case, runs) for case in there}
+    for protocol in ADAPTIVE:
+        for intervals in (2, 3):
+            ends = (f"{protocol}, ", f", {intervals} intervals")
+            of_rules = {
+                title.removeprefix(ends[0]).removesuffix(ends[1]): others.pop(title)
+                for title in [*others]
+                if title.startswith(ends[0]) and title.endswith(ends[1])
+            }
+            if of_rules:
+                lines += ["", *_of_rules(f"{protocol}, {intervals} intervals", of_rules)]
+    lines += [
         "",
-        "| protocol and rule | quantity | bias | in standard errors | coverage | estimates |",
+        "| protocol | quantity | bias | in standard errors | coverage | estimates |",
         "| --- | --- | --- | --- | --- | --- |",
-        *(line for case in there for line in lines_of(case.title, _kept(case, runs))),
+        *(line for title, rows in others.items() for line in lines_of(title, rows)),
     ]
     if missing := [case.title for case in cases() if case not in there]:
         lines += ["", f"Not measured yet: {'; '.join(missing)}."]

@@ -159,7 +159,7 @@ def student_intervals(
     """Return Student's intervals of the columns' means; NaN for fewer than `FEWEST` values.
 
     For the small and skewed samples of such studies, their coverage is closer to the level than
-    that of the bootstrap's percentile or BCa intervals (docs/validation/measured/coverage.md).
+    that of the bootstrap's percentile or BCa intervals (docs/validation/measured/statistics.md).
     """
     from scipy import stats  # noqa: PLC0415 - a second's import
 

@@ -1,7 +1,7 @@
 """What is true of simulated people is found: `benchmarks.recovery` with few runs.
 
 Whether it is found without bias, and how often intervals hold it, is measured with 400 runs and
-stands in docs/validation/measured/recovery.md; here a broken analysis is to be seen.
+stands in docs/validation/measured/statistics.md; here a broken analysis is to be seen.
 """
 
 import pytest
@@ -14,7 +14,7 @@ RUNS = {1: 16, 8: 4}
 LEAST = 0.7
 #: How far the mean may be from the truth: what 60 trials leave, and more than the fixed seed shows.
 MOST = {"decades": 0.1, "µm": 0.05, "log odds": 0.4, "SD": 0.25, "of the scale": 0.1, "share": 0.15}
-#: Slopes lean towards the usual one after 60 trials (docs/validation/measured/recovery.md).
+#: Slopes lean towards the usual one after 60 trials (docs/validation/measured/statistics.md).
 SLOPE_MOST = 0.3
 SOME = (
     "difference threshold, QUEST+, 2 intervals",

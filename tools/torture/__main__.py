@@ -20,6 +20,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections import Counter
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -38,24 +39,25 @@ ROUNDS = 10  # of writers, per place
 
 
 def table(outcome: Outcome) -> list[str]:
-    """Return the counts as lines of a table: one row per fault, one column per study."""
-    names = list(dict.fromkeys(study for _, study in outcome.counts))
-    faults = list(dict.fromkeys(fault for fault, _ in outcome.counts))
-    bad = [fault for fault, _ in outcome.bad]
-    heads = ["fault", *(f"`{name}`" for name in names), "data lost, doubled or changed"]
-    lines = [f"| {' | '.join(heads)} |", f"|{' --- |' * len(heads)}"]
-    for fault in faults:
-        row = [outcome.counts[fault, name] for name in names]
-        cells = [fault, *(f"{count:,}" if count else "" for count in row), bad.count(fault)]
-        lines.append(f"| {' | '.join(map(str, cells))} |")
-    return lines
+    """Return the counts as lines of a table: one row per fault, all studies together."""
+    cases = Counter[str]()
+    for (fault, _), count in outcome.counts.items():
+        cases[fault] += count
+    bad = Counter(fault for fault, _ in outcome.bad)
+    return [
+        "| fault | cases | data lost, doubled or changed |",
+        "| --- | --- | --- |",
+        *(f"| {fault} | {count:,} | {bad[fault]} |" for fault, count in cases.items()),
+    ]
 
 
 def figures(outcome: Outcome, words: str) -> str:
     """Return the page's text about a campaign."""
+    names = dict.fromkeys(study for _, study in outcome.counts)
     said = (
         f"Last figures ({datetime.now(UTC).date()}, `make torture{words}`): "
-        f"{outcome.counts.total():,} cases, {len(outcome.bad)} with other data."
+        f"{outcome.counts.total():,} cases, {len(outcome.bad)} with other data. Studies: "
+        f"{', '.join(f'`{name}`' for name in names)}."
     )
     return "\n".join([said, "", *table(outcome), ""])
 

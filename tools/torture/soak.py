@@ -225,8 +225,9 @@ def main(words: list[str] | None = None) -> int:
     said = f"Grown: {', '.join(worse) or 'nothing'}."
     print(said, file=sys.stderr)
     if args.write:
-        last = f"Last figures ({datetime.now(UTC).date()}, `make soak`), a line each tenth. {said}"
-        put("make soak", "\n".join([last, "", head, *lines, ""]))
+        today = datetime.now(UTC).date()
+        last = f"Last figures ({today}, `make soak`), the second and the last tenth. {said}"
+        put("make soak", "\n".join([last, "", head, lines[1], lines[-1], ""]))
     return 1 if worse else 0
 
 

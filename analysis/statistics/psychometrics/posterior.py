@@ -10,7 +10,7 @@ The parameters are those of `psychometric_fit`, on a grid. The priors are:
   a free guess rate is uniform up to its own bound.
 
 Levels may have depended on earlier answers: a posterior depends on the answers alone. For the
-intervals' coverage, see ``docs/validation/measured/recovery.md``.
+intervals' coverage, see ``docs/validation/measured/statistics.md``.
 """
 
 from __future__ import annotations

@@ -164,7 +164,7 @@ def test_a_flag_of_the_outcome_is_refused_as_an_exclusion():
 
 
 def test_honest_participants_are_flagged_in_one_of_twenty_cases_at_most():
-    """With 1,000 people per design: docs/validation/measured/coverage.md."""
+    """With 1,000 people per design: docs/validation/measured/statistics.md."""
     found = share_flagged("4 × 3", 96, 1)
     # A rate of 5 % shows at most 9 of 96 (binomial, 95 %).
     assert (found <= 9 / 96).all(), found.to_dict()
