@@ -149,10 +149,12 @@ HALF_WAVE = Density(along_ceramic=6, across_ceramic=8)
 
 
 def density_of(layout: Layout, brick_mm: float) -> Density:
-    """Return the density with bricks no larger than ``brick_mm`` along and across."""
+    """Return the density with bricks no larger than ``brick_mm`` in any direction."""
     return Density(
         along_ceramic=math.ceil(layout.ceramic_length_mm / brick_mm),
         across_ceramic=math.ceil(layout.ceramic_width_mm / brick_mm),
+        ceramic_layers=math.ceil(layout.ceramic_thickness_mm / brick_mm),
+        resonator_layers=math.ceil(layout.resonator_thickness_mm / brick_mm),
     )
 
 
