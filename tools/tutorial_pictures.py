@@ -37,18 +37,21 @@ IMAGES = Path(__file__).resolve().parent.parent / "docs" / "images" / "tutorials
 
 
 class Tutorial(NamedTuple):
-    """The content of a page: the figure of a pilot with a number of participants."""
+    """A section of a page: the figure of a pilot with a number of participants, and a screen."""
 
+    page: str
     figure: str
     participants: int
+    screen: bool
 
 
 TUTORIALS = {
-    "difference_threshold": Tutorial("tracks_differencethreshold", 4),
-    "detection_threshold": Tutorial("thresholds_detectionthreshold", 4),
-    "constant_stimuli": Tutorial("thresholds_constantstimuli", 4),
-    "paired_comparison": Tutorial("scale_pairs", 8),
-    "matching": Tutorial("matching_matching", 6),
+    "difference_threshold": Tutorial("thresholds", "tracks_differencethreshold", 4, True),
+    # The same screen again.
+    "detection_threshold": Tutorial("thresholds", "thresholds_detectionthreshold", 4, False),
+    "constant_stimuli": Tutorial("thresholds", "thresholds_constantstimuli", 4, False),
+    "paired_comparison": Tutorial("comparing-surfaces", "scale_pairs", 8, True),
+    "matching": Tutorial("comparing-surfaces", "matching_matching", 6, True),
 }
 WIDTH, COLOURS = 900, 64
 SCREEN = (1280, 800)
@@ -98,7 +101,7 @@ def main() -> int:
     parser.add_argument("--folder", type=Path, default=IMAGES)
     options = parser.parse_args()
     with Display(SystemClock(), full_screen=False, screen=0, size=SCREEN) as display:
-        for study in options.only:
+        for study in (each for each in options.only if TUTORIALS[each].screen):
             path = options.folder / picture_name(study, "screen")
             display.draw(main_screen(study))
             display.save(path)
