@@ -27,18 +27,17 @@ setup: set-session
 pilot: set-pilot
 	@$(BIN)/slipscale pilot $(ARGS)
 
-WORKERS = 2
 test:
 	@mkdir -p build
 	@# Packages of system and Python are installed at the same time. The first collection compiles
 	@# every module, once instead of once per worker; what tests start would compile them again if
-	@# Python kept no bytecode. With a third worker on two cores, emulated boards answer too late.
+	@# Python kept no bytecode.
 	@unset PYTHONDONTWRITEBYTECODE; \
 	$(PYTHON) tools/system_packages.py & packages=$$!; \
 	$(PYTHON) tools/setup.py test || exit; \
 	[ -d .pytest_cache ] || $(BIN)/python -m pytest --collect-only -qq >build/collected.txt 2>&1; \
 	wait $$packages || exit; \
-	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal $(ARGS)
+	$(BIN)/python tools/run_tests.py $(ARGS)
 
 lint: set-test
 	$(BIN)/ruff check .

@@ -23,6 +23,7 @@ BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```", re.MULTILINE | re.DOTALL)
 PATIENCE_S = 600.0  # of a machine that does much else; usually it takes seconds
 
 pytestmark = [
+    pytest.mark.clock,
     pytest.mark.window,
     pytest.mark.skipif(
         not sys.platform.startswith("linux") or not shutil.which("xdotool"),

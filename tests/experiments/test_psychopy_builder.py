@@ -11,6 +11,8 @@ import pytest
 
 from slipscale.hardware.emulator.process import EmulatorProcess
 
+pytestmark = pytest.mark.clock
+
 # What a person does in Builder's window: add a plate to the device manager, put the component
 # into a routine, save the script.
 BUILD = """

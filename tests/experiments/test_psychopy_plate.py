@@ -10,6 +10,8 @@ import pytest
 from slipscale.hardware.emulator.process import EmulatorProcess
 from slipscale.hardware.plate_file import sign
 
+pytestmark = pytest.mark.clock
+
 SCREEN = """
 [identity]
 name = "screen"

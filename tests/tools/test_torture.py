@@ -72,6 +72,7 @@ def test_a_label_that_a_withdrawal_leaves_is_found(monkeypatch):
     assert "names sub-01" in outcome.bad[0][1]
 
 
+@pytest.mark.clock
 @pytest.mark.window
 @pytest.mark.skipif(not shutil.which("Xvfb"), reason="needs a virtual display")
 def test_signals_and_a_lost_display_end_sessions_in_windows_as_faults_do(capfd):

@@ -26,6 +26,7 @@ from slipscale.hardware.clock import SystemClock
 from slipscale.stimuli import headphone_sounds
 
 pytestmark = [
+    pytest.mark.clock,
     pytest.mark.window,
     pytest.mark.usefixtures("display"),
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the display is an Xvfb"),

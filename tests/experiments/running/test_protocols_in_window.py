@@ -26,6 +26,7 @@ from slipscale.hardware.clock import SystemClock
 from slipscale.stimuli.quantity import in_um
 
 pytestmark = [
+    pytest.mark.clock,
     pytest.mark.window,
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the display is an Xvfb"),
 ]

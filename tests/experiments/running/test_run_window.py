@@ -18,6 +18,7 @@ from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.study.file import study_text
 
 pytestmark = [
+    pytest.mark.clock,
     pytest.mark.window,
     pytest.mark.skipif(
         not sys.platform.startswith("linux") or not shutil.which("xdotool"),

@@ -19,6 +19,8 @@ from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
 from tools.board_sessions import STUDY, board_plan, rows_of, run_on_board
 
+pytestmark = pytest.mark.clock
+
 SHORT = STUDY.replace("[0.5, 1.2, 2.3]", "[0.0, 0.5, 2.3]")
 TOUCH_S = 0.25  # two heartbeats
 BOARD = ("--firmware", "--gain", "0.184", "--seed", "4")

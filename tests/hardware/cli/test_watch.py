@@ -15,6 +15,8 @@ from slipscale.hardware.records import Readback
 from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
 
+pytestmark = pytest.mark.clock
+
 
 def bar(text):
     return text[18 : 18 + COLUMNS + 1]

@@ -25,6 +25,8 @@ from slipscale.hardware.plate.dynamics import FingerLoad
 from slipscale.hardware.plate.twin import Twin
 from tools import wrong_boards
 
+pytestmark = pytest.mark.clock
+
 
 def departures(board):
     line = wrong_boards.VirtualLine(board)

@@ -15,6 +15,8 @@ from slipscale.hardware.errors import PlateTimeout
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.texture import Grating
 
+pytestmark = pytest.mark.clock
+
 SOURCE = Path(__file__).with_name("third_board.c")
 TEXTURE = Grating(
     spatial_period_mm=2.5, mean_level=1.2, depth_level=0.8, waveform="square", finger_speed_mm_s=50

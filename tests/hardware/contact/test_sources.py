@@ -17,6 +17,8 @@ from slipscale.hardware.contact.source import Sample, SensorFault, Surroundings,
 from slipscale.stimuli.shared_load import band
 from slipscale.stimuli.surface import VirtualSurface, peak_from_pp
 
+pytestmark = pytest.mark.clock
+
 
 class Moving:
     """A finger that goes along x at 50 mm/s and presses with 0.5 N."""

@@ -13,6 +13,8 @@ from slipscale.experiments.lab.console import jobs as job_file
 from slipscale.experiments.lab.console.jobs import Jobs
 from slipscale.experiments.lab.folder import read_lab
 
+pytestmark = pytest.mark.clock
+
 PATIENCE_S = 60
 WATCH = ("plate", "watch", "mock", "--amplitude=1", "--every=0.2")
 ASKED = {"by": "Ada", "instrument": "LDV"}

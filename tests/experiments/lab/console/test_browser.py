@@ -26,6 +26,7 @@ from slipscale.experiments.study.file import read_study
 sync_api = pytest.importorskip("playwright.sync_api")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 pytestmark = [
+    pytest.mark.clock,
     pytest.mark.window,
     pytest.mark.skipif(
         not CHROMIUM or not sys.platform.startswith("linux") or not shutil.which("xdotool"),

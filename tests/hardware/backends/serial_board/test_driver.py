@@ -45,6 +45,8 @@ from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.texture import Grating
 
+pytestmark = pytest.mark.clock
+
 SURFACE = VirtualSurface(level=1.2)
 TEXTURE = Grating(
     spatial_period_mm=2.5, waveform="square", mean_level=1.2, depth_level=0.8, label="T1"
