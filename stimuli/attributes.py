@@ -6,6 +6,7 @@ attribute that is not listed, the study defines the words in ``[attribute_words]
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -25,12 +26,21 @@ class AttributeWords(NamedTuple):
         "slipperiness".
     masculine, plural : str
         Other forms of the adjective, if the language has them.
+    more, less : str
+        Words before the adjective for a surface with a higher and with a lower level.
     """
 
     adjective: str
     noun: str
     masculine: str = ""
     plural: str = ""
+    more: str = "more"
+    less: str = "less"
+
+    @property
+    def falling(self) -> AttributeWords:
+        """The words of an attribute that falls with the level."""
+        return self._replace(more=self.less, less=self.more)
 
     def fill(self, text: str) -> str:
         """Return a text with its placeholders replaced by the words.
@@ -43,34 +53,35 @@ class AttributeWords(NamedTuple):
         return text
 
 
+_french = partial(AttributeWords, more="plus", less="moins")
 ATTRIBUTES: Mapping[str, Mapping[str, AttributeWords]] = {
     SLIPPERINESS: {
         "en": AttributeWords("slippery", SLIPPERINESS),
-        "fr": AttributeWords("glissante", "glissance", "glissant", "glissantes"),
+        "fr": _french("glissante", "glissance", "glissant", "glissantes"),
     },
     "roughness": {
         "en": AttributeWords("rough", "roughness"),
-        "fr": AttributeWords("rugueuse", "rugosité", "rugueux", "rugueuses"),
+        "fr": _french("rugueuse", "rugosité", "rugueux", "rugueuses"),
     },
     "coarseness": {
         "en": AttributeWords("coarse", "coarseness"),
-        "fr": AttributeWords("grossière", "grossièreté", "grossier", "grossières"),
+        "fr": _french("grossière", "grossièreté", "grossier", "grossières"),
     },
     "stickiness": {
         "en": AttributeWords("sticky", "stickiness"),
-        "fr": AttributeWords("collante", "adhérence", "collant", "collantes"),
+        "fr": _french("collante", "adhérence", "collant", "collantes"),
     },
     "smoothness": {
         "en": AttributeWords("smooth", "smoothness"),
-        "fr": AttributeWords("lisse", "douceur", "lisse", "lisses"),
+        "fr": _french("lisse", "douceur", "lisse", "lisses"),
     },
     "intensity": {
         "en": AttributeWords("intense", "intensity"),
-        "fr": AttributeWords("intense", "intensité", "intense", "intenses"),
+        "fr": _french("intense", "intensité", "intense", "intenses"),
     },
     "pleasantness": {
         "en": AttributeWords("pleasant", "pleasantness"),
-        "fr": AttributeWords("agréable", "agrément", "agréable", "agréables"),
+        "fr": _french("agréable", "agrément", "agréable", "agréables"),
     },
 }
 

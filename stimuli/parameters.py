@@ -69,7 +69,8 @@ class Parameter:
         unit, convention = plate.unit, plate.convention
         if self.unit is not None:
             unit, convention = self.unit, ""
-        return made_by_plate(self.name.format(q=plate), unit, convention, plate.judged)
+        name = self.name.format(q=plate)
+        return made_by_plate(name, unit, convention, plate.judged, falls=plate.falls)
 
 
 @dataclass(frozen=True, slots=True)

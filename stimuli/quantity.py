@@ -141,6 +141,8 @@ class Quantity:
         Replacement of ``um_pp`` if the column is noun and suffix; default: the whole column.
     yes : str
         The data's word for "yes": "faster".
+    falls : bool
+        Whether the judged property falls with the level, as roughness does with a spatial period.
     """
 
     name: str
@@ -155,6 +157,7 @@ class Quantity:
     nouns: str = "levels"
     suffix: str = ""
     yes: str = "yes"
+    falls: bool = False
 
     @property
     def makes(self) -> tuple[str, str, str]:
@@ -219,7 +222,18 @@ class Quantity:
     @property
     def more(self) -> str:
         """The answer to a comparison for the stimulus with more: "more slippery"."""
-        return f"more {self.adjective}" if self.yes == "yes" else self.yes
+        degree = "less" if self.falls else "more"
+        return f"{degree} {self.adjective}" if self.yes == "yes" else self.yes
+
+    @property
+    def grow(self) -> str:
+        """What judgements do as the level grows: "grow", or "fall"."""
+        return "fall" if self.falls else "grow"
+
+    @property
+    def shrink(self) -> str:
+        """What judgements do as the level is reduced: "fall", or "grow"."""
+        return "grow" if self.falls else "fall"
 
     @property
     def title(self) -> str:
@@ -370,14 +384,20 @@ PLATE_AMPLITUDE = Quantity(
 
 
 def made_by_plate(
-    name: str, unit: str, convention: str, judged: str = PLATE_AMPLITUDE.judged
+    name: str,
+    unit: str,
+    convention: str,
+    judged: str = PLATE_AMPLITUDE.judged,
+    *,
+    falls: bool = False,
 ) -> Quantity:
     """Return a quantity that a plate produces, for a study's levels.
 
     >>> made_by_plate("acceleration", "m/s²", "RMS").named("standard_level")
     'standard_m_s2_rms'
     """
-    if (name, unit, convention, judged) == (*PLATE_AMPLITUDE.makes, PLATE_AMPLITUDE.judged):
+    usual = (*PLATE_AMPLITUDE.makes, PLATE_AMPLITUDE.judged, PLATE_AMPLITUDE.falls)
+    if (name, unit, convention, judged, falls) == usual:
         return PLATE_AMPLITUDE
     ascii_unit = re.sub(r"\W+", "_", unit.translate(BIDS).replace("^", "")).strip("_").lower()
     suffix = "_".join(part for part in (ascii_unit, IN_KEYS[convention]) if part)
@@ -393,6 +413,7 @@ def made_by_plate(
         noun=noun,
         nouns=re.sub(r"(?<=[^aeiou])y$", "ie", noun) + "s",
         suffix=suffix,
+        falls=falls,
     )
 
 

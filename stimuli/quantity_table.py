@@ -29,18 +29,19 @@ class QuantityTable(BaseModel):
     judged: Text = Field(
         default=PLATE_AMPLITUDE.judged, description=("The quality that participants judge, a noun.")
     )
+    falls: Annotated[bool, Field(strict=True)] = Field(
+        default=False, description="Whether that quality falls with the quantity."
+    )
 
     @classmethod
     def stating(cls, quantity: Quantity) -> QuantityTable:
         """Return the table for a quantity."""
-        return cls.model_validate(
-            {name: getattr(quantity, name) for name in ("name", "unit", "convention", "judged")}
-        )
+        return cls.model_validate({name: getattr(quantity, name) for name in cls.model_fields})
 
     @property
     def quantity(self) -> Quantity:
         """The quantity with its names and words."""
-        return made_by_plate(self.name, self.unit, self.convention, self.judged)
+        return made_by_plate(self.name, self.unit, self.convention, self.judged, falls=self.falls)
 
 
 def stated_quantity(table: dict[str, Any]) -> Quantity:

@@ -36,7 +36,7 @@ CATCHES = 2
 
 #: A flag -> its meaning for a quantity ``q``.
 MEANINGS = {
-    "non_monotone": "mean estimates fall from one {q.level} to the next",
+    "non_monotone": "mean estimates {q.shrink} from one {q.level} to the next",
     "constant": "very few distinct numbers",
     "zeros": "many estimates of zero",
     "timed_out": "many trials without an answer in time",
@@ -65,7 +65,7 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
     if len(trials):
         by = trials.groupby(PARTICIPANT, observed=True)
         means = cell_means(trials)
-        steps = np.diff(means.to_numpy(float), axis=1)
+        steps = np.diff(means.to_numpy(float), axis=1) * (-1 if data.quantity.falls else 1)
         falling = (steps < 0).sum(1).astype(float)
         if thresholds.falling_steps is None:
             falling = np.where(falling >= rarely_falling(means.shape[1]), falling, 0.0)

@@ -274,12 +274,15 @@ def page_trend(data: Prepared) -> PageTrend | NotComputed:
 def page_trend_of(
     table: pd.DataFrame, n_incomplete: int, quantity: Quantity = PLATE_AMPLITUDE
 ) -> PageTrend | NotComputed:
-    """Return Page's test of a complete table of participants by conditions in ascending order."""
+    """Return Page's test of a complete table of participants by conditions in ascending order.
+
+    For a judged property that falls with the level, the expected order is descending.
+    """
     from scipy import stats  # noqa: PLC0415
 
     if why := _no_ranks(table, quantity):
         return NotComputed(why)
-    values = table.to_numpy(float)
+    values = table.to_numpy(float)[:, :: -1 if quantity.falls else 1]
     found = stats.page_trend_test(values)
     return PageTrend(
         L=float(found.statistic),

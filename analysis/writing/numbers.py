@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
     from slipscale.analysis.statistics.not_computed import NotComputed
+    from slipscale.analysis.statistics.omnibus import PageTrend
     from slipscale.stimuli.quantity import Quantity
 
 T = TypeVar("T")
@@ -155,3 +156,15 @@ def reliable(p: float, confidence: float) -> bool:
     (True, False, False)
     """
     return p < round(1 - confidence, 12)
+
+
+def page_sentence(
+    what: str, found: PageTrend, confidence: float, level: str, quantity: Quantity
+) -> str:
+    """Return the sentence of Page's test; ``what`` grows, or falls, with ``level``."""
+    grew = "fell" if quantity.falls else "grew"
+    verb = grew if reliable(found.p, confidence) else f"did not {quantity.grow} reliably"
+    return (
+        f"{what} {verb} with {level} (Page's L = {found.L:g}, {p_value(found.p)}, one-sided, "
+        f"n = {found.n})."
+    )

@@ -18,6 +18,7 @@ from slipscale.experiments.protocols.building_blocks.comparing import (
     Comparing,
     ComparingOptions,
     Shown,
+    sought,
     truth,
     with_catch_trials,
 )
@@ -97,9 +98,9 @@ def steps(options: ConstantStimuli, context: Context) -> Steps:
     prompt = texts[f"constant_stimuli.{options.question}.question"]
     words = tuple(answers(texts["comparing.options"])[:SECOND])
     question: Question = (
-        YesNoQuestion(prompt=prompt)
+        YesNoQuestion(prompt=prompt, seeks=sought(context.quantity))
         if options.question == "yes_no"
-        else ComparisonQuestion(prompt=prompt, options=words)
+        else ComparisonQuestion(prompt=prompt, options=words, seeks=sought(context.quantity))
     )
     furthest = options.furthest_level(context)
     places = context.stream(context.task, "easy")
@@ -179,7 +180,8 @@ def _comparison_more(record: TrialRecord) -> str | None:
 def _answer(step: Ask, person: SimulatedPerson) -> Value:
     """Answer either question according to which surface seemed more slippery."""
     if isinstance(step.question, YesNoQuestion):
-        return person.pick(person.impressions) == 1
+        sign = 1 if step.question.seeks == "most" else -1
+        return person.pick([sign * each for each in person.impressions]) == 1
     return compared(step, person)
 
 
@@ -197,7 +199,7 @@ PROTOCOL = Protocol(
     title="Constant stimuli",
     description=(
         "A standard is compared with each of several fixed {q.levels}, equally often: which "
-        "of two surfaces was more {q.adjective}, or whether the second was."
+        "of two surfaces was {q.more}, or whether the second was."
     ),
     options=ConstantStimuli,
     trials=trials,
@@ -223,16 +225,16 @@ PROTOCOL = Protocol(
             kind="label",
             description="Answer as given",
             levels={
-                "1": "the first was more {q.adjective}",
-                "2": "the second was more {q.adjective}",
-                "yes": "the second was more {q.adjective} than the first",
+                "1": "the first was {q.more}",
+                "2": "the second was {q.more}",
+                "yes": "the second was {q.more} than the first",
                 "no": "it was not",
             },
         ),
         "comparison_more": Column(
             value=_comparison_more,
             kind="label",
-            description="Whether the answer was that the comparison was more {q.adjective}",
+            description="Whether the answer was that the comparison was {q.more}",
             levels={"true": "the comparison", "false": "the standard"},
         ),
     },

@@ -57,7 +57,7 @@ PROTOCOL = Protocol(
     title="Detection threshold by forced choice",
     description=(
         "The plate vibrates in one of two or three intervals and is at rest in the others; "
-        "the participant names the interval in which it was most {q.adjective}. A rule "
+        "the participant names the interval in which it was {q.more}. A rule "
         "chooses the {q.levels}."
     ),
     options=DetectionThreshold,

@@ -47,6 +47,10 @@ class SimulatedPerson(Protocol):
         """The person's number for the most slippery surface imaginable."""
 
     @property
+    def rises(self) -> bool:
+        """Whether what is judged grows with the level."""
+
+    @property
     def turned(self) -> int:
         """The number of notches by which the surface was turned, in an `Adjust`."""
 
@@ -131,7 +135,7 @@ def until_equal(step: Adjust, person: SimulatedPerson) -> int | str:
 
     If the reference can be repeated, half of the matches repeat it once before the end.
     """
-    reference, now = person.impressions
+    reference, now = (each if person.rises else -each for each in person.impressions)
     if step.again and not person.felt_again and _has_reached(reference, now, person.turned):
         return FEEL_AGAIN if person.stream("feel again").uniform() < ASKS_AGAIN else 0
     if person.turned == 0:
@@ -149,12 +153,12 @@ def until_number(step: Adjust, person: SimulatedPerson) -> int:
     number, modulus = (step.trial.factors[name] for name in ("number", "modulus"))
     if not (isinstance(number, float) and isinstance(modulus, float)):
         raise TypeError(f"'{step.name}' shows no number and has no modulus")
-    reached = person.reaches(number / modulus)
+    beyond = person.reaches(number / modulus) is person.rises
     if person.turned == 0:
-        return 0 if person.lapses() else -1 if reached else 1
+        return 0 if person.lapses() else -1 if beyond else 1
     up, now = person.turned > 0, person.felt_level[-1]
     end = step.highest_level if up else step.lowest_level
-    if reached is up or abs(now - end) < step.step_level / 2:
+    if beyond is up or abs(now - end) < step.step_level / 2:
         return 0
     return 1 if up else -1
 

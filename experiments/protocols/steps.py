@@ -28,7 +28,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from slipscale.experiments.protocols.adaptive.track import rounded
 
@@ -100,9 +100,15 @@ class NumberQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class YesNoQuestion:
-    """Yes or no; the reply's value is a bool."""
+    """Yes or no; the reply's value is a bool.
 
+    In a comparison, ``seeks`` selects whether yes means the more or the less slippery surface.
+    """
+
+    #: Left out of a record at its default.
+    LATER: ClassVar[tuple[str, ...]] = ("seeks",)
     prompt: str
+    seeks: Sought = "most"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -266,6 +266,7 @@ def run_simulated(
             population=population,
             planned=plan.planned_trials(),
             answers=plan.simulated_answers(),
+            words=plan.study.words_of(plan.language),
             frame_s=FRAME_S if contact.used else None,
         )
         if plan.visit and person.respondent.drops_out:

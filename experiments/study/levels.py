@@ -65,6 +65,8 @@ class Levels:
         table: QuantityTable = fields.get("made", QuantityTable())
         if attribute := fields.get("attribute"):
             table = table.model_copy(update={"judged": attribute})
+        if fields.get("attribute_falls"):
+            table = table.model_copy(update={"falls": True})
         plate: PlateSettings | None = fields.get("plate")
         return cls(
             made=table.quantity,

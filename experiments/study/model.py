@@ -54,7 +54,7 @@ from slipscale.experiments.study.tables import (
 from slipscale.faults import UserError
 from slipscale.faults.suggestions import expected_one_of
 from slipscale.faults.validation import faults_in, refuse
-from slipscale.stimuli.attributes import ATTRIBUTES, AttributeWords
+from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS, AttributeWords
 from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.quantity_table import QuantityTable
 from slipscale.stimuli.texture import PARAMETERS
@@ -116,6 +116,12 @@ class Study(BaseModel):
         description="Attribute that participants judge, a noun such as roughness, which "
         "prompts, columns, axes and reports use. Default: slipperiness, or "
         "`judged` of [quantity].",
+    )
+    attribute_falls: Switch = Field(
+        default=False,
+        description="Whether the attribute falls with the level, as roughness does with a spatial "
+        "period. Forced choice then asks which surface is less rough for a higher level, and "
+        "tests of a trend expect a fall.",
     )
     attribute_words: dict[str, StatedWords] = Field(
         default_factory=dict,
@@ -361,10 +367,17 @@ class Study(BaseModel):
 
     def words_of(self, language: str) -> AttributeWords | None:
         """Return the words of what is judged in a language; None for a language of the study's."""
-        if language in self.attribute_words:
-            own = self.attribute_words[language]
-            return AttributeWords(own.adjective, own.noun, own.masculine, own.plural)
-        return ATTRIBUTES.get(self.attribute or self.made.judged, {}).get(language)
+        words = ATTRIBUTES.get(self.attribute or self.made.judged, {}).get(language)
+        if own := self.attribute_words.get(language):
+            usual = ATTRIBUTES[SLIPPERINESS].get(language, ATTRIBUTES[SLIPPERINESS][ENGLISH])
+            words = usual._replace(
+                adjective=own.adjective,
+                noun=own.noun,
+                masculine=own.masculine,
+                plural=own.plural,
+            )
+        falls = self.attribute_falls or self.made.falls
+        return words.falling if words and falls else words
 
     @property
     def plate_quantity(self) -> Quantity:

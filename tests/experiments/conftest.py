@@ -116,6 +116,7 @@ class Laboratory:
             clock=self.clock,
             language=plan.language,
             answers=plan.simulated_answers(),
+            words=plan.study.words_of(plan.language),
         )
 
     def records(self, plan=None, kind=None):

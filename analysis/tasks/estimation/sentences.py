@@ -14,6 +14,7 @@ from slipscale.analysis.writing.numbers import (
     number,
     of_size,
     p_value,
+    page_sentence,
     reliable,
     unit_number,
 )
@@ -108,11 +109,7 @@ def friedman(found: Friedman, confidence: float, quantity: Quantity) -> str:
 
 def page_trend(found: PageTrend, confidence: float, quantity: Quantity) -> str:
     """Return the sentence of Page's test."""
-    verb = "grew" if reliable(found.p, confidence) else "did not grow reliably"
-    return (
-        f"Estimates {verb} with {quantity.name} (Page's L = {found.L:g}, {p_value(found.p)}, "
-        f"one-sided, n = {found.n})."
-    )
+    return page_sentence("Estimates", found, confidence, quantity.name, quantity)
 
 
 def linear_trend(found: LinearTrend, confidence: float, quantity: Quantity) -> str | None:

@@ -164,7 +164,7 @@ PAGE_TREND: Statistic[omnibus.PageTrend] = Statistic(
     families=(Family(name="ordered trend, Page's test", read=lambda found: [found.p]),),
     sentences=(Sentence(write=write.page_trend),),
     methods="An ordered trend was tested by Page's test [[page1963]].",
-    conclusions={"p": "estimates rise with {q.level} (Page's test)"},
+    conclusions={"p": "estimates {q.grow} with {q.level} (Page's test)"},
 )
 LINEAR_TREND: Statistic[omnibus.LinearTrend] = Statistic(
     key="linear_trend",

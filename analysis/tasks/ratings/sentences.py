@@ -10,6 +10,7 @@ from slipscale.analysis.writing.numbers import (
     level_of,
     number,
     p_value,
+    page_sentence,
     reliable,
     unit_number,
 )
@@ -50,11 +51,7 @@ def rating_tests(found: TaskRatings, confidence: float, quantity: Quantity) -> s
             f"{unit_number(friedman.kendalls_w)})."
         )
     if trend:
-        verb = "grew" if reliable(trend.p, confidence) else "did not grow reliably"
-        texts.append(
-            f"They {verb} with {quantity.level} (Page's L = {trend.L:g}, {p_value(trend.p)}, "
-            f"one-sided, n = {trend.n})."
-        )
+        texts.append(page_sentence("They", trend, confidence, quantity.level, quantity))
     return " ".join([*texts, *rating_biases(found, confidence)])
 
 

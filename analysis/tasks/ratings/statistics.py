@@ -27,6 +27,7 @@ from slipscale.analysis.statistics.statistic import Family, Statistic
 from slipscale.analysis.tasks.ratings.reading import TRIALS
 from slipscale.analysis.tasks.scales.statistics import in_order
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.stimuli.quantity import Quantity
 
 ENDS = (0.0, 100.0)
 
@@ -130,7 +132,7 @@ class TaskRatings:
 
 
 def ratings(
-    trials: pd.DataFrame, confidence: float = 0.95
+    trials: pd.DataFrame, confidence: float = 0.95, quantity: Quantity = PLATE_AMPLITUDE
 ) -> tuple[TaskRatings, ...] | NotComputed:
     """Return the results of each rating task.
 
@@ -142,7 +144,7 @@ def ratings(
     if not len(trials) or trials["catch"].all():
         return NotComputed("no ratings on a visual analogue scale")
     return tuple(
-        _task(str(task), rows, confidence)
+        _task(str(task), rows, confidence, quantity)
         for task, rows in trials.groupby("task", sort=True)
         if not rows["catch"].all()
     )
@@ -154,7 +156,7 @@ def cells(main: pd.DataFrame) -> pd.DataFrame:
     return means[list(in_order({str(name) for name in means.columns}))]
 
 
-def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskRatings:
+def _task(task: str, rows: pd.DataFrame, confidence: float, quantity: Quantity) -> TaskRatings:
     main, catch = rows[~rows["catch"]], rows[rows["catch"]]
     table = cells(main)
     plain = {str(name) for name in main.loc[main["amplitude_um_pp"].notna(), "surface"]}
@@ -175,7 +177,9 @@ def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskRatings:
             for name in table.columns
         ),
         friedman=friedman_of(whole, len(table) - len(whole)),
-        page_trend=page_trend_of(amplitudes.dropna(), len(table) - len(amplitudes.dropna())),
+        page_trend=page_trend_of(
+            amplitudes.dropna(), len(table) - len(amplitudes.dropna()), quantity
+        ),
         pairs=_pairs(table, confidence),
         start_effect=start_effect(main, confidence),
     )
@@ -248,7 +252,9 @@ def _ps(tests: Iterable[Friedman | PageTrend | NotComputed]) -> list[float]:
 RATINGS: Statistic[tuple[TaskRatings, ...]] = Statistic(
     key="ratings",
     meaning="ratings on a line: means, Friedman's test, ordered trend, pairs",
-    compute=lambda inputs: ratings(inputs.data.of(TRIALS), inputs.data.choices.confidence),
+    compute=lambda inputs: ratings(
+        inputs.data.of(TRIALS), inputs.data.choices.confidence, inputs.data.quantity
+    ),
     families=(
         Family(
             name="ratings on a line, Friedman's test",
@@ -266,7 +272,7 @@ RATINGS: Statistic[tuple[TaskRatings, ...]] = Statistic(
     ),
     conclusions={
         r"(.+)\.friedman\.p": "{0}: ratings differ between surfaces (Friedman's test)",
-        r"(.+)\.page_trend\.p": "{0}: ratings rise with {q.level} (Page's test)",
+        r"(.+)\.page_trend\.p": "{0}: ratings {q.grow} with {q.level} (Page's test)",
         r"(.+)\.pairs\.(.+) - (.+)\.p_wilcoxon_holm": "{0}: {1} and {2} differ "
         "(Wilcoxon's test, Holm)",
     },

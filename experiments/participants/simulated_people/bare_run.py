@@ -97,6 +97,7 @@ def _person(plan: RunPlan, population: Population | None) -> Respondent:
         language=plan.language,
         population=population,
         answers=plan.simulated_answers(),
+        words=plan.study.words_of(plan.language),
     )
 
 

@@ -113,7 +113,7 @@ def people_for(study: Study, population: Population | None = None) -> Population
         noise = math.log1p(growth.weber) / span * (MEAN_SENSATION[-1] - MEAN_SENSATION[0])
         noise /= D_AT_75_PERCENT
         grown = shares
-    if growth.falls:
+    if growth.falls or quantity.falls:
         grown = [1 - share for share in grown]
     first, last = MEAN_SENSATION[0], MEAN_SENSATION[-1]
     means = tuple(first + (last - first) * share for share in grown)

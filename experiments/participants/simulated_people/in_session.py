@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer
     from slipscale.experiments.protocols.steps import Adjust, ParticipantStep, Step, Steps
     from slipscale.hardware.clock import Clock
+    from slipscale.stimuli.attributes import AttributeWords
     from slipscale.stimuli.surface import Stimulus
 
 # The plate's reading varies by a fraction of a micrometre; a finger cannot distinguish 2.298 from
@@ -40,7 +41,7 @@ class SimulatedParticipant:
 
     Parameters
     ----------
-    seed, participant, language, population, visit, planned, answers
+    seed, participant, language, population, visit, planned, answers, words
         As for `slipscale.experiments.participants.simulated_people.respondent.Respondent`.
     feel : callable
         Returns the plate's current vibration, µm peak to peak. The participant feels the plate
@@ -67,6 +68,7 @@ class SimulatedParticipant:
         visit: int = 0,
         planned: int = 0,
         answers: Mapping[tuple[str, str], SimulatedAnswer] | None = None,
+        words: AttributeWords | None = None,
         frame_s: float | None = None,
     ) -> None:
         self.respondent = Respondent(
@@ -77,6 +79,7 @@ class SimulatedParticipant:
             language=language,
             population=population,
             answers=answers,
+            words=words,
         )
         self._feel = feel
         self._shown: dict[tuple[int | None, int | None], Stimulus] = {}

@@ -48,6 +48,11 @@ class Behaviour:
         return self.person.language
 
     @property
+    def rises(self) -> bool:
+        """Whether what is judged grows with the level."""
+        return self.person.rises
+
+    @property
     def scale_top(self) -> float:
         """The person's number for the most slippery surface imaginable."""
         return self.person.scale_top

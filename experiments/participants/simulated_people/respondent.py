@@ -47,6 +47,7 @@ from slipscale.experiments.protocols.steps import (
     factor_level,
 )
 from slipscale.faults import UserError
+from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS
 from slipscale.stimuli.quantity import in_um
 from slipscale.stimuli.varied import Varied
 
@@ -55,8 +56,10 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer, SimulatedPerson
     from slipscale.experiments.protocols.steps import Answer, Step, Trial
+    from slipscale.stimuli.attributes import AttributeWords
 
-# Answers to what has been removed; the first is the paper's ("less slippery", Section IV-B).
+# Answers to what has been removed, for slipperiness; the first is the paper's ("less slippery",
+# Section IV-B).
 VERBAL_REPORTS: Mapping[str, tuple[str, ...]] = {
     "en": (
         "less slippery",
@@ -74,6 +77,11 @@ VERBAL_REPORTS: Mapping[str, tuple[str, ...]] = {
     ),
 }
 
+# The same for any other attribute.
+OTHER_REPORTS: Mapping[str, tuple[str, ...]] = {
+    "en": ("<less> <adjective>", "it is <less> <adjective>", "it got <less> <adjective>"),
+    "fr": ("<less> <adjective>", "c'est <less> <masculine>", "elle est <less> <adjective>"),
+}
 LEAST_RATIO = 0.01  # nobody types a ratio of 0
 
 
@@ -104,6 +112,8 @@ class Respondent:
     answers : Mapping
         Functions that answer the questions of the run's tasks, by task and name
         (`RunPlan.simulated_answers`).
+    words : AttributeWords, optional
+        The words of what is judged, for verbal reports; default: those of slipperiness.
     """
 
     def __init__(
@@ -116,6 +126,7 @@ class Respondent:
         language: str = "en",
         population: Population | None = None,
         answers: Mapping[tuple[str, str], SimulatedAnswer] | None = None,
+        words: AttributeWords | None = None,
     ) -> None:
         people = population or Population()
         self._answers = answers or {}
@@ -127,6 +138,7 @@ class Respondent:
         self._key = (seed, participant)
         self._visit = ("visit", visit) if visit else ()
         self.language = language
+        self._reports = _reports(language, words)
         self._people = people
         self._curves = curves(people)
         self.scale_top = self._stream("scale top").choice(people.scale_tops)
@@ -143,6 +155,7 @@ class Respondent:
         self._distorts = distorts(habits)
         ends = people.levels[0], people.levels[-1]
         low, high = (math.log(self._curves.mean(end)) for end in ends)
+        self.rises = high >= low
         self._frame = Frame(log_range=abs(high - low), middle_level=sum(ends) / 2)
         # The step that the protocol waits for. Any other step repeats an earlier one (a lost
         # surface is explored again), and has the same outcome as before.
@@ -343,8 +356,7 @@ class Respondent:
 
     def verbal_report(self) -> str:
         """Return a verbal report of what has been removed."""
-        spoken = VERBAL_REPORTS.get(self.language, VERBAL_REPORTS["en"])
-        return self.stream(self._question).choice(spoken)
+        return self.stream(self._question).choice(self._reports)
 
     def stream(self, *purpose: str | int) -> Stream:
         """Return random numbers for one purpose in this trial, different for each repetition."""
@@ -426,6 +438,13 @@ class Respondent:
 
     def _stream(self, *purpose: str | int) -> Stream:
         return Stream(*self._key, "simulated", *purpose)
+
+
+def _reports(language: str, words: AttributeWords | None) -> tuple[str, ...]:
+    """Return what people say of a lower level, about the attribute that the study names."""
+    if words is None or words in ATTRIBUTES[SLIPPERINESS].values():
+        return VERBAL_REPORTS.get(language, VERBAL_REPORTS["en"])
+    return tuple(map(words.fill, OTHER_REPORTS.get(language, OTHER_REPORTS["en"])))
 
 
 def _place(step: Ask | Explore | Adjust) -> tuple[str, int, str]:

@@ -36,7 +36,15 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.base import Context
     from slipscale.experiments.protocols.ordering.randomisation import Stream
-    from slipscale.experiments.protocols.steps import Answer, Explore, Question, Step, Steps
+    from slipscale.experiments.protocols.steps import (
+        Answer,
+        Explore,
+        Question,
+        Sought,
+        Step,
+        Steps,
+    )
+    from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.surface import Stimulus
 
 
@@ -105,6 +113,11 @@ def the_two_ends(
 def name_of(surface: Stimulus) -> str:
     """Return what the data call a surface: a texture's name, or its level."""
     return surface.name if isinstance(surface, Grating) else f"{surface.level:g}"
+
+
+def sought(quantity: Quantity, sign: int = 1) -> Sought:
+    """Return what a question seeks to find the surface with more (1) or less (-1) of the level."""
+    return "least" if (sign < 0) != quantity.falls else "most"
 
 
 class IntervalTask(Repeating[Condition]):

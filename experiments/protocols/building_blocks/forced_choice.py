@@ -16,7 +16,7 @@ from slipscale.experiments.protocols.adaptive.answered_tracks import AnsweredTra
 from slipscale.experiments.protocols.adaptive.track import rounded
 from slipscale.experiments.protocols.base import Column, Count, Positive
 from slipscale.experiments.protocols.building_blocks.adaptive_options import AdaptiveOptions
-from slipscale.experiments.protocols.building_blocks.comparing import IntervalTask, truth
+from slipscale.experiments.protocols.building_blocks.comparing import IntervalTask, sought, truth
 from slipscale.experiments.protocols.building_blocks.repeating import part_over
 from slipscale.experiments.protocols.simulated_answers import compared
 from slipscale.experiments.protocols.steps import (
@@ -102,7 +102,7 @@ class ForcedChoice(IntervalTask[Choice]):
     sign : {1, -1}
         Whether the target's level is added to the standard or subtracted.
     seeks : {"most", "least", "odd"}, optional
-        What is asked for; default: the most or the least, by the sign.
+        What is asked for; default: the most or the least of the attribute, by the sign.
     """
 
     def __init__(
@@ -120,7 +120,7 @@ class ForcedChoice(IntervalTask[Choice]):
         self._texts = texts
         self._standard_level = standard_level
         self._sign = sign
-        self._seeks: Sought = seeks or ("most" if sign > 0 else "least")
+        self._seeks: Sought = seeks or sought(context.quantity, sign)
         start = options.begin(
             options.guess, lambda turn: context.stream(context.task, "tracks", turn)
         )
