@@ -25,7 +25,8 @@ def total(summaries: list[str]) -> str:
     >>> total(["1 failed, 20 passed, 3 skipped in 5.10s", "7 passed, 1 skipped in 9.00s"])
     '1 failed, 27 passed, 4 skipped in 9.0s'
     """
-    counts, seconds = Counter(), 0.0
+    counts: Counter[str] = Counter()
+    seconds = 0.0
     for line in summaries:
         for number, word in re.findall(r"(\d+) ([a-z]+)", line):
             counts[word] += int(number)
