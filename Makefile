@@ -28,14 +28,11 @@ pilot: set-pilot
 	@$(BIN)/slipscale pilot $(ARGS)
 
 test:
-	@mkdir -p build
-	@# Packages of system and Python are installed at the same time. The first collection compiles
-	@# every module, once instead of once per worker; what tests start would compile them again if
-	@# Python kept no bytecode.
+	@# Packages of system and Python are installed at the same time. Without bytecode, every process
+	@# that a test starts would compile all modules again.
 	@unset PYTHONDONTWRITEBYTECODE; \
 	$(PYTHON) tools/system_packages.py & packages=$$!; \
 	$(PYTHON) tools/setup.py test || exit; \
-	[ -d .pytest_cache ] || $(BIN)/python -m pytest --collect-only -qq >build/collected.txt 2>&1; \
 	wait $$packages || exit; \
 	$(BIN)/python tools/run_tests.py $(ARGS)
 

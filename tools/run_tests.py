@@ -3,6 +3,9 @@
 Tests marked `clock` wait in real time for a board, a window or a browser. They run one after
 another in a process of their own, ahead of the tests that compute: these have the lowest priority,
 so that a board answers in time on two busy cores, and no core is idle while a test waits.
+
+On a new machine the tests are first collected once, which compiles every module: the workers would
+all compile them at the same time.
 """
 
 import re
@@ -42,17 +45,20 @@ def main(options: list[str]) -> int:
         return subprocess.call([*pytest, *WORKERS], cwd=ROOT)
     apart = [each for each in (ROOT / "tests").rglob("test_*.py") if MARK in each.read_text()]
     last = ["nice", "-n", "19"] if shutil.which("nice") else []
+    compiling = [*last, sys.executable, "-m", "pytest", "--collect-only", "-qq"]
     clock = [*pytest, "-m", "clock", "-p", "no:cacheprovider", *map(str, apart)]
     computing = [*last, *pytest, "-m", "not clock", *WORKERS]
     with (
         tempfile.TemporaryFile("w+") as waited,
         subprocess.Popen(clock, cwd=ROOT, stdout=waited) as waiting,
-        subprocess.Popen(computing, cwd=ROOT, stdout=subprocess.PIPE, text=True) as others,
     ):
+        if not (ROOT / ".pytest_cache").exists():
+            subprocess.run(compiling, cwd=ROOT, check=False, stdout=subprocess.DEVNULL)
         summaries = ["", ""]
-        for line in others.stdout or ():
-            print(line, end="", flush=True)
-            summaries[0] = line
+        with subprocess.Popen(computing, cwd=ROOT, stdout=subprocess.PIPE, text=True) as others:
+            for line in others.stdout or ():
+                print(line, end="", flush=True)
+                summaries[0] = line
         statuses = {others.wait(), waiting.wait()} - {NOTHING_CHOSEN}
         print("Tests that wait in real time:")
         waited.seek(0)
