@@ -334,7 +334,7 @@ def check_display(planned: PlannedSession) -> Finding:
             passed=None,
             detail=f"{seen}; key presses have no time stamps from their device",
             remedy="response times will be measured by the window, about 10 ms late and less "
-            "regular, and marked accordingly; see docs/explanation/response-times.md",
+            "regular, and marked accordingly; see docs/explanation/analysis.md",
         )
     return Finding(name="display", passed=True, detail=f"{seen}, key presses have time stamps")
 

@@ -199,7 +199,7 @@ def test_check_opens_the_window_as_a_session_does_and_tells_of_unstamped_keys(
     monkeypatch.setattr(keyboard, "Stamps", deny)
     found = check_display(planned)
     assert (found.passed, "no time stamps" in found.detail) == (None, True)
-    assert "docs/explanation/response-times.md" in found.remedy
+    assert "docs/explanation/analysis.md" in found.remedy
 
 
 @pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="limits of file sizes are POSIX's")
