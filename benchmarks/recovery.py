@@ -167,29 +167,20 @@ def _kept(case: Case, runs: int) -> list[Row]:
     return [Row(**each) for each in json.loads(path.read_text(encoding="utf-8"))]
 
 
-def lines_of(title: str, rows: list[Row]) -> list[str]:
-    """Return a case's lines of the table."""
+def table_of(title: str, cases: dict[str, list[Row]]) -> list[str]:
+    """Return a table with one row per case: each quantity's bias and coverage."""
+    heads = [each.what.partition(" (")[0] for each in next(iter(cases.values()))]
     return [
-        f"| {title if not place else ''} | {each.what} | {each.bias:+.3f} {each.unit} | "
-        f"{each.bias / each.error:+.1f} | "
-        f"{'–' if each.coverage is None else f'{each.coverage:.3f}'} | {each.runs}"
-        f"{f' ({each.without} without)' if each.without else ''} |"
-        for place, each in enumerate(rows)
+        f"| {' | '.join([title, *heads])} |",
+        "| --- |" + " --- |" * len(heads),
+        *(f"| {name} | {' | '.join(map(_cell, rows))} |" for name, rows in cases.items()),
     ]
 
 
-def _of_rules(title: str, rules: dict[str, list[Row]]) -> list[str]:
-    """Return a table with one row per rule: each quantity's bias and coverage."""
-    return [
-        f"| {title} | threshold | slope | threshold of 8 people | catch trials right |",
-        "| --- | --- | --- | --- | --- |",
-        *(f"| {rule} | {' | '.join(map(_bias, rows))} |" for rule, rows in rules.items()),
-    ]
-
-
-def _bias(row: Row) -> str:
-    """Return a cell: "+0.013; 0.954"."""
-    return f"{row.bias:+.3f}" + ("" if row.coverage is None else f"; {row.coverage:.3f}")
+def _cell(row: Row) -> str:
+    """Return a bias with its unit and coverage: "+0.014 µm; 0.912"."""
+    unit = "" if row.unit in {"decades", "share"} else f" {row.unit}"
+    return f"{row.bias:+.3f}{unit}" + ("" if row.coverage is None else f"; {row.coverage:.3f}")
 
 
 def main() -> None:
@@ -203,7 +194,7 @@ def main() -> None:
     asked = parser.parse_args()
     for case in cases():
         if case.title.startswith(asked.only):
-            print("\n".join(lines_of(case.title, _kept(case, asked.runs))), flush=True)
+            print("\n".join(table_of("", {case.title: _kept(case, asked.runs)})), flush=True)
     if asked.write:
         put("recovery", _tables(asked.runs))
 
@@ -211,24 +202,19 @@ def main() -> None:
 def _tables(runs: int) -> list[str]:
     """Return the lines of the page: results, and cases not yet measured."""
     there = [case for case in cases() if _path(case, runs).exists()]
+    # A table has one protocol and one set of quantities.
+    tables: dict[tuple[str, ...], dict[str, list[Row]]] = {}
+    for case in there:
+        protocol, _, rule = case.title.partition(", ")
+        if protocol in ADAPTIVE:
+            rule, _, intervals = rule.rpartition(", ")
+            protocol = f"{protocol}, {intervals}"
+        rows = _kept(case, runs)
+        key = (protocol, *(each.what for each in rows))
+        tables.setdefault(key, {})[rule or protocol] = rows
     lines = [f"{runs} runs per case, seed {SEED}, {dt.datetime.now(dt.UTC):%Y-%m-%d}."]
-    others = {case.title: _kept(case, runs) for case in there}
-    for protocol in ADAPTIVE:
-        for intervals in (2, 3):
-            ends = (f"{protocol}, ", f", {intervals} intervals")
-            of_rules = {
-                title.removeprefix(ends[0]).removesuffix(ends[1]): others.pop(title)
-                for title in [*others]
-                if title.startswith(ends[0]) and title.endswith(ends[1])
-            }
-            if of_rules:
-                lines += ["", *_of_rules(f"{protocol}, {intervals} intervals", of_rules)]
-    lines += [
-        "",
-        "| protocol | quantity | bias | in standard errors | coverage | estimates |",
-        "| --- | --- | --- | --- | --- | --- |",
-        *(line for title, rows in others.items() for line in lines_of(title, rows)),
-    ]
+    for (title, *_), rules in tables.items():
+        lines += ["", *table_of(title, rules)]
     if missing := [case.title for case in cases() if case not in there]:
         lines += ["", f"Not measured yet: {'; '.join(missing)}."]
     return lines
