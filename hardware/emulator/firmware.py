@@ -1,8 +1,8 @@
 """The driver board's firmware in Python, as run by `slipscale plate emulate`.
 
 It is pure: bytes and the time are inputs, bytes are outputs, and the plate is the twin. The
-reference firmware (hardware/firmware) does the same in C++; both are tested against the transcript
-in docs/reference/board-protocol.md.
+reference firmware (hardware/firmware) does the same in C++; both are tested against
+docs/reference/board-transcript.txt.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The reference firmware, built for this computer, and the emulated board: one and the same.
 
-Both replay the transcript in docs/reference/board-protocol.md, then are compared with each other.
+Both replay docs/reference/board-transcript.txt, then are compared with each other.
 """
 
 import random
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.clock
 
 ROOT = Path(__file__).parents[3]
 FIRMWARE = ROOT / "hardware" / "firmware"
-PAGE = ROOT / "docs" / "reference" / "board-protocol.md"
+TRANSCRIPT = ROOT / "docs" / "reference" / "board-transcript.txt"
 COMPILER = shutil.which("g++") or shutil.which("c++") or shutil.which("clang++")
 FLAGS = ["-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
 
@@ -41,8 +41,7 @@ needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C++ compiler on
 
 
 def transcript():
-    (block,) = re.findall(r"```transcript\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
-    return block.splitlines()
+    return TRANSCRIPT.read_text(encoding="utf-8").splitlines()
 
 
 def told(lines):
