@@ -30,7 +30,7 @@ from slipscale.hardware.calibration.soundness import unsound
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    Measure = Callable[[float, float], float]  # Hz, V -> µm p-p
+    Measure = Callable[[float, float], float | None]  # Hz, V -> µm p-p
 
 COARSE_POINTS, FINE_POINTS, VOLTAGE_POINTS = 41, 21, 12
 FINE_WIDTHS = 1.5  # half-power widths on either side of the resonance
@@ -57,21 +57,22 @@ def sweep(plan: SweepPlan, measure: Measure) -> tuple[Point, ...]:
     plan : SweepPlan
         Range of the sweeps.
     measure : callable
-        Drives the plate at a frequency in Hz and a voltage in V; returns the reading in µm p-p.
+        Drives the plate at a frequency in Hz and a voltage in V; returns the reading in µm p-p, or
+        None to repeat the previous point of the same sweep.
     """
 
-    def measured(kind: str, drives: Iterable[tuple[float, float]]) -> list[Point]:
-        return [
-            Point.model_validate(
-                {
-                    "sweep": kind,
-                    "frequency_hz": frequency_hz,
-                    "voltage_v": voltage_v,
-                    "amplitude_um_pp": measure(frequency_hz, voltage_v),
-                }
-            )
-            for frequency_hz, voltage_v in drives
-        ]
+    def measured(kind: str, drives: Sequence[tuple[float, float]]) -> list[Point]:
+        points: list[Point] = []
+        while len(points) < len(drives):
+            frequency_hz, voltage_v = drives[len(points)]
+            read = {"frequency_hz": frequency_hz, "voltage_v": voltage_v}
+            amplitude_um_pp = measure(frequency_hz, voltage_v)
+            if amplitude_um_pp is not None:
+                read["amplitude_um_pp"] = amplitude_um_pp
+                points.append(Point.model_validate({"sweep": kind, **read}))
+            elif points:
+                points.pop()
+        return points
 
     def frequencies(centre_hz: float, span_hz: float, count: int) -> list[tuple[float, float]]:
         steps = np.linspace(centre_hz - span_hz, centre_hz + span_hz, count)

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
     from slipscale.hardware.records import Readback
 
+# What --steps reports in place of a reading, and what a person types to repeat the point before.
+ASKED, BACK = "?", "b"
+
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Fill the parser."""
@@ -33,7 +36,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     source.add_argument(
         "--prompt",
         action="store_true",
-        help="ask for vibrometer readings instead of using the plate's readback",
+        help="ask for vibrometer readings instead of using the plate's readback; b repeats the "
+        "previous point",
     )
     source.add_argument(
         "--csv",
@@ -129,7 +133,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--steps",
         action="store_true",
-        help="report each reading on a separate line of standard error: Hz, V, µm peak to peak",
+        help="report each reading on a separate line of standard error: Hz, V, µm peak to peak; "
+        "with --prompt also each question, as Hz, V and a question mark",
     )
     parser.set_defaults(of_folder=without_calibration)
 
@@ -284,14 +289,20 @@ def _measure(
     from slipscale.hardware.calibration.sweep import sweep  # noqa: PLC0415
     from slipscale.hardware.signals import silent_on_signals  # noqa: PLC0415
 
-    def measure(frequency_hz: float, volts: float) -> float:
+    def report(frequency_hz: float, volts: float, read: str) -> None:
+        if arguments.steps:
+            print(f"step: {frequency_hz:g} {volts:g} {read}", file=sys.stderr, flush=True)
+
+    def measure(frequency_hz: float, volts: float) -> float | None:
         readback = plate.excite(frequency_hz=frequency_hz, voltage_v=volts * drive.v_peak_per_volt)
         if arguments.prompt:
-            at = f"{frequency_hz:.1f} Hz, {volts:.2f} {drive.voltage_convention}"
-            return prompted(plate, at)
-        level = measured(plate, readback)
-        if arguments.steps:
-            print(f"step: {frequency_hz:g} {volts:g} {level:g}", file=sys.stderr, flush=True)
+            report(frequency_hz, volts, ASKED)
+            level = prompted(
+                plate, f"{frequency_hz:.1f} Hz, {volts:.2f} {drive.voltage_convention}"
+            )
+        else:
+            level = measured(plate, readback)
+        report(frequency_hz, volts, BACK if level is None else f"{level:g}")
         return level
 
     with silent_on_signals(plate):
@@ -318,8 +329,10 @@ def measured(plate: PlateDriver, readback: Readback) -> float:
     return readback.level
 
 
-def prompted(plate: PlateDriver, drive: str) -> float:
+def prompted(plate: PlateDriver, drive: str) -> float | None:
     """Ask the operator for the vibrometer's reading in µm p-p, keeping the plate alive meanwhile.
+
+    Return None if the operator wants to repeat the previous point.
 
     Raises
     ------
@@ -339,9 +352,9 @@ def prompted(plate: PlateDriver, drive: str) -> float:
         except EOFError:
             raise UserError("--prompt: the readings ended too early; nothing was written") from None
         reading = _reading(line)
-        if reading is not None:
+        if reading is not None or line.strip() == BACK:
             return reading
-        print(f"'{line}' is not a reading; expected a number of µm, 0 or more")
+        print(f"'{line}' is not a reading; expected a number of µm, 0 or more, or {BACK}")
 
 
 def _reading(text: str) -> float | None:

@@ -18,7 +18,9 @@ from slipscale.experiments.dataset.hand_exclusions import decide
 from slipscale.experiments.dataset.withdrawal import sources_with, withdraw
 from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import is_mock
+from slipscale.experiments.lab.console.calibrating import made_calibration, measured_so_far
 from slipscale.experiments.lab.console.forms import (
+    TYPED,
     Acknowledge,
     Ask,
     Begin,
@@ -29,6 +31,7 @@ from slipscale.experiments.lab.console.forms import (
     Freeze,
     Nothing,
     Pilot,
+    Reading,
     Resume,
     Settings,
     Study,
@@ -67,16 +70,6 @@ GRID = (
     *("--participants", "6", "8", "12", "16", "20", "24", "32", "40"),
     *("--repetitions", "1", "2", "3", "--effect", "1", "0.75", "0.5", "--studies", "300"),
 )
-
-
-def made_calibration(said: str) -> str:
-    """Return the file that a finished calibration says it wrote; empty without one.
-
-    >>> made_calibration("wrote      calibration-1.toml and calibration-1.png")
-    'calibration-1.toml'
-    """
-    written = re.search(r"^wrote\s+(\S+\.toml) and ", said, re.MULTILINE)
-    return written[1] if written else ""
 
 
 def unused(name: str, first: int = 1) -> Path:
@@ -126,6 +119,7 @@ class Actions:
             "backup": (Nothing, self._backup),
             "calibrate": (Calibrate, self._calibrate),
             "conform": (Nothing, self._conform),
+            "reading": (Reading, self._reading),
             "surface": (Surface, self._surface),
             "hold": (Nothing, self._hold),
             "release": (Nothing, self._release),
@@ -371,9 +365,15 @@ class Actions:
     def _calibrate(self, asked: Calibrate) -> str:
         found = self._free()
         words = [f"--by={asked.by}", f"--instrument={asked.instrument}"]
-        if asked.temperature:
-            words.append(f"--temperature={asked.temperature.replace(',', '.')}")
-        if asked.table:
+        numbers = ("temperature", "centre", "span", "sweep_voltage", "max_voltage")
+        words += [
+            f"--{name.replace('_', '-')}={typed.replace(',', '.')}"
+            for name in numbers
+            if (typed := getattr(asked, name))
+        ]
+        if asked.table == TYPED:
+            words.append("--prompt")
+        elif asked.table:
             if asked.table not in (path.name for path in Path().glob("*.csv")):
                 raise UserError(f"{asked.table}: expected a CSV file of the laboratory folder")
             words += [f"--csv={asked.table}", f"--serial={asked.serial}"]
@@ -386,6 +386,16 @@ class Actions:
         words = ["plate", "calibrate", f"--plate={spec}", *words, *out, "--steps"]
         self._jobs.start("calibrate", "the calibration", *words)
         return "calibrating"
+
+    def _reading(self, asked: Reading) -> str:
+        job = self._jobs.last("calibrate")
+        measured = measured_so_far(job.steps()) if job and job.running else None
+        if job is None or measured is None or not measured.asked:
+            raise UserError("no calibration is waiting for a reading")
+        if len(measured.points) != asked.number:
+            raise UserError("this point has its reading already; read the instrument again")
+        job.type(asked.reading)
+        return ""
 
     def _conform(self, _: Nothing) -> str:
         spec = self._free().defaults.plate

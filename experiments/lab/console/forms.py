@@ -9,9 +9,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from slipscale.experiments.lab.folder import LabFile
 from slipscale.faults import UserError
 from slipscale.faults.validation import in_words
+from slipscale.hardware.cli.calibrate import BACK
 
 Label = Annotated[str, Field(pattern="^[A-Za-z0-9]{1,40}$")]
 Words = Annotated[str, Field(max_length=2000)]
+DECIMAL = r"[0-9]+([.,][0-9]*)?"
+Decimal = Annotated[str, Field(pattern=f"^({DECIMAL})?$")]
+TYPED = "typed"  # readings that the operator types, point by point
 LARGEST_STUDY = 500_000
 
 
@@ -84,17 +88,32 @@ class Calibrate(Form):
     """Calibrate the folder's plate; without ``keep`` it is only measured.
 
     ``table`` names a CSV file of the folder with readings made elsewhere, and ``serial`` the device
-    that drove the plate then.
+    that drove the plate then; `TYPED` has the operator type each reading. The sweep's range is in
+    Hz and in the calibration's V peak; what is left empty has the command's default.
     """
 
     by: Annotated[str, Field(min_length=1, max_length=200)]
     instrument: Annotated[str, Field(min_length=1, max_length=200)]
-    temperature: Annotated[str, Field(pattern=r"^(-?[0-9]+([.,][0-9]+)?)?$")] = ""
+    temperature: Annotated[str, Field(pattern=f"^(-?{DECIMAL})?$")] = ""
+    centre: Decimal = ""
+    span: Decimal = ""
+    sweep_voltage: Decimal = ""
+    max_voltage: Decimal = ""
     finger: bool = False
     changed_plate: bool = False
     keep: bool = True
     table: Annotated[str, Field(max_length=200)] = ""
     serial: Annotated[str, Field(max_length=200)] = ""
+
+
+class Reading(Form):
+    """The instrument's reading in µm p-p, or what repeats the previous point.
+
+    ``number`` is the count of readings before it, so that none is sent twice.
+    """
+
+    reading: Annotated[str, Field(pattern=f"^({DECIMAL}|{BACK})$")]
+    number: Annotated[int, Field(ge=0)]
 
 
 class Surface(Form):

@@ -4,6 +4,8 @@ The console holds the other end of the pipe while a page of the plate bench is o
 is closed, or the console ends or is killed, the pipe ends, and the command gets the signal on
 which it switches the plate off (`slipscale.hardware.signals`).
 
+What is written to the pipe is the command's own standard input.
+
 Usage: python -m slipscale.experiments.lab.console.held COMMAND [ARGUMENT ...]
 """
 
@@ -16,11 +18,13 @@ import signal
 import sys
 from threading import Thread
 
+STANDARD_INPUT = 0
 
-def _end_with_input() -> None:
-    """Wait until standard input ends; then have the main thread end as by SIGTERM."""
-    while os.read(sys.__stdin__.fileno() if sys.__stdin__ else 0, 1):
-        pass
+
+def _pass_on(held: int, command: int) -> None:
+    """Pass input on until it ends; then have the main thread end as by SIGTERM."""
+    while content := os.read(held, 1000):
+        os.write(command, content)
     if sys.platform == "win32":
         _thread.interrupt_main()  # a signal would end the process without switching off
     else:
@@ -29,7 +33,10 @@ def _end_with_input() -> None:
 
 def main() -> None:
     """Run the command of the arguments."""
-    Thread(target=_end_with_input, name="held", daemon=True).start()
+    held = os.dup(STANDARD_INPUT)
+    read, write = os.pipe()
+    os.dup2(read, STANDARD_INPUT)
+    Thread(target=_pass_on, args=(held, write), name="held", daemon=True).start()
     runpy.run_module("slipscale", run_name="__main__", alter_sys=True)
 
 

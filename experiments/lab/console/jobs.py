@@ -78,6 +78,15 @@ class Job:
         """Renew the hold of a page on a job of the bench."""
         self.held_s = time.monotonic()
 
+    def type(self, line: str) -> None:
+        """Answer what a job of the bench asks for; raise `UserError` if it has ended."""
+        try:
+            if self.process.stdin:
+                self.process.stdin.write(f"{line}\n".encode())
+                self.process.stdin.flush()
+        except (OSError, ValueError):  # the pipe is broken or closed
+            raise UserError(f"{self.about} has ended; begin again") from None
+
     def release(self) -> None:
         """End a job of the bench: its standard input ends, and it switches the plate off."""
         self.released = True

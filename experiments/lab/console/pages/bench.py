@@ -6,12 +6,19 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from slipscale.experiments.lab.console.actions import made_calibration
+from slipscale.experiments.lab.console.calibrating import (
+    IN_ALL,
+    OF_FREQUENCY,
+    made_calibration,
+    measured_so_far,
+)
+from slipscale.experiments.lab.console.forms import TYPED
 from slipscale.experiments.lab.console.jobs import HELD
 from slipscale.experiments.lab.console.pages.view import View, failure
 from slipscale.experiments.lab.console.plots import WIDE
 from slipscale.faults import RigError, UserError
-from slipscale.hardware.calibration.sweep import COARSE_POINTS, FINE_POINTS, VOLTAGE_POINTS
+from slipscale.hardware.calibration.sweep import SweepPlan
+from slipscale.hardware.cli.calibrate import BACK
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.registry import open_plate
 
@@ -21,10 +28,16 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.console.jobs import Job
     from slipscale.hardware.driver import PlateDriver
 
-OF_FREQUENCY = 2 * (COARSE_POINTS + FINE_POINTS)  # up and down again
-IN_ALL = OF_FREQUENCY + 2 * VOLTAGE_POINTS
 READING = re.compile(r"^\s*([\d.]+)\s+([\d.]+|n/a)\s", re.MULTILINE)
 MOST_READINGS = 120
+# The range of the sweep, with the command's defaults, in Hz and V peak.
+PLAN = SweepPlan()
+SWEEP = (
+    ("centre", PLAN.centre_hz),
+    ("span", PLAN.span_hz),
+    ("sweep_voltage", PLAN.sweep_voltage_v),
+    ("max_voltage", PLAN.max_voltage_v),
+)
 
 
 class Axis(NamedTuple):
@@ -40,7 +53,8 @@ def bench(view: View) -> dict[str, Any]:
     found, jobs = view.found, view.jobs
     running = next((kind for kind in HELD if (job := jobs.last(kind)) and job.running), "")
     calibration, surface = jobs.last("calibrate"), jobs.last("surface")
-    points, calibrated, readings = _points(calibration), _said(calibration), _readings(surface)
+    measured = measured_so_far(calibration.steps() if calibration else ())
+    points, calibrated, readings = measured.points, _said(calibration), _readings(surface)
     emulator = jobs.last("emulator")
     return {
         "running": running,
@@ -49,7 +63,10 @@ def bench(view: View) -> dict[str, Any]:
         "quantity": found.study.quantity if found.study else None,
         "levels": found.study.levels if found.study else (),
         "tables": sorted(path.name for path in Path().glob("*.csv")),
-        "measured": len(points),
+        "measured": measured,
+        "typed": TYPED,
+        "back": BACK,
+        "plan": SWEEP,
         "in_all": IN_ALL,
         "resonance": _axis([(hz, um) for hz, _, um in points[:OF_FREQUENCY]]),
         "gain": _axis([(volts, um) for _, volts, um in points[OF_FREQUENCY:]]),
@@ -101,16 +118,6 @@ def _files(plate: PlateDriver) -> dict[str, Any]:
         if made
         else {},
     }
-
-
-def _points(job: Job | None) -> list[tuple[float, float, float]]:
-    """Return what a calibration has measured: (Hz, V, µm peak to peak)."""
-    found = []
-    for step in job.steps() if job else ():
-        numbers = step.split()
-        if len(numbers) == len(("Hz", "V", "um")):
-            found.append((float(numbers[0]), float(numbers[1]), float(numbers[2])))
-    return found
 
 
 def _axis(points: Sequence[tuple[float, float]]) -> Axis | None:

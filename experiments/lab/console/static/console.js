@@ -6,6 +6,7 @@ const said = document.getElementById("said");
 const sure = document.getElementById("sure");
 const title = document.title;
 const PAUSE_MS = 400; // typed text is checked after a pause of this length
+const FOCUSABLE = "button, a, input:not([type=hidden])";
 const AGAIN_MS = 2000; // the browser does not retry a rejected stream
 let state = document.getElementById("state").dataset.state;
 
@@ -105,6 +106,7 @@ document.addEventListener("submit", async (event) => {
   event.preventDefault();
   const inputs = [...form.elements].filter((input) => input.name);
   const fields = Object.fromEntries(inputs.map((input) => [input.name, valueOf(input)]));
+  if ("once" in form.dataset) form.reset();
   if (!form.dataset.more) return ask(form.dataset.form, fields);
   const { good, said: sentence } = await post(form.dataset.form, { [form.id]: fields, ...JSON.parse(form.dataset.more) });
   if (good) return location.reload();
@@ -133,13 +135,13 @@ async function refresh() {
   if (fresh.body.dataset.console !== document.body.dataset.console) return location.reload();
   for (const part of document.querySelectorAll("[data-live]")) {
     const other = fresh.getElementById(part.id);
-    // Do not replace an input in which somebody is typing.
     if (!other || other.outerHTML === part.outerHTML) continue;
-    if (part.contains(document.activeElement) && document.activeElement.matches("input")) continue;
     const focused = part.contains(document.activeElement) ? document.activeElement : null;
-    const place = focused ? [...part.querySelectorAll("button, a")].indexOf(focused) : -1;
+    // Do not replace an input in which somebody is typing.
+    if (focused?.matches("input") && focused.value !== focused.defaultValue) continue;
+    const place = focused ? [...part.querySelectorAll(FOCUSABLE)].indexOf(focused) : -1;
     part.replaceWith(document.importNode(other, true));
-    if (place >= 0) document.getElementById(part.id).querySelectorAll("button, a")[place]?.focus();
+    if (place >= 0) document.getElementById(part.id).querySelectorAll(FOCUSABLE)[place]?.focus();
   }
   const now = document.getElementById("state").dataset.state;
   document.title = now === "fault" ? `⚠ ${title}` : title;

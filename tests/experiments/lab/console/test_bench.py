@@ -10,12 +10,14 @@ from types import SimpleNamespace
 import pytest
 
 from slipscale.experiments.lab.console import jobs as job_file
+from slipscale.experiments.lab.console.calibrating import measured_so_far
 from slipscale.experiments.lab.console.jobs import Jobs
 from slipscale.experiments.lab.folder import read_lab
 
 pytestmark = pytest.mark.clock
 
 PATIENCE_S = 60
+TYPED = ("plate", "calibrate", "--plate=mock", "--prompt", "--steps", "--measure-only")
 WATCH = ("plate", "watch", "mock", "--amplitude=1", "--every=0.2")
 ASKED = {"by": "Ada", "instrument": "LDV"}
 
@@ -61,14 +63,18 @@ def test_each_action_starts_the_plates_own_command(visitor, lab):
     assert visitor.ask("calibrate", keep=False, table="none.csv", **ASKED)[0] == 409
     (lab / "read.csv").write_text("")
     assert visitor.ask("calibrate", keep=False, table="read.csv", serial="7", **ASKED)[0] == 200
+    by_hand = {"table": "typed", "keep": False, "centre": "25000,5"}
+    assert visitor.ask("calibrate", **by_hand, **ASKED)[0] == 200
     calibrate = ("calibrate", "plate", "calibrate", "--plate=serial:COM9", "--by=Ada")
     measured = ("--instrument=LDV", "--temperature=22.5", "--finger")
+    typed = ("--instrument=LDV", "--centre=25000.5", "--prompt")
     read = ("--instrument=LDV", "--csv=read.csv", "--serial=7")
     assert visitor.jobs.started == [
         ("surface", "plate", "watch", "serial:COM9", "--amplitude=1.2", "--every=0.2"),
         ("conform", "plate", "conform", "serial:COM9"),
         (*calibrate, *measured, "--out", "calibration-2.toml", "--steps"),
         (*calibrate, *read, "--measure-only", "--steps"),
+        (*calibrate, *typed, "--measure-only", "--steps"),
     ]
 
 
@@ -94,6 +100,26 @@ def test_what_a_calibration_measured_is_plotted_and_its_file_is_used(visitor, la
     assert read_lab(lab).plate == "serial:COM9,calibration=c-1.toml"
 
 
+def test_an_instruments_readings_are_typed_point_by_point(visitor, words_of):
+    typed = []
+    said(visitor, "calibrate", "", steps=["30000 5 ?", "30000 5 0.1", "30075 5 ?"], running=True)
+    visitor.jobs.jobs["calibrate"].type = typed.append
+    page = words_of(visitor.see("/bench"))
+    assert "vibrates at 30075.0 Hz and 5.00 V peak" in page
+    assert "Point 2 of 148" in page
+    assert "Repeat the previous point" in page
+    assert visitor.ask("reading", reading="0,25", number=0)[0] == 409  # sent twice
+    assert visitor.ask("reading", reading="much", number=1)[0] == 409
+    for reading in ("0,25", "b"):
+        assert visitor.ask("reading", reading=reading, number=1)[0] == 200
+    assert typed == ["0,25", "b"]
+    said(visitor, "calibrate", "", steps=["30000 5 ?"], running=True)
+    assert "Repeat the previous point" not in words_of(visitor.see("/bench"))
+    said(visitor, "calibrate", "", steps=["30000 5 ?"], status=3)
+    assert "vibrates at" not in words_of(visitor.see("/bench"))
+    assert visitor.ask("reading", reading="1", number=0)[0] == 409
+
+
 def test_verdicts_readings_and_failures_are_shown(visitor, words_of):
     said(
         visitor,
@@ -117,9 +143,12 @@ def test_verdicts_readings_and_failures_are_shown(visitor, words_of):
 
 def test_a_job_of_the_bench_ends_when_no_page_holds_it_any_more(lab, monkeypatch):
     monkeypatch.setattr(job_file, "HOLD_S", 1.0)
-    job = Jobs(lab).start("surface", "the surface", *WATCH)
-    assert within(PATIENCE_S, lambda: job.hold() or "measured" in job.said())
-    assert job.running
+    job = Jobs(lab).start("calibrate", "the calibration", *TYPED, "--by=A", "--instrument=B")
+    for answer in ("much", "0,25", "b"):
+        assert within(PATIENCE_S, lambda: job.hold() or measured_so_far(job.steps()).asked)
+        assert job.running
+        job.type(answer)
+    assert within(PATIENCE_S, lambda: job.hold() or any(" b" in step for step in job.steps()))
     assert within(PATIENCE_S, lambda: not job.running)  # nobody renews the hold
     assert job.released
     assert job.status != -signal.SIGKILL

@@ -1,0 +1,61 @@
+"""The state of a calibration that the console started, from what the command reports."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, NamedTuple
+
+from slipscale.hardware.calibration.sweep import COARSE_POINTS, FINE_POINTS, VOLTAGE_POINTS
+from slipscale.hardware.cli.calibrate import ASKED, BACK
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+# Each sweep goes up and down again: the coarse and the fine one in frequency, then the voltage.
+OF_FREQUENCY = 2 * (COARSE_POINTS + FINE_POINTS)
+IN_ALL = OF_FREQUENCY + 2 * VOLTAGE_POINTS
+BEGINS = (0, 2 * COARSE_POINTS, OF_FREQUENCY)  # readings before each sweep
+
+
+class Measured(NamedTuple):
+    """The readings so far as (Hz, V, µm peak to peak), and the point that waits for a reading.
+
+    ``asked`` is (Hz, V); None if the command does not wait.
+    """
+
+    points: tuple[tuple[float, float, float], ...]
+    asked: tuple[float, float] | None
+
+    @property
+    def may_go_back(self) -> bool:
+        """Whether the previous point can be measured again: it belongs to the same sweep."""
+        return len(self.points) not in BEGINS
+
+
+def measured_so_far(steps: Sequence[str]) -> Measured:
+    """Return what ``slipscale plate calibrate --steps`` has reported.
+
+    >>> measured_so_far(["30000 5 ?", "30000 5 0.1", "30100 5 ?", "30100 5 b", "30000 5 ?"])
+    Measured(points=(), asked=(30000.0, 5.0))
+    """
+    found = Measured((), None)
+    for step in steps:
+        hz, volts, read = step.split()
+        at = (float(hz), float(volts))
+        if read == ASKED:
+            found = found._replace(asked=at)
+        elif read == BACK:
+            found = Measured(found.points[:-1] if found.may_go_back else found.points, None)
+        else:
+            found = Measured((*found.points, (*at, float(read))), None)
+    return found
+
+
+def made_calibration(said: str) -> str:
+    """Return the file that a finished calibration says it wrote; empty without one.
+
+    >>> made_calibration("wrote      calibration-1.toml and calibration-1.png")
+    'calibration-1.toml'
+    """
+    written = re.search(r"^wrote\s+(\S+\.toml) and ", said, re.MULTILINE)
+    return written[1] if written else ""
