@@ -169,18 +169,21 @@ def _kept(case: Case, runs: int) -> list[Row]:
 
 def table_of(title: str, cases: dict[str, list[Row]]) -> list[str]:
     """Return a table with one row per case: each quantity's bias and coverage."""
-    heads = [each.what.partition(" (")[0] for each in next(iter(cases.values()))]
+    heads = [each.what for each in next(iter(cases.values())) if each.coverage is not None]
     return [
         f"| {' | '.join([title, *heads])} |",
         "| --- |" + " --- |" * len(heads),
-        *(f"| {name} | {' | '.join(map(_cell, rows))} |" for name, rows in cases.items()),
+        *(f"| {name} | {' | '.join(_cells(rows))} |" for name, rows in cases.items()),
     ]
 
 
-def _cell(row: Row) -> str:
-    """Return a bias with its unit and coverage: "+0.014 µm; 0.912"."""
-    unit = "" if row.unit in {"decades", "share"} else f" {row.unit}"
-    return f"{row.bias:+.3f}{unit}" + ("" if row.coverage is None else f"; {row.coverage:.3f}")
+def _cells(rows: list[Row]) -> list[str]:
+    """Return each quantity's bias with its unit, and coverage: "+0.014 µm; 0.912"."""
+    return [
+        f"{row.bias:+.3f}{'' if row.unit == 'decades' else f' {row.unit}'}; {row.coverage:.3f}"
+        for row in rows
+        if row.coverage is not None
+    ]
 
 
 def main() -> None:
