@@ -20,7 +20,7 @@ from slipscale.experiments.protocols.building_blocks.comparing import (
     Comparing,
     ComparingOptions,
     in_both_orders,
-    name_of,
+    surface_names,
     the_two_ends,
     with_catch_trials,
 )
@@ -30,7 +30,7 @@ from slipscale.faults import UserError
 from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocols.base import Context, TrialRecord
+    from slipscale.experiments.protocols.base import Context
     from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
     from slipscale.experiments.protocols.steps import Ask, Steps
     from slipscale.stimuli.surface import Stimulus
@@ -117,19 +117,6 @@ def _answer(step: Ask, person: SimulatedPerson) -> float:
     return float(1 + person.pick([abs(second - first), abs(third - second)]))
 
 
-def _surface(interval: int) -> Column:
-    def name(record: TrialRecord) -> str | None:
-        shown = record.intervals.get(interval)
-        return name_of(shown.surface) if shown else None
-
-    return Column(
-        value=name,
-        kind="label",
-        description=f"What interval {interval} presented: the {{q.name}} in {{q.unit_in_full}}, or "
-        "the texture's name",
-    )
-
-
 PROTOCOL = Protocol(
     task="pairedcomparison",
     title="Paired comparison of {q.judged}",
@@ -144,7 +131,7 @@ PROTOCOL = Protocol(
     instructions="paired_comparison.pairs.instructions",
     simulated={"response": _answer},
     design=DESIGN,
-    stimulus={f"stimulus{number}": _surface(number) for number in (1, 2, 3)},
+    stimulus=surface_names("stimulus1", "stimulus2", "stimulus3"),
     response={
         "response": Column(
             value=lambda record: record.answer("response"),

@@ -15,15 +15,16 @@ from pydantic import Field
 from slipscale.experiments.protocols.base import AtLeastOne, Column, Protocol, Switch
 from slipscale.experiments.protocols.building_blocks.comparing import (
     DESIGN,
+    PAIR,
     Comparing,
     ComparingOptions,
+    enough_surfaces,
     in_both_orders,
-    name_of,
+    surface_names,
     the_two_ends,
     with_catch_trials,
 )
 from slipscale.experiments.protocols.steps import VisualAnalogueQuestion
-from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Context
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Ask, Steps
     from slipscale.stimuli.surface import Stimulus
 
-FEWEST, PAIR = 3, 2
+FEWEST = 3
 RESOLUTION = 1.0
 
 
@@ -54,12 +55,6 @@ def pairs(options: Similarity, context: Context) -> list[tuple[Stimulus, ...]]:
     surfaces = context.surfaces
     same = [(each, each) for each in surfaces] if options.identical_pairs else []
     return [*combinations(surfaces, PAIR), *same]
-
-
-def check(options: Similarity, context: Context) -> None:  # noqa: ARG001 - the registry's signature
-    """Raise `UserError` if there are too few surfaces for a map."""
-    if (there := len(context.surfaces)) < FEWEST:
-        raise UserError(f"similarity needs {FEWEST} surfaces, the study has {there}")
 
 
 def trials(options: Similarity, context: Context) -> int:
@@ -108,17 +103,6 @@ def _answer(step: Ask, person: SimulatedPerson) -> float:
     return question.nearest(abs(first - second))
 
 
-def _surface(interval: int, which: str) -> Column:
-    return Column(
-        value=lambda record: (
-            name_of(record.intervals[interval].surface) if interval in record.intervals else None
-        ),
-        kind="label",
-        description=f"What came {which}: the {{q.name}} in {{q.unit_in_full}}, or the texture's "
-        "name",
-    )
-
-
 PROTOCOL = Protocol(
     task="similarity",
     title="Similarity rating",
@@ -133,7 +117,7 @@ PROTOCOL = Protocol(
     instructions="similarity.instructions",
     simulated={"dissimilarity": _answer},
     design=DESIGN,
-    stimulus={"first": _surface(1, "first"), "second": _surface(2, "second")},
+    stimulus=surface_names("first", "second"),
     response={
         "dissimilarity": Column(
             value=lambda record: record.answer("dissimilarity"),
@@ -143,5 +127,5 @@ PROTOCOL = Protocol(
     },
     intervals=lambda _: PAIR,
     textures=True,
-    check=check,
+    check=enough_surfaces("similarity", FEWEST),
 )

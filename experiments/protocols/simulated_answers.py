@@ -66,6 +66,9 @@ class SimulatedPerson(Protocol):
     def impressions(self) -> tuple[float, ...]:
         """The noisy strengths of these sensations, 0 to 100."""
 
+    def usual(self, level: float) -> float:
+        """Return the usual strength of a level, 0 to 100, as the person has learned it."""
+
     def pick(self, strengths: Sequence[float]) -> int:
         """Return the index of the strength that the person judges to be the largest.
 
@@ -119,6 +122,12 @@ def compared(step: Ask, person: SimulatedPerson) -> float:
         return float(1 + person.pick([abs(len(felt) * each - total) for each in felt]))
     sign = 1 if question.seeks == "most" else -1
     return float(1 + person.pick([sign * each for each in felt]))
+
+
+def notices_difference(_step: Ask, person: SimulatedPerson) -> bool:
+    """Answer whether two surfaces were different: by how far the impressions are apart."""
+    first, second = person.impressions
+    return person.says_yes(abs(first - second))
 
 
 def any_choice(step: Ask, person: SimulatedPerson) -> Value:

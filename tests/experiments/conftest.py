@@ -156,7 +156,7 @@ def laboratory(tmp_path):
     return Laboratory(tmp_path)
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def plan():
     return make_plan
 

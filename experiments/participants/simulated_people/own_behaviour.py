@@ -77,6 +77,10 @@ class Behaviour:
         """The noisy strengths of these sensations, 0 to 100."""
         return self.person.impressions
 
+    def usual(self, level: float) -> float:
+        """Return the usual strength of a level."""
+        return self.person.usual(level)
+
     def pick(self, strengths: Sequence[float]) -> int:
         """Return the index of the strength that the person judges to be the largest."""
         return self.person.pick(strengths)

@@ -300,6 +300,10 @@ class Respondent:
             for interval, felt in sorted(self._of_trial.items())
         )
 
+    def usual(self, level: float) -> float:
+        """Return the usual strength of a level, 0 to 100, as the person has learned it."""
+        return float(self._curves.mean(level))
+
     def pick(self, strengths: Sequence[float]) -> int:
         """Return the index of the largest strength; includes lapses and a bias to the last."""
         if self.lapses():

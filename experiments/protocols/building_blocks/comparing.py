@@ -29,12 +29,13 @@ from slipscale.experiments.protocols.steps import (
     Value,
     Voided,
 )
+from slipscale.faults import UserError
 from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Mapping, Sequence
+    from collections.abc import Callable, Generator, Mapping, Sequence
 
-    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocols.base import Context, TrialRecord
     from slipscale.experiments.protocols.ordering.randomisation import Stream
     from slipscale.experiments.protocols.steps import (
         Answer,
@@ -46,6 +47,9 @@ if TYPE_CHECKING:
     )
     from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.surface import Stimulus
+
+
+PAIR = 2  # surfaces
 
 
 class ComparingOptions(RestedOptions):
@@ -118,6 +122,34 @@ def name_of(surface: Stimulus) -> str:
 def sought(quantity: Quantity, sign: int = 1) -> Sought:
     """Return what a question seeks to find the surface with more (1) or less (-1) of the level."""
     return "least" if (sign < 0) != quantity.falls else "most"
+
+
+def surface_names(*names: str) -> dict[str, Column]:
+    """Return columns with the names of the surfaces in intervals 1, 2, ..."""
+
+    def column(interval: int) -> Column:
+        def name(record: TrialRecord) -> str | None:
+            shown = record.intervals.get(interval)
+            return name_of(shown.surface) if shown else None
+
+        return Column(
+            value=name,
+            kind="label",
+            description=f"What interval {interval} presented: the {{q.name}} in "
+            "{q.unit_in_full}, or the texture's name",
+        )
+
+    return {name: column(interval) for interval, name in enumerate(names, start=1)}
+
+
+def enough_surfaces(protocol: str, fewest: int) -> Callable[[object, Context], None]:
+    """Return a check that raises `UserError` if a study has too few surfaces."""
+
+    def check(_options: object, context: Context) -> None:
+        if (there := len(context.surfaces)) < fewest:
+            raise UserError(f"{protocol} needs {fewest} surfaces, the study has {there}")
+
+    return check
 
 
 class IntervalTask(Repeating[Condition]):

@@ -229,6 +229,21 @@ class RatedSurfaces(Repeating[Presentation]):
         question: Question,
     ) -> Generator[Step, Answer, tuple[int, ...]]:
         """Yield a surface, its exploration and its rating; return the trials to be repeated."""
+        reply = yield from self.asked(
+            condition, trial, explore=explore, name=name, question=question
+        )
+        return (yield from self.over(trial, reply))
+
+    def asked(
+        self,
+        condition: Presentation,
+        trial: Trial,
+        *,
+        explore: str,
+        name: str,
+        question: Question,
+    ) -> Generator[Step, Answer, Answer]:
+        """Yield a surface, its exploration and the question; return the reply."""
         options = self.order
         yield Present(surface=condition.surface, trial=trial)
         yield options.explore(explore, trial)
@@ -242,7 +257,7 @@ class RatedSurfaces(Repeating[Presentation]):
         )
         # Silence between surfaces, so that the participant does not feel the change itself.
         yield Silence(trial=trial)
-        return (yield from self.over(trial, reply))
+        return reply
 
     def over(self, trial: Trial, reply: Answer) -> Generator[Step, Answer, tuple[int, ...]]:
         """Yield a trial's end; return the numbers of the trials to be repeated."""

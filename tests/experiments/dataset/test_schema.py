@@ -27,7 +27,8 @@ from tools.torture.pilots import EVERY_OPTION
 # The shipped study that has a protocol, where its name is another.
 STUDIES = {"descending_difference": "biet2007", "magnitude_estimation": "biet2007"}
 # Those that no shipped study has.
-STUDIES |= dict.fromkeys(("oddity", "similarity"), str(EVERY_OPTION))
+ONLY_THERE = ("category_scale", "identification", "limits", "oddity", "same_different")
+STUDIES |= dict.fromkeys((*ONLY_THERE, "similarity", "sorting"), str(EVERY_OPTION))
 
 
 def task_of(made, name):

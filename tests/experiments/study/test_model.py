@@ -67,10 +67,7 @@ def test_every_fault_is_told_at_once_with_line_key_and_what_was_expected():
         "line 5, amplitudes_um_pp: 9.0 is beyond the plate's 2.5 µm p-p",
         "line 9, repetitions of item 1 of tasks: expected 1 or more, got 0",
         "line 10, practise of item 1 of tasks: unknown key",
-        (
-            "line 13, protocol of item 2 of tasks: expected one of constant_stimuli, "
-            "descending_difference"
-        ),
+        "line 13, protocol of item 2 of tasks: expected one of category_scale, constant_stimuli",
         "line 17, series of item 3 of tasks: expected a whole number without quotation marks",
     ):
         assert part in message

@@ -33,7 +33,8 @@ from slipscale.experiments.study.file import shipped_studies, study_text
 from slipscale.experiments.study.schema import UNITS, study_schema
 from slipscale.faults import UserError
 
-OURS = ["magnitude_estimation", "descending_difference", "oddity", "similarity", *shipped_studies()]
+OURS = ["magnitude_estimation", "descending_difference", "oddity", "similarity", "category_scale"]
+OURS += ["identification", "limits", "same_different", "sorting", *shipped_studies()]
 OURS = [name for name in OURS if name not in ("biet2007", "textures_demo")]
 PAGES = ("/", "/live", "/study", "/data", "/pilot")
 AGE = Ask(name="age", question=NumberQuestion(prompt="?"))

@@ -1,0 +1,123 @@
+"""Category scale: each surface is put into one of a few ordered categories with own labels."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from slipscale.experiments.languages.texts import FEWEST_ANSWERS, NUMBER_KEYS
+from slipscale.experiments.protocols.base import AtLeastOne, Column, Protocol, Words
+from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
+    BLOCK,
+    TEXTURE,
+    Presentation,
+    RatedOptions,
+    RatedSurfaces,
+    surface_blocks,
+)
+from slipscale.experiments.protocols.steps import Ask, ChoiceQuestion, Instruct
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from slipscale.experiments.protocols.base import Context, TrialRecord
+    from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
+    from slipscale.experiments.protocols.steps import Answer, Step, Steps
+
+
+class CategoryScale(RatedOptions):
+    """Options for ratings in categories, in addition to their order and pace."""
+
+    repetitions: AtLeastOne = Field(
+        default=3,
+        description="Number of ratings of each surface.",
+        json_schema_extra={"unit": "ratings per surface"},
+    )
+    labels: Annotated[
+        tuple[Words, ...], Field(min_length=FEWEST_ANSWERS, max_length=NUMBER_KEYS)
+    ] = Field(
+        description="Labels of the categories on the screen, from the lowest to the highest, in "
+        "the study's language."
+    )
+
+
+def trials(options: CategoryScale, context: Context) -> int:
+    """Return the number of trials in a run, practice included."""
+    return len(context.surfaces) * (options.practice + options.repetitions)
+
+
+def steps(options: CategoryScale, context: Context) -> Steps:
+    """Yield the steps of a run."""
+    texts = context.texts
+    yield Instruct(title=texts["category_scale.title"], text=texts["category_scale.instructions"])
+    yield from _Run(options, context).steps(
+        practice=texts["magnitude_estimation.practice"], main=texts["magnitude_estimation.main"]
+    )
+
+
+class _Run(RatedSurfaces):
+    """The numbered trials of a run."""
+
+    def __init__(self, options: CategoryScale, context: Context) -> None:
+        super().__init__(options, context, surface_blocks(context.surfaces, options, context))
+        self.labels = options.labels
+
+    def trial(
+        self, condition: Presentation, number: int, repeats: int | None
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield one trial; return the numbers of the trials to be repeated."""
+        texts, factors = self.context.texts, {"categories": len(self.labels)}
+        coded = tuple((str(place), label) for place, label in enumerate(self.labels, start=1))
+        return (
+            yield from self.rated(
+                condition,
+                self.numbered(condition, number, repeats, factors=factors),
+                explore=texts["magnitude_estimation.explore"],
+                name="rating",
+                question=ChoiceQuestion(prompt=texts["category_scale.question"], options=coded),
+            )
+        )
+
+
+def _rating(record: TrialRecord) -> float | None:
+    answer = record.answer("rating")
+    return None if answer is None else float(answer)
+
+
+def _answer(step: Ask, person: SimulatedPerson) -> str:
+    """Choose the category at the place that the person would mark on a line."""
+    options = step.question.options if isinstance(step.question, ChoiceQuestion) else ()
+    place = int(person.rating(0.0) / 100 * len(options))
+    return options[min(place, len(options) - 1)][0]
+
+
+PROTOCOL = Protocol(
+    task="categoryscale",
+    title="Category scale of {q.judged}",
+    description=(
+        "The participant strokes a surface and chooses one of a few ordered categories for how "
+        "{q.adjective} it feels."
+    ),
+    options=CategoryScale,
+    trials=trials,
+    steps=steps,
+    answer="rating",
+    instructions="category_scale.instructions",
+    simulated={"rating": _answer},
+    design=BLOCK,
+    stimulus=TEXTURE,
+    response={
+        "rating": Column(
+            value=_rating,
+            kind="number",
+            description="Number of the chosen category: 1 is the lowest (the least {q.adjective})",
+        ),
+        "categories": Column(
+            value=lambda record: record.trial.factors["categories"],
+            kind="number",
+            description="Number of categories",
+        ),
+    },
+    textures=True,
+)

@@ -1,0 +1,165 @@
+"""Identification: each surface has a number, which the participant learns and then names.
+
+The table of presented and named surfaces gives the information transferred (Miller 1956, Psychol.
+Rev. 63, 81-97).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field
+
+from slipscale.experiments.languages.texts import NUMBER_KEYS
+from slipscale.experiments.protocols.base import AtLeastOne, Column, Count, Positive, Protocol
+from slipscale.experiments.protocols.building_blocks.comparing import name_of
+from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
+    BLOCK,
+    Presentation,
+    RatedOptions,
+    RatedSurfaces,
+    surface_blocks,
+)
+from slipscale.experiments.protocols.steps import (
+    Ask,
+    ChoiceQuestion,
+    Feedback,
+    Instruct,
+    Present,
+    Reply,
+    Silence,
+)
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
+    from slipscale.experiments.protocols.steps import Answer, Step, Steps
+
+FEWEST = 2
+
+
+class Identification(RatedOptions):
+    """Options for identification, in addition to its order and pace."""
+
+    repetitions: AtLeastOne = Field(
+        default=10,
+        description="Number of presentations of each surface.",
+        json_schema_extra={"unit": "trials per surface"},
+    )
+    learning: Count = Field(
+        default=2,
+        description="How often each surface is presented with its number before the trials.",
+        json_schema_extra={"unit": "presentations per surface"},
+    )
+    feedback: Literal["none", "practice", "always"] = Field(
+        default="practice", description="When the participant learns the correct number."
+    )
+    feedback_s: Positive = Field(default=1.5, description="Duration of the feedback.")
+
+
+def check(_options: Identification, context: Context) -> None:
+    """Raise `UserError` unless each surface can have its own key."""
+    if not FEWEST <= (there := len(context.levels)) <= NUMBER_KEYS:
+        q = context.quantity
+        raise UserError(
+            f"identification: {q.named('levels')} has {there}, expected {FEWEST} to {NUMBER_KEYS}"
+        )
+
+
+def trials(options: Identification, context: Context) -> int:
+    """Return the number of trials in a run, practice included."""
+    return len(context.levels) * (options.practice + options.repetitions)
+
+
+def steps(options: Identification, context: Context) -> Steps:
+    """Yield the steps of a run."""
+    texts = context.texts
+    surfaces = [context.surface(level) for level in context.levels]
+    yield Instruct(
+        title=texts["identification.title"],
+        text=texts["identification.instructions"].format(count=len(surfaces)),
+    )
+    for _ in range(options.learning):
+        for number, surface in enumerate(surfaces, start=1):
+            yield Present(surface=surface)
+            yield options.explore(texts["identification.learn"].format(number=number))
+            yield Silence()
+    yield from _Run(options, context).steps(
+        practice=texts["magnitude_estimation.practice"], main=texts["magnitude_estimation.main"]
+    )
+
+
+class _Run(RatedSurfaces):
+    """The numbered trials of a run."""
+
+    def __init__(self, options: Identification, context: Context) -> None:
+        surfaces = [context.surface(level) for level in context.levels]
+        super().__init__(options, context, surface_blocks(surfaces, options, context))
+        self.options = options
+
+    def trial(
+        self, condition: Presentation, number: int, repeats: int | None
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield one trial; return the numbers of the trials to be repeated."""
+        options, texts, levels = self.options, self.context.texts, self.context.levels
+        trial = self.numbered(condition, number, repeats, factors={})
+        # The code is the surface's name in the data; the participant sees its number.
+        coded = tuple((f"{level:g}", str(place)) for place, level in enumerate(levels, start=1))
+        reply = yield from self.asked(
+            condition,
+            trial,
+            explore=texts["magnitude_estimation.explore"],
+            name="named",
+            question=ChoiceQuestion(prompt=texts["identification.question"], options=coded),
+        )
+        answered = isinstance(reply, Reply) and reply.value is not None
+        if answered and options.feedback in ("always", condition.phase):
+            right = 1 + levels.index(condition.surface.level)
+            text = texts["identification.feedback"].format(number=right)
+            yield Feedback(text=text, duration_s=options.feedback_s, trial=trial)
+        return (yield from self.over(trial, reply))
+
+
+def _answer(step: Ask, person: SimulatedPerson) -> str:
+    """Name the surface whose usual strength is nearest to the impression."""
+    question = step.question
+    if not isinstance(question, ChoiceQuestion):
+        raise TypeError(f"'{step.name}' is not a choice")
+    (seemed,) = person.impressions
+    away = [-abs(seemed - person.usual(float(code))) for code, _ in question.options]
+    return question.options[person.pick(away)][0]
+
+
+PROTOCOL = Protocol(
+    task="identification",
+    title="Identification",
+    description=(
+        "Each surface has a number. The participant learns them, then strokes one surface per "
+        "trial and names its number."
+    ),
+    options=Identification,
+    trials=trials,
+    steps=steps,
+    answer="named",
+    instructions="identification.instructions",
+    simulated={"named": _answer},
+    design=BLOCK,
+    stimulus={
+        "presented": Column(
+            value=lambda record: name_of(record.surface) if record.surface else None,
+            kind="label",
+            description="The surface that was presented: its {q.name} in {q.unit_in_full}",
+        ),
+    },
+    response={
+        "named": Column(
+            value=lambda record: record.answer("named"),
+            kind="label",
+            description="The surface that the participant named: its {q.name} in {q.unit_in_full}",
+        ),
+    },
+    check=check,
+)

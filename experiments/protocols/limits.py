@@ -1,0 +1,266 @@
+"""Method of limits: series of levels that approach or leave a standard, until the answer changes.
+
+In each trial the participant feels the standard, then the surface of a level, and says whether they
+differ. An ascending series begins at the lowest level and ends with the first "yes", a descending
+one begins at the highest and ends with the first "no". The transition lies between the last two
+levels. Series begin at different levels, so that the number of trials gives no hint.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, NamedTuple
+
+from pydantic import Field
+
+from slipscale.experiments.protocols.adaptive.track import rounded
+from slipscale.experiments.protocols.base import Amplitude, AtLeastOne, Column, Count, Positive
+from slipscale.experiments.protocols.base import Protocol as ProtocolDeclaration
+from slipscale.experiments.protocols.building_blocks.against_standard import STANDARD_COLUMN
+from slipscale.experiments.protocols.building_blocks.comparing import (
+    PAIR,
+    IntervalTask,
+    truth,
+)
+from slipscale.experiments.protocols.building_blocks.pacing import RestedOptions
+from slipscale.experiments.protocols.building_blocks.repeating import part_over
+from slipscale.experiments.protocols.simulated_answers import notices_difference
+from slipscale.experiments.protocols.steps import (
+    Ask,
+    EndTrial,
+    Instruct,
+    Reply,
+    Trial,
+    Voided,
+    YesNoQuestion,
+)
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Iterable
+
+    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocols.building_blocks.repeating import Repetition
+    from slipscale.experiments.protocols.steps import Answer, Step, Steps
+
+
+class Limits(RestedOptions):
+    """Options for the method of limits."""
+
+    standard_level: Amplitude = Field(
+        default=0.0, description="Amplitude of the standard; 0, the plate at rest, for detection."
+    )
+    lowest_level: Amplitude = Field(
+        default=0.05, description="Level at which ascending series begin, and descending ones end."
+    )
+    highest_level: Positive = Field(
+        default=0.6, description="Level at which descending series begin, and ascending ones end."
+    )
+    step_level: Positive = Field(default=0.05, description="Distance between adjacent levels.")
+    series: AtLeastOne = Field(
+        default=4,
+        description="Number of series in each direction; directions alternate.",
+        json_schema_extra={"unit": "series per direction"},
+    )
+    start_steps: Count = Field(
+        default=2,
+        description="Each series begins at most this many levels further inside the range, drawn "
+        "for each series.",
+        json_schema_extra={"unit": "levels"},
+    )
+
+    @property
+    def each_level(self) -> tuple[float, ...]:
+        """All levels, ascending."""
+        last = int((self.highest_level - self.lowest_level) / self.step_level + 1e-9)
+        return tuple(rounded(self.lowest_level + self.step_level * n) for n in range(last + 1))
+
+
+class OneSeries(NamedTuple):
+    """A series: its number from 1, its direction, and its levels in order."""
+
+    number: int
+    ascending: bool
+    levels: tuple[float, ...]
+
+
+class Place(NamedTuple):
+    """The definition of a trial: its series, its place in it, and the trial that it repeats."""
+
+    series: OneSeries
+    place: int
+    repeats: int | None
+
+
+def check(options: Limits, context: Context) -> None:
+    """Raise `UserError` if a series could have a single level."""
+    q, there, needed = context.quantity, len(options.each_level), options.start_steps + PAIR
+    if there < needed:
+        raise UserError(
+            f"{q.named('lowest_level')} to {q.named('highest_level')} has {there} levels; expected "
+            f"{needed} or more: start_steps and {PAIR}"
+        )
+
+
+def most_trials(options: Limits, _context: Context) -> int:
+    """Return the largest number of trials in a run: every level of every series."""
+    return 2 * options.series * len(options.each_level)
+
+
+def trials(options: Limits, context: Context) -> int:
+    """Return the expected number of trials in a run: half of the levels of every series."""
+    return max(most_trials(options, context) // 2, 1)
+
+
+def possible_levels(options: Limits, _context: Context) -> tuple[float, ...]:
+    """Return the amplitudes of the standard and of all levels."""
+    return options.standard_level, *options.each_level
+
+
+def finest_level(options: Limits, _context: Context) -> tuple[float, float]:
+    """Return the step, and the highest amplitude at which it matters."""
+    return options.step_level, max(options.standard_level, options.highest_level)
+
+
+class _Run(IntervalTask[Place]):
+    """The trials of a run. A voided trial, and those after it in its series, are done again."""
+
+    def __init__(self, options: Limits, context: Context) -> None:
+        super().__init__(most_trials(options, context), options, context)
+        self.options = options
+        stream = context.stream(context.task, "series")
+        begins = stream.below(2)
+        self.series = [
+            _series(options, number, stream.below(options.start_steps + 1), begins)
+            for number in range(2 * options.series)
+        ]
+        self.answers: dict[int, list[tuple[int, bool]]] = {each.number: [] for each in self.series}
+        self.missed = 0
+        self.retaken: dict[int, int] = {}
+
+    def steps(self) -> Steps:
+        """Yield the steps of a run."""
+        texts = self.context.texts
+        yield Instruct(title=texts["limits.title"], text=texts["limits.instructions"])
+        yield from self.drawn(self.next)
+        yield from self.close(lambda: part_over(texts))
+
+    def next(self) -> Place | None:
+        """Return the next level of the first series that is not over."""
+        for series in self.series:
+            given = self.answers[series.number]
+            turned = bool(given) and given[-1][1] is series.ascending
+            if not turned and len(given) < len(series.levels) and self.missed < self.total:
+                return Place(series, len(given), self.retaken.pop(series.number, None))
+        return None
+
+    def again(self, numbers: Iterable[int]) -> deque[Repetition[Place]]:
+        """Take back voided trials with those after them in their series."""
+        for number in numbers:
+            series = self._known[number].series.number
+            self.answers[series] = [each for each in self.answers[series] if each[0] < number]
+            self.retaken[series] = number
+        return deque()
+
+    def trial(
+        self, condition: Place, number: int, repeats: int | None
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield one trial; return the numbers of the trials to be repeated."""
+        series, options = condition.series, self.options
+        level = series.levels[condition.place]
+        trial = Trial(
+            task=self.context.task,
+            number=number,
+            total=max(self.total, number),
+            factors={
+                "series": series.number,
+                "direction": "ascending" if series.ascending else "descending",
+                "standard_level": options.standard_level,
+                "comparison_level": level,
+            },
+            repeats=condition.repeats if repeats is None else repeats,
+        )
+        for place, shown in enumerate((options.standard_level, level), start=1):
+            yield from self.interval(self.context.surface(shown), trial, place)
+        reply = yield Ask(
+            name="different",
+            question=YesNoQuestion(prompt=self.context.texts["limits.question"]),
+            trial=trial,
+            time_limit_s=options.response_time_limit_s,
+        )
+        voided = yield EndTrial(trial=trial)
+        again = voided.trials if isinstance(voided, Voided) else ()
+        answered = reply.value if isinstance(reply, Reply) else None
+        if isinstance(answered, bool):
+            self.answers[series.number].append((number, answered))
+        elif number not in again:
+            self.missed += 1
+            again = (*again, number)
+        return again
+
+
+def _series(options: Limits, number: int, start: int, begins: int) -> OneSeries:
+    """Return series ``number``, from 0; the first is ascending if ``begins`` is 0."""
+    ascending = (number + begins) % 2 == 0
+    levels = options.each_level if ascending else options.each_level[::-1]
+    return OneSeries(number + 1, ascending, levels[start:])
+
+
+def steps(options: Limits, context: Context) -> Steps:
+    """Yield the steps of a run."""
+    yield from _Run(options, context).steps()
+
+
+PROTOCOL = ProtocolDeclaration(
+    task="limits",
+    title="Method of limits",
+    description=(
+        "Ascending and descending series of {q.levels}, each compared with a standard, until the "
+        "participant's answer changes."
+    ),
+    options=Limits,
+    trials=trials,
+    most_trials=most_trials,
+    steps=steps,
+    answer="different",
+    instructions="limits.instructions",
+    simulated={"different": notices_difference},
+    design={
+        "series": Column(
+            value=lambda record: record.trial.factors["series"],
+            kind="number",
+            description="Series, from 1",
+        ),
+        "direction": Column(
+            value=lambda record: record.trial.factors["direction"],
+            kind="label",
+            description="Direction of the series",
+            levels={
+                "ascending": "begins at the lowest level, ends with the first yes",
+                "descending": "begins at the highest level, ends with the first no",
+            },
+        ),
+    },
+    stimulus={
+        **STANDARD_COLUMN,
+        "comparison_level": Column(
+            value=lambda record: record.trial.factors["comparison_level"],
+            kind="number",
+            description="{q.title} of the surface that was compared with it{q.behind}",
+            units="{q.bids}",
+        ),
+    },
+    response={
+        "different": Column(
+            value=lambda record: truth(record.answer("different")),
+            kind="label",
+            description="Whether the participant said that the two were different",
+            levels={"true": "different", "false": "the same"},
+        ),
+    },
+    intervals=lambda _: PAIR,
+    amplitudes=("standard_level", "lowest_level", "highest_level", "step_level"),
+    possible_levels=possible_levels,
+    finest_level=finest_level,
+    check=check,
+)

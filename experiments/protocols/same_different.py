@@ -1,0 +1,102 @@
+"""Same–different: two surfaces that are the same or not; the participant says which.
+
+No attribute is named, so a difference of any kind counts. As many trials present the same surface
+twice as present different ones, so that answers give the sensitivity of the differencing model
+(Macmillan and Creelman 2005, Detection Theory, chapter 9).
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from slipscale.experiments.protocols.base import AtLeastOne, Column, Protocol
+from slipscale.experiments.protocols.building_blocks.comparing import (
+    DESIGN,
+    PAIR,
+    Comparing,
+    ComparingOptions,
+    Shown,
+    enough_surfaces,
+    in_both_orders,
+    surface_names,
+    the_two_ends,
+    truth,
+    with_catch_trials,
+)
+from slipscale.experiments.protocols.simulated_answers import notices_difference
+from slipscale.experiments.protocols.steps import YesNoQuestion
+
+if TYPE_CHECKING:
+    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocols.steps import Steps
+
+
+class SameDifferent(ComparingOptions):
+    """Options for same–different."""
+
+    repetitions: AtLeastOne = Field(
+        default=10,
+        description="Number of presentations of each pair of different surfaces; as many trials "
+        "present one surface of the pair twice. Even numbers balance orders and surfaces.",
+        json_schema_extra={"unit": "trials per pair"},
+    )
+
+
+def trials(options: SameDifferent, context: Context) -> int:
+    """Return the number of trials in a run, practice and catch trials included."""
+    pairs = len(list(combinations(context.surfaces, PAIR)))
+    return options.practice + options.catch_trials + 2 * options.repetitions * pairs
+
+
+def steps(options: SameDifferent, context: Context) -> Steps:
+    """Yield the steps of a run."""
+    pairs = list(combinations(context.surfaces, PAIR))
+    different = in_both_orders(pairs, options.repetitions, context)
+    # Orders alternate, so that each surface of a pair comes twice equally often.
+    same = [Shown("main", (each.surfaces[0],) * PAIR, each.factors) for each in different]
+    ends = (context.surfaces[0], context.surfaces[-1])
+    run = Comparing(
+        options,
+        context,
+        texts="same_different",
+        question=YesNoQuestion(prompt=context.texts["same_different.question"]),
+        practice=the_two_ends(ends, context, "practice", options.practice),
+        main=with_catch_trials(
+            context.stream(context.task, "same").shuffled([*different, *same]),
+            the_two_ends(ends, context, "main", options.catch_trials),
+            context.stream(context.task, "catch"),
+        ),
+    )
+    yield from run.steps()
+
+
+PROTOCOL = Protocol(
+    task="samedifferent",
+    title="Same–different",
+    description=(
+        "The participant strokes two surfaces, which are the same or not, and says whether they "
+        "were different."
+    ),
+    options=SameDifferent,
+    trials=trials,
+    steps=steps,
+    answer="response",
+    instructions="same_different.instructions",
+    simulated={"response": notices_difference},
+    design=DESIGN,
+    stimulus=surface_names("first", "second"),
+    response={
+        "response": Column(
+            value=lambda record: truth(record.answer("response")),
+            kind="label",
+            description="Whether the participant said that the two were different",
+            levels={"true": "different", "false": "the same"},
+        ),
+    },
+    intervals=lambda _: PAIR,
+    textures=True,
+    check=enough_surfaces("same_different", PAIR),
+)

@@ -1,0 +1,140 @@
+"""Free sorting: the participant puts every surface into a group of those that feel alike.
+
+Surfaces are presented one by one, each several times in new orders; the last group of a surface
+counts. The share of people who separate two surfaces is their dissimilarity, as Hollins and others
+(1993, Percept. Psychophys. 54, 697-705) made it from sorted textures.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from slipscale.experiments.protocols.base import AtLeastOne, Column, Count, Protocol
+from slipscale.experiments.protocols.building_blocks.comparing import enough_surfaces, name_of
+from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
+    BLOCK,
+    TEXTURE,
+    Presentation,
+    RatedOptions,
+    RatedSurfaces,
+    surface_blocks,
+)
+from slipscale.experiments.protocols.steps import Ask, Instruct, WholeNumberQuestion
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
+    from slipscale.experiments.protocols.steps import Answer, Step, Steps
+
+FEWEST = 3
+
+
+class Sorting(RatedOptions):
+    """Options for free sorting, in addition to its order and pace."""
+
+    repetitions: AtLeastOne = Field(
+        default=2,
+        description="Number of rounds, in each of which every surface is sorted; the last counts.",
+        json_schema_extra={"unit": "rounds"},
+    )
+    practice: Count = Field(
+        default=0,
+        description="Number of practice rounds.",
+        json_schema_extra={"unit": "rounds"},
+    )
+    groups: Annotated[int, Field(strict=True, ge=2, le=20)] = Field(
+        default=5,
+        description="Largest number of groups; the participant may use fewer.",
+        json_schema_extra={"unit": "groups"},
+    )
+
+
+def trials(options: Sorting, context: Context) -> int:
+    """Return the number of trials in a run, practice included."""
+    return len(context.surfaces) * (options.practice + options.repetitions)
+
+
+def steps(options: Sorting, context: Context) -> Steps:
+    """Yield the steps of a run."""
+    texts = context.texts
+    yield Instruct(
+        title=texts["sorting.title"],
+        text=texts["sorting.instructions"].format(groups=options.groups),
+    )
+    yield from _Run(options, context).steps(
+        practice=texts["magnitude_estimation.practice"], main=texts["magnitude_estimation.main"]
+    )
+
+
+class _Run(RatedSurfaces):
+    """The numbered trials of a run."""
+
+    def __init__(self, options: Sorting, context: Context) -> None:
+        super().__init__(options, context, surface_blocks(context.surfaces, options, context))
+        self.options = options
+
+    def trial(
+        self, condition: Presentation, number: int, repeats: int | None
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield one trial; return the numbers of the trials to be repeated."""
+        texts = self.context.texts
+        return (
+            yield from self.rated(
+                condition,
+                self.numbered(condition, number, repeats, factors={}),
+                explore=texts["magnitude_estimation.explore"],
+                name="group",
+                question=WholeNumberQuestion(
+                    prompt=texts["sorting.question"], minimum=1, maximum=self.options.groups
+                ),
+            )
+        )
+
+
+def _answer(step: Ask, person: SimulatedPerson) -> float:
+    """Choose the group by the strength of the impression, in equal parts of the range."""
+    question = step.question
+    if not isinstance(question, WholeNumberQuestion):
+        raise TypeError(f"'{step.name}' is not a whole number")
+    if person.lapses():
+        return float(1 + person.stream("lapse", "value").below(question.maximum))
+    share = min(max(person.impressions[0] / 100, 0.0), 1.0)
+    return float(min(1 + int(share * question.maximum), question.maximum))
+
+
+PROTOCOL = Protocol(
+    task="sorting",
+    title="Free sorting",
+    description=(
+        "The participant strokes one surface per trial and types the number of the group of "
+        "surfaces to which it belongs; surfaces that feel alike share a group."
+    ),
+    options=Sorting,
+    trials=trials,
+    steps=steps,
+    answer="group",
+    instructions="sorting.instructions",
+    simulated={"group": _answer},
+    design=BLOCK,
+    stimulus={
+        "texture": TEXTURE["texture"],
+        "item": Column(
+            value=lambda record: name_of(record.surface) if record.surface else None,
+            kind="label",
+            description="The surface: its {q.name} in {q.unit_in_full}, or the texture's name",
+        ),
+    },
+    response={
+        "group": Column(
+            value=lambda record: record.answer("group"),
+            kind="number",
+            description="Number of the participant's group; numbers have no order",
+        ),
+    },
+    textures=True,
+    check=enough_surfaces("sorting", FEWEST),
+)
