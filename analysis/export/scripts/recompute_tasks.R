@@ -130,8 +130,9 @@ threshold_of <- function(rows, method, standard, confidence, settings) {
 }
 
 # Everybody's answers in one model: thresholds of people are normal on the curve's axis, and of a
-# person's sessions again; slope and lapse rate are shared. Maximum marginal likelihood, both normal
-# variables summed on grids; intervals of the profile likelihood with Student's quantile.
+# person's sessions again; logarithms of their slopes are normal if there is one session, else the
+# slope is shared, as the lapse rate always is. Maximum marginal likelihood, the normal variables
+# summed on grids; intervals of the profile likelihood with Student's quantile.
 population_of <- function(rows, curve, standard, confidence) {
   main <- rows[!rows$catch, ]
   people <- in_code_order(main$participant_id)
@@ -149,44 +150,52 @@ population_of <- function(rows, curve, standard, confidence) {
   no <- count(!main$correct)
   catch <- rows[rows$catch & (!curve$compared | rows$level_um_pp != rows$standard_um_pp), ]
   right <- if (curve$compared) catch$correct == (catch$level_um_pp > catch$standard_um_pp) else catch$correct
-  grid <- function(count) {
-    nodes <- seq(-5, 5, length.out = count)
+  grid <- function(count, farthest = 5) {
+    nodes <- seq(-farthest, farthest, length.out = count)
     list(nodes = nodes, weights = dnorm(nodes, log = TRUE) - log(sum(dnorm(nodes))))
   }
-  outer_grid <- grid(max(25, ceiling(3 * sqrt(max(table(main$participant_id))))))
-  inner_grid <- if (length(sessions) > 1) grid(7) else list(nodes = 0, weights = 0)
+  none <- list(nodes = 0, weights = 0)
+  several <- length(sessions) > 1
+  outer_grid <- grid(max(25, ceiling((if (several) 3 else 8) * sqrt(max(table(main$participant_id))))), 4)
+  of_slopes <- if (several) none else grid(7, 3)
+  inner_grid <- if (several) grid(7) else none
+  # All combinations of a person's threshold and slope.
+  persons <- rep(outer_grid$nodes, length(of_slopes$nodes))
+  slopes <- rep(of_slopes$nodes, each = length(outer_grid$nodes))
+  weights <- as.vector(outer(outer_grid$weights, of_slopes$weights, `+`))
   log_sums <- function(terms) {
     peak <- terms[cbind(seq_len(nrow(terms)), max.col(terms, "first"))]
     peak + log(rowSums(exp(terms - peak)))
   }
   terms_of <- function(q) {
-    at <- as.vector(outer(q[1] + q[3] * outer_grid$nodes, q[4] * inner_grid$nodes, `+`))
-    p <- curve$p_of(curve$share(outer(x, at, `-`), exp(q[2])), q[5])
-    terms <- matrix(outer_grid$weights, n, length(outer_grid$nodes), byrow = TRUE)
+    at <- as.vector(outer(q[1] + q[3] * persons, q[4] * inner_grid$nodes, `+`))
+    steep <- rep(rep(exp(q[2] + q[5] * slopes), length(inner_grid$nodes)), each = length(x))
+    p <- curve$p_of(curve$share(outer(x, at, `-`), steep), q[6])
+    terms <- matrix(weights, n, length(weights), byrow = TRUE)
     for (s in seq_along(sessions)) {
       within <- yes[[s]] %*% log(p) + no[[s]] %*% log1p(-p)
-      within <- sweep(within, 2, rep(inner_grid$weights, each = length(outer_grid$nodes)), `+`)
+      within <- sweep(within, 2, rep(inner_grid$weights, each = length(weights)), `+`)
       terms <- terms + matrix(log_sums(matrix(within, ncol = length(inner_grid$nodes))), n)
     }
     terms
   }
   minus <- function(q) {
-    lapse <- max(q[5], 1e-9)
+    lapse <- max(q[6], 1e-9)
     -sum(log_sums(terms_of(q))) - sum(right) * log1p(-lapse) - sum(!right) * log(lapse)
   }
   seen <- x[x > -600]
   span <- sd(seen)
-  low <- c(mean(seen) - 6 * span, log(curve$spread / 20 / span), 0, 0, 0)
-  high <- c(mean(seen) + 6 * span, log(curve$spread / 0.02 / span), 5 * span, if (length(sessions) > 1) 5 * span else 0, curve$largest_lapse)
+  low <- c(mean(seen) - 6 * span, log(curve$spread / 20 / span), 0, 0, 0, 0)
+  high <- c(mean(seen) + 6 * span, log(curve$spread / 0.02 / span), 5 * span, if (several) 5 * span else 0, if (several) 0 else 1.5, curve$largest_lapse)
   fit <- function(start, place = NULL, value = NULL) {
-    start[3:4] <- pmin(pmax(start[3:4], 0.1 * span), high[3:4])
+    start[3:5] <- pmin(pmax(start[3:5], 0.3 * c(span, span, 1)), high[3:5])
     if (!is.null(place)) start[place] <- value
     free <- setdiff(which(high > low), place)
     found <- nlminb(start[free], function(q) minus(replace(start, free, q)), lower = low[free], upper = high[free], control = list(rel.tol = 1e-9))
     list(par = replace(start, free, found$par), objective = found$objective)
   }
   starts <- expand.grid(lapse = pmin(c(0.005, 0.03, 0.1), curve$largest_lapse), width = c(3, 1.5, 0.8))
-  starts <- lapply(seq_len(nrow(starts)), function(i) c(mean(seen), log(curve$spread / starts$width[i] / span), 0.5 * span, min(0.3 * span, high[4]), starts$lapse[i]))
+  starts <- lapply(seq_len(nrow(starts)), function(i) c(mean(seen), log(curve$spread / starts$width[i] / span), 0.5 * span, min(0.3 * span, high[4]), min(0.3, high[5]), starts$lapse[i]))
   starts <- starts[order(sapply(starts, minus))[1:3]]
   fits <- lapply(starts, fit)
   best <- fits[[which.min(sapply(fits, `[[`, "objective"))]]
@@ -203,14 +212,15 @@ population_of <- function(rows, curve, standard, confidence) {
   threshold <- curve$back(ends(1))
   slope <- exp(ends(2))
   shares <- exp(terms_of(best$par))
-  own <- best$par[1] + best$par[3] * as.vector(shares %*% outer_grid$nodes) / rowSums(shares)
+  own <- best$par[1] + best$par[3] * as.vector(shares %*% persons) / rowSums(shares)
   half <- curve$half_width / slope[c(1, 3, 2)]
   if (curve$logarithmic) half <- threshold[1] * sinh(half)
   relative <- if (curve$compared) half else threshold
   c(three("population.threshold", threshold), three("population.slope", slope),
     population.sd = best$par[3] / (if (curve$logarithmic) log(10) else 1),
+    if (!several) c(population.sd_log_slope = best$par[5]),
     if (curve$compared || !curve$logarithmic) three("population.half_width", half),
-    population.lapse = best$par[5], population.n = n, population.answers = nrow(main),
+    population.lapse = best$par[6], population.n = n, population.answers = nrow(main),
     setNames(curve$back(own), paste0("population.participants.", people)),
     if (!is.na(standard)) three("weber_fraction", relative / standard))
 }

@@ -1,14 +1,16 @@
 """Fit a hierarchical psychometric model: thresholds of a population and its members in one fit.
 
     p(level u, participant i, condition c) = guess + (1 - guess - lapse) G(a + s (u - m_ic))
-    m_ic = x_ic β + τ b_i + ω e_ic,   b and e standard normal
+    m_ic = x_ic β + τ b_i + ω e_ic,   log s_i = log s + ν d_i,   b, e and d standard normal
 
-``u`` is the level's coordinate, ``G`` the curve and ``a`` its argument at the threshold. Slope and
-lapse rate are shared, so all participants' answers determine them. A participant's few answers
+``u`` is the level's coordinate, ``G`` the curve and ``a`` its argument at the threshold. The lapse
+rate is shared, so all participants' answers determine it. A shared slope would take the answers of
+people with shallow curves for lapses, and make the typical curve too steep. With several
+conditions ν is 0: the third integral would take seven times as long. A participant's few answers
 need neither a prior nor a bound near the true value. Catch trials, at a level that nobody misses,
 are wrong only because of lapses and enter the likelihood. The fit is by maximum marginal
 likelihood (see `integrated_over_people`). No package on PyPI fits a psychometric function with
-lapses and random thresholds.
+lapses, random thresholds and random slopes.
 """
 
 from __future__ import annotations
@@ -21,11 +23,13 @@ import numpy as np
 from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
 from slipscale.analysis.statistics.psychometrics.integrated_over_people import (
     FLAT,
+    NO_EFFECT,
     Counted,
     IntegratedModel,
     Interval,
     Maximum,
     Prediction,
+    even,
     students_fall,
 )
 
@@ -39,10 +43,16 @@ if TYPE_CHECKING:
 WIDEST, FARTHEST = 5.0, 6.0
 #: Slopes range from a rise over 20 standard deviations of the levels to one within a fiftieth.
 SHALLOWEST, STEEPEST = 20.0, 0.02
-#: Nodes of people per square root of a participant's answers, with their minimum and maximum.
-NODES, FEWEST_NODES, MOST_NODES = 4.0, 21, 161
+#: Nodes of people per square root of a participant's answers, with their minimum and maximum, and
+#: how many standard deviations they extend. Curves that may be steep need twice as many nodes.
+NODES, FEWEST_NODES, MOST_NODES, OUTERMOST = 4.0, 21, 161, 4.0
 #: Nodes of a participant's deviations between conditions.
 INNER_NODES = 9
+#: Of slopes, which a participant's answers hardly determine: with one standard deviation between
+#: nodes, estimates differ from those of 41 nodes by less than 0.1 of a standard error.
+OF_SLOPES = even(7, 3.0)
+#: Largest standard deviation of people's logarithmic slopes.
+MOST_UNLIKE = 1.5
 #: Initial lapse rates: the likelihood can have a peak for each. And the initial rise of the curve
 #: in standard deviations of the levels.
 LAPSES, WIDTHS = (0.005, 0.03, 0.1), (3.0, 1.5, 0.8)
@@ -86,9 +96,18 @@ class HierarchicalFit:
     trials : Trials
     start : array, optional
         Starting point of the search, if a maximum is nearly known.
+    slopes_differ : bool
+        Whether people differ in slope; used with one condition.
     """
 
-    def __init__(self, model: Model, trials: Trials, start: Array | None = None) -> None:
+    def __init__(
+        self,
+        model: Model,
+        trials: Trials,
+        start: Array | None = None,
+        *,
+        slopes_differ: bool = True,
+    ) -> None:
         self.model, self.trials = model, trials
         seen = trials.u[trials.u > likelihood.FAR_BELOW]
         self._centre = float(seen.mean())
@@ -106,14 +125,16 @@ class HierarchicalFit:
         counted = Counted(yes=yes, no=no, cells=self._cells, times=np.ones(self.people))
         self.coefficients = self._design.shape[1]
         several = len(np.unique(self._cells)) > 1
+        self.slopes_differ = slopes_differ and not several
         slopes = np.log(model.spread / np.array([SHALLOWEST, STEEPEST]))
         rate = model.guess_rate
         self._guess = {"fixed": (rate, rate), "free": (0.0, likelihood.LARGEST_GUESS)}.get(
             model.guess, (0.0, 0.0)
         )
-        nodes = int(np.clip(NODES * counted.most_answers**0.5, FEWEST_NODES, MOST_NODES))
+        nodes = (2 if self.slopes_differ else 1) * NODES * counted.most_answers**0.5
+        persons = even(int(np.clip(nodes, FEWEST_NODES, MOST_NODES)), OUTERMOST)
         p = self.coefficients
-        self.slope, self.spread, self.within, self.lapse, self.guess = range(p, p + 5)
+        self.slope, self.spread, self.within, self.unlike, self.lapse, self.guess = range(p, p + 6)
         self._fitted = IntegratedModel(
             counted,
             self._predict,
@@ -122,24 +143,28 @@ class HierarchicalFit:
                 (float(slopes[0]), float(slopes[1])),
                 (0.0, WIDEST),
                 (0.0, WIDEST if several else 0.0),
+                (0.0, MOST_UNLIKE if self.slopes_differ else 0.0),
                 (0.0, model.largest_lapse),
                 self._guess,
             ],
-            spreads=(self.spread, self.within),
-            outer=nodes,
-            inner=INNER_NODES if several else 1,
+            spreads=(self.spread, self.within, self.unlike),
+            outer=persons.crossed(OF_SLOPES if self.slopes_differ else NO_EFFECT),
+            inner=even(INNER_NODES) if several else NO_EFFECT,
             more=self._catches,
         )
         self.best = self._best() if start is None else self._fitted.fit(start)
 
     def _best(self) -> Maximum:
-        """Return the best maximum over all initial lapse rates."""
+        """Return the best maximum over all initial lapse rates, of a shared slope."""
+        if self.slopes_differ:
+            shared = HierarchicalFit(self.model, self.trials, slopes_differ=False)
+            return self._fitted.fit(shared.best.theta)
         guess = sum(self._guess) / 2
 
         def start(lapse: float, width: float) -> Array:
             slope = np.log(self.model.spread / width)
             lapse = min(lapse, self.model.largest_lapse)
-            return np.array([*np.zeros(self.coefficients), slope, 0.5, 0.3, lapse, guess])
+            return np.array([*np.zeros(self.coefficients), slope, 0.5, 0.3, 0.3, lapse, guess])
 
         starts = [
             min(
@@ -160,9 +185,10 @@ class HierarchicalFit:
 
     def _predict(self, theta: Array, outer: Array, inner: Array) -> Prediction:
         """Return log probabilities of correct and wrong answers, (kinds, outer, inner)."""
-        model, steep = self.model, float(np.exp(theta[self.slope]))
+        model, (of_person, of_slope) = self.model, outer
+        steep = np.exp(theta[self.slope] + theta[self.unlike] * of_slope)
         middle = self._design @ theta[: self.coefficients]
-        at = middle[:, None, None] + theta[self.spread] * outer + theta[self.within] * inner
+        at = middle[:, None, None] + theta[self.spread] * of_person + theta[self.within] * inner
         z = model.offset + steep * (self._u[:, None, None] - at)
         share, equal = model.curve.distribution(z), model.guess == "equal to lapse"
         lapse = float(theta[self.lapse])
@@ -176,8 +202,10 @@ class HierarchicalFit:
             down = -steep * rise
             found = np.empty(len(theta))
             found[: self.coefficients] = self._design.T @ down.sum(axis=(1, 2))
-            found[self.slope] = ((z - model.offset) * rise).sum()
-            found[self.spread] = (down * outer).sum()
+            steeper = (z - model.offset) * rise
+            found[self.slope] = steeper.sum()
+            found[self.unlike] = (steeper * of_slope).sum()
+            found[self.spread] = (down * of_person).sum()
             found[self.within] = (down * inner).sum()
             found[self.lapse] = (pull * (1 - 2 * share if equal else -share)).sum()
             found[self.guess] = 0.0 if equal else (pull * (1 - share)).sum()
@@ -227,7 +255,7 @@ class HierarchicalFit:
         with fewer answers.
         """
         _, shares = self._fitted.posteriors(self.best.theta)
-        return np.asarray(self.sd * (shares @ self._fitted.outer))
+        return np.asarray(self.sd * (shares @ self._fitted.outer.nodes[0]))
 
     @property
     def sd(self) -> float:

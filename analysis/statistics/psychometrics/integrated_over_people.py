@@ -1,11 +1,11 @@
 """Integrate likelihoods of counts over differences between people, and compute their profiles.
 
 A participant's answers come in kinds (a level, a size of step), and kinds in cells (a condition).
-All kinds of a participant share one random effect; those of a cell share a second one:
+All kinds of a participant share random effects; those of a cell share another one:
 
     L(participant) = ∑_b w_b ∏_cells ∑_e w_e ∏_kinds p(b, e)^yes (1 - p(b, e))^no
 
-Both are standard normal and summed on even grids. With a step below the width of a participant's
+All are standard normal and summed on even grids. With a step below the width of a participant's
 own likelihood the error is negligible, whereas Gauss-Hermite quadrature with few points misses a
 narrow peak.
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Grids of random effects extend this many standard deviations from 0.
+#: Grids of random effects extend this many standard deviations from 0, unless stated otherwise.
 FARTHEST_NODE = 5.0
 #: If the log likelihood falls by less than this up to the edge of the search, it has no maximum.
 FLAT = 1e-3
@@ -56,7 +56,7 @@ class Predict(Protocol):
     """A model's predictions of answers, given parameters and nodes of the random effects."""
 
     def __call__(self, theta: Array, outer: Array, inner: Array) -> Prediction:
-        """Return the prediction; ``outer`` has shape (nodes, 1), ``inner`` (nodes,)."""
+        """Return the prediction; ``outer`` has shape (effects, nodes, 1), ``inner`` (nodes,)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,12 +99,29 @@ class Interval(NamedTuple):
     high: float
 
 
-def nodes(count: int) -> tuple[Array, Array]:
-    """Return an even grid of a standard normal variable, and the logarithms of its weights."""
-    if count == 1:
-        return np.zeros(1), np.zeros(1)
-    found = np.linspace(-FARTHEST_NODE, FARTHEST_NODE, count)
-    return found, -(found**2) / 2 - log(np.exp(-(found**2) / 2).sum())
+class Grid(NamedTuple):
+    """Nodes of standard normal variables, (effects, nodes), and the logarithms of their weights."""
+
+    nodes: Array
+    log_weights: Array
+
+    def crossed(self, other: Grid) -> Grid:
+        """Return all combinations of the nodes of two grids."""
+        first, second = len(self.log_weights), len(other.log_weights)
+        return Grid(
+            np.concatenate([np.repeat(self.nodes, second, 1), np.tile(other.nodes, (1, first))]),
+            np.repeat(self.log_weights, second) + np.tile(other.log_weights, first),
+        )
+
+
+#: Stands for an effect that is left out.
+NO_EFFECT = Grid(np.zeros((1, 1)), np.zeros(1))
+
+
+def even(count: int, farthest: float = FARTHEST_NODE) -> Grid:
+    """Return an even grid of one variable."""
+    found = np.linspace(-farthest, farthest, count)
+    return Grid(found[None], -(found**2) / 2 - log(np.exp(-(found**2) / 2).sum()))
 
 
 def students_fall(people: int, df: int, confidence: float) -> float:
@@ -126,8 +143,8 @@ class IntegratedModel:
         Bounds of each parameter; equal bounds fix it.
     spreads : collection of int
         Indices of the parameters that are standard deviations of random effects.
-    outer, inner : int
-        Nodes of each random effect; a single node omits the effect.
+    outer, inner : Grid
+        Effects of a participant, and the effect of a cell.
     more : callable, optional
         Returns the log likelihood, and its gradient, of answers without random effects.
     """
@@ -139,32 +156,34 @@ class IntegratedModel:
         bounds: Sequence[tuple[float, float]],
         *,
         spreads: Sequence[int],
-        outer: int,
-        inner: int = 1,
+        outer: Grid,
+        inner: Grid = NO_EFFECT,
         more: Callable[[Array], tuple[float, Array]] | None = None,
     ) -> None:
         self.counted, self.predict, self.bounds = counted, predict, tuple(bounds)
         self._more = more
         self.spreads = tuple(spreads)
-        self.outer, self.outer_weights = nodes(outer)
-        self.inner, self.inner_weights = nodes(inner)
+        self.outer, self.inner = outer, inner
         self._cells = [np.flatnonzero(counted.cells == c) for c in np.unique(counted.cells)]
 
     def posteriors(self, theta: Array) -> tuple[Array, Array]:
         """Return each row's log likelihood, and its probabilities of the outer nodes."""
-        told = self.predict(theta, self.outer[:, None], self.inner)
+        told = self._predicted(theta)
         logs, shares, _ = self._integrated(told)
         return logs, shares
 
+    def _predicted(self, theta: Array) -> Prediction:
+        return self.predict(theta, self.outer.nodes[:, :, None], self.inner.nodes[0])
+
     def _integrated(self, told: Prediction) -> tuple[Array, Array, list[Array]]:
         """Return log likelihoods, probabilities of outer nodes and, by cell, of inner nodes."""
-        total = np.broadcast_to(self.outer_weights, (len(self.counted.yes), len(self.outer)))
+        total = self.outer.log_weights
         within = []
         for kinds in self._cells:
             yes, no = self.counted.yes[:, kinds], self.counted.no[:, kinds]
             terms = np.tensordot(yes, told.log_yes[kinds], 1)
             terms += np.tensordot(no, told.log_no[kinds], 1)
-            logs, share = _log_sum(terms + self.inner_weights)
+            logs, share = _log_sum(terms + self.inner.log_weights)
             within.append(share)
             total = total + logs
         logs, shares = _log_sum(total)
@@ -172,7 +191,7 @@ class IntegratedModel:
 
     def minus_log(self, theta: Array) -> tuple[float, Array]:
         """Return minus the log likelihood and its gradient."""
-        told = self.predict(theta, self.outer[:, None], self.inner)
+        told = self._predicted(theta)
         logs, shares, within = self._integrated(told)
         weights = shares * self.counted.times[:, None]
         pull_yes, pull_no = np.empty_like(told.log_yes), np.empty_like(told.log_no)

@@ -22,9 +22,11 @@ from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval, key_of
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.integrated_over_people import (
+    NO_EFFECT,
     Counted,
     IntegratedModel,
     Prediction,
+    even,
     students_fall,
 )
 
@@ -129,8 +131,8 @@ def d_primes(
         [(-FARTHEST, FARTHEST)] * len(kinds)
         + [(0.0, LARGEST_SPREAD), (0.0, LARGEST_SPREAD if differ else 0.0)],
         spreads=(len(kinds), len(kinds) + 1),
-        outer=outer,
-        inner=max(outer // 2, FEWEST_NODES) if differ else 1,
+        outer=even(outer),
+        inner=even(max(outer // 2, FEWEST_NODES)) if differ else NO_EFFECT,
     )
     best = model.fit(np.array([1.0] * (len(kinds) - 1) + [0.5, 0.5, 0.5]))
     fall = students_fall(people, people - 1, confidence)
@@ -162,7 +164,7 @@ class _Probit:
 
         d, (criterion, spread, own) = np.append(0.0, theta[:-3]), theta[-3:]
         sensitivity = np.where(self.step[:, None], inner, 0.0)
-        where = (d - criterion)[:, None, None] - spread * outer + own * sensitivity[:, None, :]
+        where = (d - criterion)[:, None, None] - spread * outer[0] + own * sensitivity[:, None, :]
         yes, no = special.log_ndtr(where), special.log_ndtr(-where)
 
         def gradient(pull_yes: Array, pull_no: Array) -> Array:
@@ -175,7 +177,7 @@ class _Probit:
                 [
                     *each[1:],
                     -each.sum(),
-                    -(slope * outer).sum(),
+                    -(slope * outer[0]).sum(),
                     (slope * sensitivity[:, None, :]).sum(),
                 ]
             )

@@ -110,7 +110,10 @@ class PopulationThreshold:
     sd : float
         Between participants: decades on a logarithmic curve, µm peak to peak on others.
     slope : Estimate or NotComputed
-        Slope of a participant's curve, shared by all.
+        Slope of the typical participant's curve.
+    sd_log_slope : float or NotComputed
+        Between participants, of the slope's natural logarithm. With several sessions, one slope is
+        fitted to all.
     half_width_um_pp : Estimate or NotComputed
         For comparisons, and for a curve of the level itself: half the distance between 25 and 75 %.
     lapse : float
@@ -129,6 +132,7 @@ class PopulationThreshold:
     threshold_um_pp: Estimate
     sd: float
     slope: Estimate | NotComputed
+    sd_log_slope: float | NotComputed
     half_width_um_pp: Estimate | NotComputed
     lapse: float
     n: int
@@ -190,6 +194,11 @@ def population_threshold(
         threshold_um_pp=estimate(levels(fit.coordinates(np.array(found))), confidence),
         sd=fit.sd / float(np.log(10)) if model.curve.logarithmic else fit.sd,
         slope=slope,
+        sd_log_slope=(
+            float(fit.best.theta[fit.unlike])
+            if fit.slopes_differ
+            else NotComputed("with several sessions, one slope is fitted to all participants")
+        ),
         half_width_um_pp=half,
         lapse=float(fit.best.theta[fit.lapse]),
         n=len(people),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from slipscale.analysis.statistics.not_computed import NotComputed, missing
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED
 from slipscale.analysis.writing.numbers import (
@@ -17,6 +19,7 @@ from slipscale.analysis.writing.numbers import (
 from slipscale.experiments.protocols.adaptive.curves import CURVES
 
 if TYPE_CHECKING:
+    from slipscale.analysis.tasks.thresholds.population_threshold import PopulationThreshold
     from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
     from slipscale.stimuli.quantity import Quantity
 
@@ -87,6 +90,13 @@ def doubts(found: tuple[TaskThresholds, ...], _confidence: float, quantity: Quan
     ]
 
 
+def _slopes(joint: PopulationThreshold) -> str:
+    if isinstance(joint.sd_log_slope, NotComputed):
+        return joint.sd_log_slope.reason
+    times = significant(float(np.exp(joint.sd_log_slope)))
+    return f"participants' slopes differ by a factor of {times} (one SD)"
+
+
 def _change(change: float, task: TaskThresholds, quantity: Quantity) -> str:
     if CURVES[task.curve].logarithmic:
         return f"{significant(change)} times"
@@ -119,8 +129,8 @@ def sentences(
         if task.population:
             joint = task.population
             parts.append(
-                f"By a hierarchical model of {joint.answers} answers with a shared slope and lapse "
-                f"rate ({100 * joint.lapse:.1f} %)."
+                f"By a hierarchical model of {joint.answers} answers: the lapse rate is "
+                f"{100 * joint.lapse:.1f} %; {_slopes(joint)}."
             )
             parts += [
                 f"{factor.name.capitalize()} {each.second} against {each.first}: threshold "

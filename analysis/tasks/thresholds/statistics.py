@@ -260,7 +260,8 @@ THRESHOLDS: Statistic[tuple[TaskThresholds, ...]] = Statistic(
     methods="Thresholds come from psychometric functions with lapses [[wichmann2001]]. The "
     "population's comes from a hierarchical model of all participants' answers: "
     "participants' thresholds are normally distributed on the curve's axis and "
-    "integrated, slope and lapse rate are shared, catch trials inform the lapse rate. "
+    "integrated, as are the logarithms of their slopes if there is one session. The lapse rate is "
+    "shared; catch trials inform it. "
     "Intervals are profile-likelihood intervals, with Student's quantile. A "
     "participant's own threshold is the median of a posterior.",
     headlines={

@@ -47,7 +47,8 @@ def second_group(data):
 
 
 def test_without_guesses_and_lapses_it_is_the_mixed_model_of_lme4():
-    fit = HierarchicalFit(model_of("comparison", "logistic", 0.5, 0.0), of_r([ones]))
+    model = model_of("comparison", "logistic", 0.5, 0.0)
+    fit = HierarchicalFit(model, of_r([ones]), slopes_differ=False)
     equality = float(fit.coordinates(fit.best.theta[0]))
     assert equality == pytest.approx(R["equality"], rel=1e-4)
     assert np.exp(fit.best.theta[fit.slope]) / fit.scale == pytest.approx(R["slope"], rel=1e-3)
@@ -57,7 +58,8 @@ def test_without_guesses_and_lapses_it_is_the_mixed_model_of_lme4():
 
 
 def test_a_groups_change_and_its_likelihood_are_those_of_lme4():
-    fit = HierarchicalFit(model_of("comparison", "logistic", 0.5, 0.0), of_r([ones, second_group]))
+    model = model_of("comparison", "logistic", 0.5, 0.0)
+    fit = HierarchicalFit(model, of_r([ones, second_group]), slopes_differ=False)
     assert fit.scale * fit.best.theta[1] == pytest.approx(R["group_change"], rel=1e-3)
     assert fit.fallen({1: 0.0}) == pytest.approx(R["log_likelihood_ratio_of_group"], rel=1e-3)
 
@@ -77,14 +79,14 @@ def test_the_gradient_is_that_of_the_likelihoods_differences(method):
         catch_wrong=1,
     )
     model = HierarchicalFit(model_of(method, "weibull", 0.5, 0.2), twice)._fitted
-    theta = np.array([0.1, 0.6, 0.4, 0.3, 0.04, 0.3 if method == "yes_no" else 0.5])
+    theta = np.array([0.1, 0.6, 0.4, 0.3, 0.2, 0.04, 0.3 if method == "yes_no" else 0.5])
     if method == "comparison":
         theta[-1] = 0.0
     numeric = [
         (model.minus_log(theta + step)[0] - model.minus_log(theta - step)[0]) / 2e-6
-        for step in 1e-6 * np.eye(6)
+        for step in 1e-6 * np.eye(7)
     ]
-    free = [0, 1, 2, 3, 4, *([5] if method == "yes_no" else [])]
+    free = [*range(6), *([6] if method == "yes_no" else [])]
     assert model.minus_log(theta)[1][free] == pytest.approx(np.array(numeric)[free], rel=1e-4)
 
 
@@ -102,6 +104,27 @@ def test_the_populations_interval_holds_the_truth_and_lapses_leave_no_bias(name,
         found.append(float(fit.coordinates(fit.best.theta[0])))
     assert held >= 20
     assert abs(np.mean(found)) < 3 * np.std(found, ddof=1) / len(found) ** 0.5
+
+
+@pytest.mark.parametrize("truth", [0.0, 0.6])
+def test_slopes_that_differ_are_found_and_equal_ones_stay_equal(truth):
+    rng, level = np.random.default_rng(5), np.linspace(-2.5, 2.5, 6)
+    slopes = np.exp(rng.normal(0, truth, (16, 1)))
+    p = CURVES["logistic"].distribution(slopes * (level - rng.normal(0, 0.8, (16, 1))))
+    trials = Trials(
+        person=np.repeat(np.arange(16), 6),
+        condition=np.zeros(96, int),
+        design=np.ones((96, 1)),
+        u=np.tile(level, 16),
+        yes=rng.binomial(30, p).astype(float).ravel(),
+        n=np.full(96, 30.0),
+    )
+    model = model_of("comparison", "logistic", 0.5, 0.2)
+    shared, own = (HierarchicalFit(model, trials, slopes_differ=differ) for differ in (False, True))
+    gained = own.best.log_likelihood - shared.best.log_likelihood
+    assert (gained > 10) == bool(truth)
+    assert own.best.theta[own.unlike] == pytest.approx(truth, abs=0.2)
+    assert np.exp(own.best.theta[own.slope]) / own.scale == pytest.approx(1.0, rel=0.2)
 
 
 def test_catch_trials_tell_the_lapse_rate():

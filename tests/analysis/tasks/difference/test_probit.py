@@ -12,6 +12,7 @@ from slipscale.analysis.statistics.psychometrics.integrated_over_people import (
     Counted,
     IntegratedModel,
     Prediction,
+    even,
     students_fall,
 )
 from slipscale.analysis.tasks.difference.probit import _Probit, d_primes
@@ -51,7 +52,9 @@ def test_the_gradient_of_the_integrated_likelihood_is_that_of_its_differences():
     yes, no = rng.integers(0, 5, (2, 4, 3)).astype(float)
     counted = Counted(yes=yes, no=no, cells=np.array([0, 1, 1]), times=np.array([1.0, 2, 1, 1]))
     bounds = [(-8, 8)] * 3 + [(0, 4)] * 2
-    model = IntegratedModel(counted, _Probit(3), bounds, spreads=(3, 4), outer=21, inner=11)
+    model = IntegratedModel(
+        counted, _Probit(3), bounds, spreads=(3, 4), outer=even(21), inner=even(11)
+    )
     theta = np.array([0.8, 1.5, 0.4, 0.7, 0.5])
     steps = 1e-5 * np.eye(5)
     differences = [
@@ -69,17 +72,17 @@ def test_the_ends_of_a_profile_of_normal_data_are_students():
     counted = Counted(yes=yes, no=n - yes, cells=np.zeros(1, int), times=np.ones(5))
 
     def predict(theta, outer, inner):
-        z = (theta[0] + theta[1] * outer)[None] + 0 * inner
+        z = (theta[0] + theta[1] * outer[0])[None] + 0 * inner
         log_yes, log_no = norm.logcdf(z), norm.logcdf(-z)
 
         def gradient(pull_yes, pull_no):
             slope = np.exp(norm.logpdf(z) - log_yes) * pull_yes
             slope -= np.exp(norm.logpdf(z) - log_no) * pull_no
-            return np.array([slope.sum(), (slope * outer).sum()])
+            return np.array([slope.sum(), (slope * outer[0]).sum()])
 
         return Prediction(log_yes, log_no, gradient)
 
-    model = IntegratedModel(counted, predict, [(-3, 3), (0, 2)], spreads=(1,), outer=1_001)
+    model = IntegratedModel(counted, predict, [(-3, 3), (0, 2)], spreads=(1,), outer=even(1_001))
     best = model.fit(np.array([0.1, 0.5]))
     found = model.profile(best, 0, students_fall(5, 4, 0.95))
     student = ttest_1samp(levels, 0).confidence_interval(0.95)
