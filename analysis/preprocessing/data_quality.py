@@ -150,8 +150,9 @@ def _spreads(left: np.ndarray, what: np.ndarray) -> np.ndarray:
     the mean of both variances is used.
     """
     pooled = _robust_sd(left)
-    own = {place: _robust_sd(left[what == place]) for place in np.unique(what)}
-    spreads = np.array([np.sqrt((own[place] ** 2 + pooled**2) / 2) for place in what])
+    places, at = np.unique(what, return_inverse=True)
+    own = np.array([_robust_sd(left[at == number]) for number in range(len(places))])
+    spreads = np.sqrt((own**2 + pooled**2) / 2)[at]
     return np.where(spreads > TINY, spreads, np.inf)
 
 

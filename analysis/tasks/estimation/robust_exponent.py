@@ -22,6 +22,8 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from numpy.typing import NDArray
+
     from slipscale.analysis.preprocessing.log_transform import Prepared
 
 #: Share of participants' exponents trimmed at each end.
@@ -51,6 +53,19 @@ class RobustExponent:
         return renamed(self, interval=key_of(self.interval))
 
 
+def median_slope(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
+    """Return the median of the slopes between all pairs of points with different `x`.
+
+    Notes
+    -----
+    Equals `scipy.stats.theilslopes(y, x).slope`, three quarters of whose time are checks and an
+    interval (188 points).
+    """
+    run = np.subtract.outer(x, x)
+    rising = run > 0
+    return float(np.median(np.subtract.outer(y, y)[rising] / run[rising]))
+
+
 def robust_exponent(data: Prepared) -> RobustExponent | NotComputed:
     """Return the robust exponent, from all trials above 0."""
     from scipy import stats  # noqa: PLC0415 - a second's import
@@ -62,7 +77,7 @@ def robust_exponent(data: Prepared) -> RobustExponent | NotComputed:
     for _, own in data.trials[usable].groupby(PARTICIPANT, observed=True):
         x = np.log(own["amplitude_um_pp"].to_numpy(float))
         if len(np.unique(x)) > 1:
-            slopes.append(float(stats.theilslopes(own["log"].to_numpy(float), x).slope))
+            slopes.append(median_slope(x, own["log"].to_numpy(float)))
     n = len(slopes)
     if n < FEWEST:
         return NotComputed(

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import normalised
-from slipscale.analysis.tasks.estimation.robust_exponent import robust_exponent
+from slipscale.analysis.tasks.estimation.robust_exponent import median_slope, robust_exponent
 
 EXPONENTS = (0.31, 0.42, 0.55, 0.58, 0.60, 0.63, 0.71, 0.80, 0.95, 1.40)
 
@@ -40,3 +41,9 @@ def test_lapses_and_an_outlying_person_hardly_move_it(table_by_hand):
     changed = robust_exponent(prepared(table_by_hand, lapse=0.01, last=9.0)).exponent
     # A mean of least-squares slopes moves by more than 0.6.
     assert changed == pytest.approx(usual, abs=0.03)
+
+
+def test_the_median_slope_is_scipys():
+    random = np.random.default_rng(5)
+    x, y = random.integers(1, 6, 41).astype(float), random.normal(size=41)
+    assert median_slope(x, y) == pytest.approx(stats.theilslopes(y, x).slope, rel=1e-12)
