@@ -1,8 +1,8 @@
-"""Measure how often a population's threshold interval contains the true value.
+"""Measure how often intervals of a population's threshold and point of equality hold the truth.
 
-Simulated people with individual thresholds answer at constant levels, two intervals. Their answers
-are analysed by the function of the analysis. Measured cells are stored in
-build/population_thresholds and not measured again.
+Simulated people answer at constant levels: two intervals, or comparisons with a standard. Their
+thresholds differ, and so do the slopes of their curves. The answers are analysed by the function of
+the analysis. Measured studies are stored in build/population_thresholds and not measured again.
 
     .venv/bin/python -m benchmarks.population_thresholds [--studies 1000] [--write]
 """
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -32,90 +33,144 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 KEPT = Path(__file__).resolve().parents[1] / "build" / "population_thresholds"
-SIZES, LAPSES = (6, 12, 24), (0.0, 0.02, 0.05, 0.1)
-#: Levels, relative to a typical threshold of 1; answers per level; SD of log thresholds.
-LEVELS, EACH, SPREAD = np.geomspace(0.4, 3.0, 6), 10, 0.35
+SIZES, LAPSES = (6, 12, 24), (0.0, 0.02, 0.05)
+#: Answers per level, SD of log slopes, and studies that are stored together.
+EACH, SLOPES, BATCH = 10, 0.25, 50
 
 
 class Observer(NamedTuple):
-    """Rise of the typical person's curve, 0 to 1, half-way at level 1; and the fitted curve."""
+    """The typical person's answers, and the curve that is fitted to them.
 
+    ``rises`` is the curve, 0 to 1, by how far a level is above the person's threshold on the axis
+    of ``levels``; half-way at 0. The typical threshold is a level of 1; ``spread`` is its standard
+    deviation on that axis.
+    """
+
+    method: str
+    logarithmic: bool
     rises: Callable[[Array], Array]
     fitted: str
 
+    @property
+    def levels(self) -> Array:
+        """Levels presented."""
+        return LEVELS[self.method, self.logarithmic][0]
 
-def _weibull(level: Array) -> Array:
-    return np.asarray(-np.expm1(-np.log(2) * level**2.0))
+    @property
+    def spread(self) -> float:
+        """SD of thresholds."""
+        return LEVELS[self.method, self.logarithmic][1]
 
 
-def _linear_d_prime(level: Array) -> Array:
+#: Levels, and SD of thresholds on their axis, by method and whether the axis is logarithmic.
+LEVELS = {
+    ("two_interval", True): (np.geomspace(0.4, 3.0, 6), 0.35),
+    ("two_interval", False): (np.linspace(0.2, 2.2, 6), 0.25),
+    ("comparison", True): (np.geomspace(0.6, 1.6, 6), 0.1),
+    ("comparison", False): (np.linspace(0.5, 1.5, 6), 0.1),
+}
+
+
+def _observer(method: str, curve: str, steepness: float, fitted: str = "") -> Observer:
+    family = CURVES[curve]
+    half = family.inverse(np.array(0.5))
+    return Observer(
+        method,
+        family.logarithmic,
+        lambda above: np.asarray(family.distribution(half + steepness * above)),
+        fitted or curve,
+    )
+
+
+def _linear_d_prime(above: Array) -> Array:
     # Proportion correct of two intervals with d' proportional to the level, corrected for chance.
+    # Slopes that differ are powers of the level.
     normal = CURVES["normal"].distribution
-    return np.asarray(2 * normal(0.6744897501960817 * level) - 1)
+    return np.asarray(2 * normal(0.6744897501960817 * np.exp(above)) - 1)
 
 
-def _on_log_axis(curve: str, steepness: float) -> Callable[[Array], Array]:
-    return lambda level: np.asarray(CURVES[curve].distribution(steepness * np.log(level)))
-
-
-#: A family is fitted with its own curve; d' proportional to the level with the default one.
+#: A family is fitted with its own curve, unless stated otherwise.
 OBSERVERS = {
-    "Weibull": Observer(_weibull, "weibull"),
-    "normal on a log axis": Observer(_on_log_axis("normal", 1.7), "log_normal"),
-    "logistic on a log axis": Observer(_on_log_axis("logistic", 2.9), "log_logistic"),
-    "d' in proportion to the level": Observer(_linear_d_prime, "weibull"),
+    "threshold: Weibull": _observer("two_interval", "weibull", 2.0),
+    "threshold: Gumbel": _observer("two_interval", "gumbel", 2.0),
+    "threshold: logistic of the logarithm": _observer("two_interval", "log_logistic", 2.9),
+    "threshold: d' in proportion to the level, fitted with Weibull": Observer(
+        "two_interval", True, _linear_d_prime, "weibull"
+    ),
+    "threshold: Gumbel, fitted with Weibull": _observer("two_interval", "gumbel", 2.0, "weibull"),
+    "equality: d' in proportion to the difference": _observer("comparison", "normal", 4.5),
+    "equality: logistic": _observer("comparison", "logistic", 7.3),
+    "equality: Gumbel": _observer("comparison", "gumbel", 5.2),
+    "equality: Weibull": _observer("comparison", "weibull", 5.2),
+    "equality: normal of the logarithm, fitted with normal": _observer(
+        "comparison", "log_normal", 4.5, "normal"
+    ),
 }
 
 
 class Cell(NamedTuple):
-    """Coverage of .95 intervals, and the mean error with its standard error, in decades."""
+    """Coverage of .95 intervals, and the mean error with its standard error (typical value: 1)."""
 
     studies: int
     coverage: float
     bias: float
     error: float
 
+    def __str__(self) -> str:
+        """Return coverage, bias in per cent, and bias in standard errors."""
+        return f"{self.coverage:.3f}; {100 * self.bias:+.1f} ({self.bias / self.error:+.1f})"
+
 
 def study(rng: np.random.Generator, people: int, lapse: float, observer: Observer) -> Trials:
-    """Return the answers of a simulated study; the typical threshold is 1."""
-    own = np.exp(rng.normal(0.0, SPREAD, people))
-    share = observer.rises(LEVELS / own[:, None])
-    yes = rng.binomial(EACH, 0.5 + (0.5 - lapse) * share).astype(float).ravel()
+    """Return the answers of a simulated study."""
+    fitted, levels = CURVES[observer.fitted], observer.levels
+    place = np.log(levels) if observer.logarithmic else levels - 1.0
+    own = rng.normal(0.0, observer.spread, (people, 1))
+    steep = np.exp(rng.normal(0.0, SLOPES, (people, 1)))
+    low = 0.5 if observer.method == "two_interval" else lapse
+    p = low + (1 - low - lapse) * observer.rises(steep * (place - own))
+    yes = rng.binomial(EACH, p).astype(float).ravel()
     return Trials(
-        person=np.repeat(np.arange(people), len(LEVELS)),
+        person=np.repeat(np.arange(people), len(levels)),
         condition=np.zeros(yes.size, int),
         design=np.ones((yes.size, 1)),
-        u=np.tile(np.log(LEVELS), people),
+        u=np.tile(fitted.coordinate(levels), people),
         yes=yes,
         n=np.full(yes.size, float(EACH)),
     )
 
 
-def measure(name: str, people: int, lapse: float, studies: int) -> Cell:
-    """Simulate a cell: the interval covers if the profile falls little at the true value."""
-    observer = OBSERVERS[name]
-    choices = AnalysisChoices()
-    model = model_of("two_interval", observer.fitted, 0.5, choices.largest_lapse)
+def measure(name: str, people: int, lapse: float, first: int) -> list[tuple[bool, float]]:
+    """Return for each study of a batch whether the interval holds the truth, and the error."""
+    observer, choices, found = OBSERVERS[name], AnalysisChoices(), []
+    model = model_of(observer.method, observer.fitted, 0.5, choices.largest_lapse)
     fall = students_fall(people, people - 1, choices.confidence)
-    errors, held = [], 0
-    for number in range(studies):
+    truth = float(model.curve.coordinate(1.0))
+    for number in range(first, first + BATCH):
         rng = np.random.default_rng([people, round(1000 * lapse), number])
         fit = HierarchicalFit(model, study(rng, people, lapse, observer))
-        # The true value is 0, a threshold of 1.
-        held += fit.fallen({0: float(-fit.coordinates(np.array(0.0)) / fit.scale)}) <= fall
-        errors.append(float(fit.coordinates(fit.best.theta[0])) / np.log(10))
-    spread = float(np.std(errors, ddof=1)) / studies**0.5
-    return Cell(studies, held / studies, float(np.mean(errors)), spread)
+        zero = float(fit.coordinates(np.array(0.0)))
+        held = fit.fallen({0: (truth - zero) / fit.scale}) <= fall
+        found.append((held, float(fit.coordinates(fit.best.theta[0])) - truth))
+    return found
 
 
-def kept(name: str, people: int, lapse: float, studies: int) -> Cell:
-    """Return a cell, measured only once."""
-    path = KEPT / f"{name.replace(' ', '-')}_{people}_{lapse:g}_{studies}.json"
+def kept(name: str, people: int, lapse: float, first: int) -> list[tuple[bool, float]]:
+    """Return a batch, measured only once."""
+    file = re.sub(r"[^\w]+", "-", name)
+    path = KEPT / f"{file}_{people}_{lapse:g}_{first}.json"
     if not path.exists():
-        cell = measure(name, people, lapse, studies)
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(cell), encoding="utf-8")
-    return Cell(*json.loads(path.read_text(encoding="utf-8")))
+        path.write_text(json.dumps(measure(name, people, lapse, first)), encoding="utf-8")
+    return [(held, error) for held, error in json.loads(path.read_text(encoding="utf-8"))]
+
+
+def cell(name: str, people: int, lapse: float, studies: int) -> Cell:
+    """Return coverage and bias of some studies."""
+    batches = [kept(name, people, lapse, first) for first in range(0, studies, BATCH)]
+    held, errors = np.array([each for batch in batches for each in batch]).T
+    spread = float(np.std(errors, ddof=1)) / len(errors) ** 0.5
+    return Cell(len(errors), float(held.mean()), float(errors.mean()), spread)
 
 
 def main() -> None:
@@ -125,17 +180,18 @@ def main() -> None:
     parser.add_argument("--observer", choices=OBSERVERS, help="default: all")
     parser.add_argument("--write", action="store_true", help="put the table into the page")
     args = parser.parse_args()
+    names = [args.observer] if args.observer else list(OBSERVERS)
+    # All cells of a batch before the next batch: an interrupted run has as many studies of each.
+    for first, name, lapse, people in product(range(0, args.studies, BATCH), names, LAPSES, SIZES):
+        kept(name, people, lapse, first)
     lines = [
         f"| observers, lapses | {' | '.join(f'{people} people' for people in SIZES)} |",
         "| --- |" + " --- |" * len(SIZES),
     ]
-    for name, lapse in product(OBSERVERS, LAPSES):
-        if args.observer not in {None, name}:
-            continue
-        cells = [kept(name, people, lapse, args.studies) for people in SIZES]
-        told = (f"{each.coverage:.3f}; {each.bias:+.4f}" for each in cells)
-        lines.append(f"| {name}, {lapse:.0%} | {' | '.join(told)} |")
-        print(lines[-1], flush=True)
+    for name, lapse in product(names, LAPSES):
+        cells = (cell(name, people, lapse, args.studies) for people in SIZES)
+        lines.append(f"| {name}, {lapse:.0%} | {' | '.join(map(str, cells))} |")
+    print("\n".join(lines))
     if args.write:
         put("populations", [f"{args.studies} studies per cell.", "", *lines])
 
