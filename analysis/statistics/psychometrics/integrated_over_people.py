@@ -281,6 +281,8 @@ class IntegratedModel:
 
 def _log_sum(terms: Array) -> tuple[Array, Array]:
     """Return the logarithm of the sum over the last axis, and each term's proportion of it."""
+    if terms.shape[-1] == 1:
+        return terms[..., 0], np.ones_like(terms)
     top = terms.max(axis=-1, keepdims=True)
     share = np.exp(terms - top)
     total = share.sum(axis=-1, keepdims=True)
