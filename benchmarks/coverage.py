@@ -346,12 +346,11 @@ def measure(trial: Trial, n: int, studies: int, seed: int) -> str:
 
 def table(title: str, trials: dict[str, Trial], studies: int, seed: int) -> list[str]:
     """Return a table's lines, printing each row when it is finished."""
-    lines = [f"| {title} | " + " | ".join(f"n = {n}" for n in SIZES) + " |"]
-    lines.append("| --- |" + " --- |" * len(SIZES))
+    lines = [f"| {title} | n = {', '.join(map(str, SIZES))} |", "| --- | --- |"]
     for name, trial in trials.items():
         start = time.perf_counter()
         fewer = studies // SLOW.get(name, 1)
-        row = " | ".join(measure(trial, n, fewer, seed) for n in SIZES)
+        row = ", ".join(measure(trial, n, fewer, seed) for n in SIZES)
         told = f" ({fewer} studies)" if name in SLOW else ""
         lines.append(f"| {name}{told} | {row} |")
         print(lines[-1], f"{time.perf_counter() - start:.1f} s", flush=True)

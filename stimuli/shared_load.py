@@ -99,13 +99,14 @@ class Skin:
 # Sources: area, 1 cm² in Table I ± 30 %; asperities, half of Table I's roughness of 0.4 to
 # 1.6 µm (Persson: of the order of half the rms height); leak, from one ridge period in Table I
 # to the whole contact. Exponent, rest gap and bounce are assumptions.
+# The ends of each range; Table I is that of Biet and others (2007).
 SLIPPERY = Skin(
-    contact_area_cm2=1.3,
-    area_exponent=2 / 3,
-    asperity_length_um=0.2,
-    rest_gap_um=1.0,
-    leak_length_mm=10.0,
-    bounce=1.2,
+    contact_area_cm2=1.3,  # Table I's 1 cm², ± 30 % (assumed)
+    area_exponent=2 / 3,  # Hertz; half of it (assumed)
+    asperity_length_um=0.2,  # half of Table I's roughness (assumed)
+    rest_gap_um=1.0,  # assumed
+    leak_length_mm=10.0,  # the whole contact; one ridge of Table I
+    bounce=1.2,  # assumed; Friesen and others (2016) observed both phases
 )
 GRIPPY = Skin(
     contact_area_cm2=0.7,

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "validation" / "index.md"
-ROW = re.compile(r"\| (?P<promise>[^|]+) \| (?P<how>[^|]+) \| `(?P<command>[^`|]+)` \|")
+ROW = re.compile(r"\| (?P<promise>[^|]+) \| `(?P<command>[^`|]+)` \|")
 # pytest's summary; a run without tests proves nothing.
 PASSED = re.compile(r"(?P<count>\d+) passed")
 TOLD = 4000  # most characters of a failed command's output
