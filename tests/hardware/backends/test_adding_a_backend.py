@@ -1,9 +1,8 @@
-"""docs/extending/adding-a-backend.md, followed literally in a scratch directory."""
+"""docs/extending/adding-a-backend.md: its example is installed and used."""
 
 import configparser
 import json
 import os
-import re
 import subprocess
 import sys
 import threading
@@ -13,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-PAGE = Path(__file__).parents[3] / "docs" / "extending" / "adding-a-backend.md"
+EXAMPLE = Path(__file__).parents[3] / "docs" / "extending" / "ourplate"
 
 SESSION = """
 import json, sys
@@ -79,8 +78,7 @@ def device():
 
 def test_the_page_followed_literally_gives_a_plate_that_works(tmp_path, device):
     port, sent = device
-    text = PAGE.read_text(encoding="utf-8")
-    files = dict(re.findall(r"```\w+ file=(\S+)\n(.*?)```", text, re.DOTALL))
+    files = {file.name: file.read_text(encoding="utf-8") for file in EXAMPLE.glob("*.*")}
     install(files, tmp_path)
     environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
     done = subprocess.run(

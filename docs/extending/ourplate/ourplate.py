@@ -1,0 +1,87 @@
+"""Our laboratory's plate: lines such as "A 1.200" on a serial port, each answered with "ok"."""
+
+from slipscale.hardware import address as addresses
+from slipscale.hardware.backends.serial_board.serial_line import SerialLine
+from slipscale.hardware.driver import PlateDriver
+from slipscale.hardware.errors import GarbledReply, PlateTimeout, WrongDevice
+from slipscale.hardware.records import PlateIdentity, Presentation, Readback
+
+RAMP_STEPS = 10
+RAMP_S = 0.03
+SETTLE_S = 0.01  # seven time constants of our plate: Q = 130 at 31 kHz
+READS = 100  # SerialLine.read waits 10 ms at most: one second in all
+
+
+class OurPlate(PlateDriver):
+    """The plate behind Slipscale's interface."""
+
+    name = "ourplate"
+
+    def __init__(self, port, *, clock, plate):
+        # What the SPEC says of the plate: limits, calibration=FILE, plate=FILE.
+        super().__init__(
+            clock=clock,
+            limits=plate.limits,
+            calibration=plate.calibration,
+            plate_file=plate.file,
+        )
+        self._port = port
+        self._line = None
+        self._level = 0.0
+
+    def _connect(self):
+        self._line = SerialLine(self._port)  # exclusive; its failures are PlateFaults already
+        name = self._ask("?")
+        if not name.startswith("ourplate"):
+            raise WrongDevice(f"{self._port}: '{name}' answers")
+        self._set(0.0)
+        return PlateIdentity(manufacturer="us", model="ourplate", serial="1", firmware=name)
+
+    def _drive(self, level):
+        begun_s = self.clock.now()
+        from_level = self._level
+        for step in range(1, RAMP_STEPS + 1):
+            self._set(from_level + (level - from_level) * step / RAMP_STEPS)
+            self.clock.sleep(RAMP_S / RAMP_STEPS)
+        self.clock.sleep(SETTLE_S)
+        return Presentation(
+            commanded_level=level,
+            readback=self._read_back(),
+            settled_by="wait",
+            settle_time_s=self.clock.now() - begun_s,
+        )
+
+    def _read_back(self):
+        # Our plate has no sensor: it can only tell what it was told.
+        return Readback(level=self._level, kind="commanded", time_s=self.clock.now())
+
+    def _silence(self):
+        if self._line is not None:
+            self._set(0.0)
+
+    def _close(self):
+        if self._line is not None:
+            self._line.close()
+            self._line = None
+
+    def _set(self, level):
+        answer = self._ask(f"A {level:.3f}")
+        if answer != "ok":
+            raise GarbledReply(f"{self._port}: '{answer}' instead of ok")
+        self._level = level
+
+    def _ask(self, text):
+        self._line.write(text.encode() + b"\n")
+        answer = b""
+        for _ in range(READS):
+            answer += self._line.read()
+            if answer.endswith(b"\n"):
+                return answer.decode().strip()
+        raise PlateTimeout(f"{self._port}: no answer to '{text}'")
+
+
+def open_plate(address, *, clock, seed):  # noqa: ARG001 - only a simulated plate uses the seed
+    """Return the driver: `address` is what follows "ourplate:", here a port."""
+    # A third argument of `opened` names the backend's own options.
+    port, _options, plate = addresses.opened(address, OurPlate.name)
+    return OurPlate(port, clock=clock, plate=plate)

@@ -1,0 +1,24 @@
+"""People who think of something else in one trial of five."""
+
+from types import MappingProxyType
+
+from slipscale.experiments.participants.simulated_people.own_behaviour import Behaviour
+from slipscale.experiments.protocols.steps import Explore
+
+DISTRACTED = 0.2
+
+
+class Distracted(Behaviour):
+    """Chooses any interval when distracted, and strokes each surface half as long again."""
+
+    population = MappingProxyType({"trial_to_trial": 0.2})  # as in a population file
+
+    def pick(self, strengths):
+        """Return the place of the interval chosen."""
+        if self.stream("distracted").uniform() < DISTRACTED:
+            return self.stream("distracted", "choice").below(len(strengths))
+        return self.person.pick(strengths)
+
+    def duration_s(self, step, usual_s):
+        """Return how long a step takes."""
+        return 1.5 * usual_s if isinstance(step, Explore) else usual_s

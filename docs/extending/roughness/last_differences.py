@@ -1,0 +1,62 @@
+"""Where the differences of a shrinking difference end: the mean of each participant's last four."""
+
+import pandas as pd
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.outside.short_form import OwnResult, own_analysis
+from slipscale.figure_style import styled
+
+LAST = 4
+
+
+def differences(own):
+    """Return each task's trials, with the difference of the two intervals, µm peak to peak."""
+    for task, rows in own.dataset.others.items():
+        if {"rougher", "interval2_amplitude_um_pp"} <= set(rows):
+            change = rows["interval1_amplitude_um_pp"] - rows["interval2_amplitude_um_pp"]
+            yield task, rows.assign(difference_um_pp=change.abs())
+
+
+@styled
+def drawn(tasks):
+    """Return the differences, trial by trial: a line for each participant and task."""
+    from matplotlib.figure import Figure  # only a figure pays for it
+
+    figure = Figure(figsize=(6, 3.5), layout="constrained")
+    axes = figure.subplots()
+    for (task, rows), style in zip(tasks, ("-", "--", ":", "-."), strict=False):
+        for who, own in rows.groupby("participant_id", observed=True):
+            axes.plot(own["trial"], own["difference_um_pp"], style, label=f"{who}, {task}")
+    axes.set(xlabel="Trial", ylabel="Difference (µm, peak to peak)")
+    axes.legend(fontsize="small")
+    return figure
+
+
+def analysis(own):
+    """Return what was found."""
+    tasks = list(differences(own))
+    if not tasks:
+        return NotComputed("no trials of a shrinking difference")
+    tables, numbers, sentences = [], {}, []
+    for task, rows in tasks:
+        last = rows.groupby("participant_id", observed=True)["difference_um_pp"].apply(
+            lambda each: each.tail(LAST).mean()
+        )
+        tables.append(last.reset_index().assign(task=task))
+        numbers[task] = {"mean_um_pp": float(last.mean()), "participants": len(last)}
+        sentences.append(
+            f"The last {LAST} differences of {task} were {last.mean():.2f} µm (peak to peak) in "
+            f"the mean of {len(last)} participant(s)."
+        )
+    return OwnResult(
+        sentences=tuple(sentences),
+        numbers=numbers,
+        table=pd.concat(tables, ignore_index=True),
+        table_caption=f"Mean of each participant's last {LAST} differences, µm peak to peak.",
+        figure=drawn(tasks),
+        figure_caption="Differences that were presented, trial by trial.",
+        figure_alt="A line for each participant and task, which falls and rises with the answers",
+    )
+
+
+ANALYSIS = own_analysis("last_differences", title="Shrinking differences", run=analysis)
