@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 DECISIONS = sorted((ROOT / "docs" / "decisions").glob("*.md"))
 # Options of other programs that the pages name.
-OF_OTHERS = {"--device-address", "--no-deps"}
+OF_OTHERS = {"--device-address", "--no-deps", "--places", "--8<--"}
 
 
 @cache
