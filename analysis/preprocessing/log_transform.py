@@ -37,9 +37,8 @@ def _exclude(values: pd.Series[float]) -> PositiveEstimates:
     count = int((values <= 0).sum())
     return PositiveEstimates(
         values=values.where(values > 0),
-        sentence=f"Estimates of zero: {count}. They have no logarithm and are excluded from "
-        "computations on logarithms (zero rule: exclude), which therefore describe "
-        "only larger estimates; tests on ranks keep them, and all participants.",
+        sentence=f"Estimates of zero: {count}. Results on logarithms exclude them and describe "
+        "only the larger estimates; tests on ranks use every estimate.",
     )
 
 

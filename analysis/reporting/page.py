@@ -14,7 +14,7 @@ from slipscale.analysis.reporting.sections.methods import methods, normalisation
 from slipscale.analysis.reporting.sections.multiplicity import tests_made
 from slipscale.analysis.reporting.sections.plan import plan
 from slipscale.analysis.reporting.sections.quality import quality
-from slipscale.analysis.reporting.sections.summary import summary
+from slipscale.analysis.reporting.sections.summary import answers, summary
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import grouped
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -60,7 +60,6 @@ def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, s
             pilot=analysis.dataset.mode == "pilot",
             facts=facts(analysis),
             sections=sections(analysis, svgs, software),
-            sha256=analysis.dataset.sha256,
         )
     )
 
@@ -113,11 +112,13 @@ def sections(
     analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, str]
 ) -> list[html.ReportSection]:
     """Return the page's sections in reading order, without empty ones."""
+    of_kinds = [section(analysis, svgs) for kind in analysis.kinds for section in kind.sections]
+    said = "\n".join([*answers(analysis), *(section.gist for section in of_kinds)])
     found = [
         summary(analysis, svgs),
         plan(analysis),
-        results(analysis),
-        *(section(analysis, svgs) for kind in analysis.kinds for section in kind.sections),
+        results(analysis, said),
+        *of_kinds,
         tests_made(analysis),
         assumptions(analysis, svgs),
         quality(analysis),
@@ -137,12 +138,15 @@ def conclusions(analysis: Analysis) -> dict[str, list[str]]:
     }
 
 
-def results(analysis: Analysis) -> html.ReportSection:
-    """Return the section with the conclusions."""
-    section = html.ReportSection("Results, in sentences", shown="open")
+def results(analysis: Analysis, said: str) -> html.ReportSection:
+    """Return the section with the conclusions that are not said elsewhere on the page."""
+    further = {}
     for title, texts in conclusions(analysis).items():
-        section.blocks.append(html.heading(title))
-        section.blocks += [html.paragraph(_unbroken(text), "sentence") for text in texts]
+        if rest := [text for text in texts if text not in said]:
+            further[title] = [html.paragraph(_unbroken(text), "sentence") for text in rest]
+    section = html.ReportSection("Further results, in sentences", gist=", ".join(further))
+    for title, blocks in further.items():
+        section.blocks += [html.heading(title), *blocks]
     return section
 
 

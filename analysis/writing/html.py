@@ -32,6 +32,8 @@ class ReportSection:
     blocks: list[Markup] = field(default_factory=list)
     #: "always", "open" or "closed" on screen; everything is open in print.
     shown: Literal["always", "open", "closed"] = "closed"
+    #: One sentence that is read without opening the section.
+    gist: str = ""
 
     @property
     def name(self) -> str:

@@ -33,8 +33,17 @@ class Reference:
     def listed(self) -> str:
         """Its entry in a list of references."""
         names = self.authors.replace(" and others", " et al.").replace(" and ", "; ")
-        place = [self.journal, self.volume, self.pages.replace("-", "–")]
-        return f"{names} ({self.year}). {self.title}. {', '.join(part for part in place if part)}."
+        return f"{names} ({self.year}). {self.title}. {self._place}."
+
+    @property
+    def _place(self) -> str:
+        place = (self.journal, self.volume, self.pages.replace("-", "–"))
+        return ", ".join(part for part in place if part)
+
+    @property
+    def found_at(self) -> str:
+        """Its place without the title, for a page: "Holm, 1979. Journal, 6, 65–70."."""
+        return f"{self.cited}. {self._place}."
 
     def bibtex(self, key: str) -> str:
         """Return its BibTeX entry."""

@@ -27,10 +27,9 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         verdict = "violated" if reliable(anova.mauchly_p, level) else "not rejected"
         texts.append(
             f"Sphericity {verdict}: Mauchly's W = {grouped(anova.mauchly_w, 3)}, "
-            f"{p_value(anova.mauchly_p)}. The Greenhouse-Geisser correction is always used, "
-            f"because this test has little power with a dozen people: ε = "
-            f"{grouped(anova.epsilon_gg, 3)}, {p_value(anova.p_gg)} (Huynh-Feldt: "
-            f"{grouped(anova.epsilon_hf, 3)}, {p_value(anova.p_hf)})."
+            f"{p_value(anova.mauchly_p)}. The analysis of variance is always corrected: "
+            f"Greenhouse-Geisser ε = {grouped(anova.epsilon_gg, 3)}, {p_value(anova.p_gg)} "
+            f"(Huynh-Feldt: {grouped(anova.epsilon_hf, 3)}, {p_value(anova.p_hf)})."
         )
     elif anova.df1 > 1:
         texts.append(
@@ -42,25 +41,19 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             f"Normality of residuals: Shapiro-Wilk W = {grouped(anova.shapiro_w, 3)}, "
             f"{p_value(anova.shapiro_p)}."
         )
-    if analysis.prepared is not None and analysis.prepared.zero_sentence:
-        texts.append(analysis.prepared.zero_sentence)
     if anova.n_incomplete:
         texts.append(
-            f"Participants without a logarithm at some {quantity.level}: {anova.n_incomplete}. "
-            "They are excluded from tests on logarithms; Friedman's and Wilcoxon's tests include "
-            "zeros."
+            f"Participants without a logarithm at some {quantity.level}, excluded from the "
+            f"analysis of variance: {anova.n_incomplete}."
         )
     section.blocks.append(html.bullets(texts))
     section.blocks.append(
         html.figure(
             svgs["residuals"],
-            f"Residuals of log estimates less participants' and {quantity.levels}' means: left "
-            f"against a normal distribution (points on the line: normal), right at each "
-            f"{quantity.level} "
-            "(even spread: equal variances).",
+            f"Residuals of log estimates. Left: on the line if normal. Right: evenly spread if "
+            f"variances are equal at each {quantity.level}.",
             "Two charts of residuals: quantiles against a normal distribution's, and the spread "
-            "at "
-            f"each {quantity.level}",
+            f"at each {quantity.level}",
         )
     )
     return section

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.reporting import methods_text
-from slipscale.analysis.tasks.estimation.primary import TITLES
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection, TableColumn
 from slipscale.analysis.writing.numbers import grouped
@@ -15,9 +14,8 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from slipscale.analysis.statistics.sensitivity import RuleSummary
     from slipscale.analysis.tasks.kind import Analysis
-    from slipscale.experiments.study.analysis_choices import AnalysisChoices
-    from slipscale.stimuli.quantity import Quantity
 
 SEEDS_LISTED = 12
 #: `Dataset.unchanged` -> statement about the study file's choices.
@@ -37,26 +35,22 @@ def normalisations(analysis: Analysis) -> ReportSection:
     if not analysis.sensitivity:
         return section
     amplitudes, value = list(analysis.sensitivity[0].mean), analysis.dataset.quantity.value
+    #: Cells -> the rules with these results.
+    rules: dict[tuple[str, ...], list[RuleSummary]] = {}
+    for row in analysis.sensitivity:
+        cells = (f"{grouped(row.mean[a], 1)} ({grouped(row.sd_sample[a], 1)})" for a in amplitudes)
+        rules.setdefault(tuple(cells), []).append(row)
     section.blocks.append(
         html.table(
             [
                 TableColumn(title="Rule", left=True),
                 *(TableColumn(title=value(a), unit="mean (SD)") for a in amplitudes),
             ],
-            [
-                [
-                    row.rule,
-                    *(
-                        f"{grouped(row.mean[a], 1)} ({grouped(row.sd_sample[a], 1)})"
-                        for a in amplitudes
-                    ),
-                ]
-                for row in analysis.sensitivity
-            ],
-            "Means and sample standard deviations with every rule that the data allow; the rule "
-            f"in use is highlighted. {_invariance(analysis)}",
+            [[", ".join(row.rule for row in same), *cells] for cells, same in rules.items()],
+            f"Means under every rule that the data allow; the rule in use is highlighted. "
+            f"{_invariance(analysis)}",
             marked=next(
-                (place for place, row in enumerate(analysis.sensitivity) if row.used), None
+                (n for n, same in enumerate(rules.values()) if any(row.used for row in same)), None
             ),
         )
     )
@@ -85,14 +79,14 @@ def _invariance(analysis: Analysis) -> str:
         )
     return (
         "Exponents, the ANOVA on logarithms and ranks within participants are the same with all "
-        "rules, because each rule multiplies a participant's estimates by one factor."
+        "rules."
     )
 
 
 def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
     """Return the content for a methods section: choices, versions, seeds, digests."""
     section = ReportSection("Methods and provenance")
-    data, choices = analysis.dataset, analysis.dataset.choices
+    data = analysis.dataset
     frozen = ", ".join(data.frozen)
     versions = ", ".join(f"{name} {version}" for name, version in software.items())
     texts = methods_text.sentences(analysis, software)
@@ -109,28 +103,17 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
         ("Session software", ", ".join(data.details.get("software", ("not recorded",)))),
         ("Study's hash", ", ".join(data.details.get("study_hash", ("not recorded",)))),
         ("Seeds", listed(data.details.get("seed", ("not recorded",)), SEEDS_LISTED)),
-        *(_of_estimates(choices, data.quantity) if analysis.prepared is not None else ()),
-        ("Data, SHA-256", data.sha256),
-        ("Files read", f"{len(data.sources)} (each with its SHA-256 in results.json)"),
+        ("Data, SHA-256", f"{data.sha256} ({len(data.sources)} files, listed in results.json)"),
     ]
     section.blocks.append(
         html.table(
             [TableColumn(title="What", left=True), TableColumn(title="Value", left=True)],
             rows,
-            "Information for repeating the analysis.",
+            "For repeating the analysis.",
         )
     )
     section.blocks.append(html.heading("References"))
     section.blocks.append(
-        html.bullets((each.listed for each in methods_text.references(texts).values()), "note")
+        html.bullets((each.found_at for each in methods_text.references(texts).values()), "note")
     )
     return section
-
-
-def _of_estimates(choices: AnalysisChoices, quantity: Quantity) -> list[tuple[str, str]]:
-    """Return the choices that concern magnitude estimates only."""
-    return [
-        ("Primary analysis", f"{choices.primary} ({TITLES[choices.primary].format(q=quantity)})"),
-        ("Zero rule", choices.zero_rule),
-        ("Standard deviation", choices.standard_deviation),
-    ]

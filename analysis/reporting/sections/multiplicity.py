@@ -21,33 +21,36 @@ def tests_made(analysis: Analysis) -> ReportSection:
     if not found.tests:
         return section
     level = unit_number(found.level, 3).rstrip("0")
+    below = sum(family.below for family in found.families)
+    over_all = sum(family.below_over_all for family in found.families)
+    section.gist = (
+        f"Of {found.tests} tests, {below} are significant at {level}, and {over_all} if corrected "
+        "as one family."
+    )
     section.blocks.append(
         html.table(
             [
                 TableColumn(title="Family", left=True),
                 TableColumn(title="Analysis", left=True),
-                TableColumn(title="Correction", left=True),
+                TableColumn(title="Corrected", left=True),
                 TableColumn(title="Tests"),
-                TableColumn(title=f"p < {level}", unit="as corrected"),
-                TableColumn(title=f"p < {level}", unit="Holm over all"),
+                TableColumn(title=f"p < {level}", unit="corrected"),
+                TableColumn(title=f"p < {level}", unit="over all"),
             ],
             [
                 [
                     family.name[:1].upper() + family.name[1:],
                     "primary" if family.primary else "secondary",
-                    "Holm, within the family" if family.corrected else "none",
+                    "Holm" if family.corrected else "no",
                     str(family.tests),
                     str(family.below),
                     str(family.below_over_all),
                 ]
                 for family in found.families
             ],
-            f"{found.tests} tests in this report are judged at {level}. The primary analysis "
-            f"answers the question; each other family is corrected separately. The last column "
-            f"shows how many tests stay significant if the whole report is corrected as one "
-            f"family. Exponents, growth functions, reliability, shares of “yes” and d′ are "
-            f"estimates with intervals, not tests. Assumption and fit checks are descriptive and "
-            f"not counted.",
+            "Tests with a p-value. The last column shows how many stay significant if Holm's "
+            "correction covers the whole report. Checks of assumptions and of fit are not "
+            "counted.",
         )
     )
     return section

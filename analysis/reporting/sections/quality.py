@@ -9,53 +9,57 @@ import pandas as pd
 
 from slipscale.analysis.preprocessing import data_quality as quality_rules
 from slipscale.analysis.statistics.not_computed import computed
+from slipscale.analysis.tasks.difference.reading import TRIALS as DIFFERENCES
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection, TableColumn
 from slipscale.analysis.writing.numbers import (
     DASH,
     SMALLEST_OF_TWO_DECIMALS,
+    counted,
     grouped,
     interval,
     significant,
 )
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
 
     from markupsafe import Markup
 
     from slipscale.analysis.statistics.robustness import SubsetSummary
     from slipscale.analysis.tasks.kind import Analysis
-    from slipscale.stimuli.quantity import Quantity, YesNoWords
+    from slipscale.stimuli.quantity import Quantity
 
     #: A row of a pandas table, with cells of several types.
     Row: TypeAlias = pd.Series[Any]
 
 #: Longer lists of participants are in quality.csv.
 PARTICIPANTS_SHOWN = 60
+#: With fewer steps per participant, d' and c are only in individuals.csv.
+FEWEST_FOR_D_PRIME = 10
 
 
 def quality(analysis: Analysis) -> ReportSection:
     """Return flags, exclusions and the results without the flagged participants."""
     section = ReportSection("Participants and data quality")
-    data, counts = analysis.dataset, analysis.dataset.counts
-    section.blocks += [html.paragraph(text) for text in _counted(counts, data.quantity.yes_no)]
-    rules = ", ".join(data.choices.exclusions)
-    excluded = "; ".join(f"{who} ({', '.join(why)})" for who, why in analysis.excluded.items())
-    set_by = (
-        f"Exclusion rule of the study file: {rules}"
-        if rules
-        else "The study file sets no exclusion"
-    )
-    if rules or excluded:
-        sentence = f"{set_by}. Excluded before the analysis: {excluded or 'nobody'}."
-    else:
-        sentence = f"{set_by}: nobody was excluded. A flag alone never excludes a participant."
-    section.blocks.append(html.paragraph(sentence))
+    data = analysis.dataset
+    section.blocks += [html.paragraph(text) for text in _counted(analysis)]
     flags = analysis.flags
     flagged = flags[flags.any(axis=1)]
+    section.gist = (
+        f"{counted(len(flagged), 'participant was', 'participants were')} flagged and "
+        f"{len(analysis.excluded)} excluded."
+    )
+    rules = ", ".join(data.choices.exclusions)
+    excluded = "; ".join(f"{who} ({', '.join(why)})" for who, why in analysis.excluded.items())
+    if rules or excluded:
+        set_by = f"Exclusion rule of the study file: {rules}. " if rules else ""
+        section.blocks.append(
+            html.paragraph(f"{set_by}Excluded before the analysis: {excluded or 'nobody'}.")
+        )
+    else:
+        section.blocks.append(html.paragraph("The study file sets no exclusion rule."))
     rows = [
         [
             str(who),
@@ -87,8 +91,6 @@ def quality(analysis: Analysis) -> ReportSection:
                 + (f" {more} more are in quality.csv." if more else ""),
             )
         )
-    else:
-        section.blocks.append(html.paragraph("No participant was flagged."))
     if len(analysis.robustness) > 1:
         section.blocks.append(_with_and_without(analysis))
     section.blocks += _each(analysis)
@@ -100,7 +102,13 @@ def _each(analysis: Analysis) -> list[Markup]:
     own, quantity = analysis.individuals, analysis.dataset.quantity
     if not len(own):
         return []
-    known = {name: column for name, column in OWN_COLUMNS.items() if name in own}
+    # With few steps, a participant's d' and c mostly reflect the log-linear correction.
+    sensitive = "d_prime" in own and own["changes"].max() >= FEWEST_FOR_D_PRIME
+    known = {
+        name: column
+        for name, column in OWN_COLUMNS.items()
+        if name in own and (sensitive or name not in {"d_prime", "criterion"})
+    }
     more = len(own) - PARTICIPANTS_SHOWN
     rows = [
         [
@@ -117,24 +125,15 @@ def _each(analysis: Analysis) -> list[Markup]:
             ],
             rows,
             "Each participant."
-            + (
-                f" Exponents rest on few {quantity.levels} and are descriptive."
-                if "exponent" in known
-                else ""
-            )
-            + (
-                " A participant's own d′ and c, after the log-linear correction, mostly reflect "
-                f"that correction if {quantity.yes_no.trials[1]} are few."
-                if "d_prime" in known
-                else ""
-            )
+            + (" Exponents are descriptive." if "exponent" in known else "")
+            + (" d′ and c are in individuals.csv." if "d_prime" in own and not sensitive else "")
             + (f" {more} more are in individuals.csv." if more > 0 else ""),
         )
     ]
 
 
 def _of(row: Row, part: str, whole: str) -> str:
-    return DASH if pd.isna(row[part]) else f"{row[part]:.0f} of {row[whole]:.0f}"
+    return DASH if pd.isna(row[part]) else f"{row[part]:.0f}/{row[whole]:.0f}"
 
 
 def _headed(column: TableColumn, quantity: Quantity) -> TableColumn:
@@ -172,23 +171,21 @@ OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
 }
 
 
-def _counted(counts: Mapping[str, int], words: YesNoWords) -> list[str]:
+def _counted(analysis: Analysis) -> list[str]:
     """Return how many rows were read and excluded, by task."""
-    texts = []
-    if counts.get("estimation_rows"):
-        texts.append(
-            f"{grouped(counts['estimation_rows'], 0)} rows of magnitude estimation were read. "
-            f"Never analysed: {counts['practice']} practice, {counts['voided']} voided. Main "
-            f"trials without a usable answer: {counts['unanswered']} ({counts['timed_out']} timed "
-            f"out); presented again after a fault or a pause: {counts['faulty']}."
-        )
-    if counts.get("difference_rows"):
-        texts.append(
-            f"{grouped(counts['difference_rows'], 0)} rows of {words.task} were read. "
-            f"Never analysed: {counts['difference_practice']} practice, "
-            f"{counts['difference_voided']} voided. {capitalised(words.trials[1])} without a "
-            f"usable answer: {counts['difference_unanswered']}."
-        )
+    counts, words, texts = analysis.dataset.counts, analysis.dataset.quantity.yes_no, []
+    for trials in (kind.trials for kind in analysis.kinds if kind.trials):
+        if read := counts.get(f"{trials.counted}_rows"):
+            listed = ", ".join(
+                f"{counts[name]} {why}" for name, why in trials.left_out.items() if counts.get(name)
+            )
+            title = words.task if trials is DIFFERENCES else trials.title
+            texts.append(
+                f"{grouped(read, 0)} rows of {title} were read; "
+                + (f"not analysed: {listed}." if listed else "all were analysed.")
+            )
+    if again := counts.get("faulty"):
+        texts.append(f"Estimates presented again after a fault or a pause: {again}.")
     return texts
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.preprocessing import normalisation
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import LINES_AT_MOST
 from slipscale.analysis.writing.html import ReportSection
@@ -34,8 +33,8 @@ def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         html.labelled("Question", _question(analysis)),
         html.labelled("Design", _design(analysis)),
     ]
-    answer = " ".join(answers(analysis))
-    section.blocks.append(html.labelled("Answer", answer))
+    for place, answer in enumerate(answers(analysis)):
+        section.blocks.append(html.paragraph(answer) if place else html.labelled("Answer", answer))
     if "fig15" in svgs and analysis.prepared is not None:
         section.blocks.append(_figure(analysis, svgs["fig15"]))
     if doubts:
@@ -72,23 +71,22 @@ def _doubts(analysis: Analysis) -> list[str]:
     people = len(analysis.flags) - len(analysis.excluded)
     if 2 < people < SMALL:  # noqa: PLR2004 - of one or two, what is missing is told
         found.append(
-            f"{people} participants: intervals are wide, and a non-significant difference is not "
-            f"evidence of equality."
+            f"There are only {people} participants: intervals are wide, and a non-significant "
+            "difference does not show that two values are equal."
         )
     found += [doubt for kind in analysis.kinds for doubt in kind.doubts(analysis)]
     found += analysis.problems
     flagged = int(analysis.flags.any(axis=1).sum())
     if flagged:
         found.append(
-            f"{flagged} of {len(analysis.flags)} participants have a data-quality flag; for the "
-            f"main results without them, see Participants and data quality."
+            f"{flagged} of {len(analysis.flags)} participants answered in an unusual pattern. "
+            "“Participants and data quality” lists them and repeats the main results without them."
         )
     return found
 
 
 def _figure(analysis: Analysis, svg: str) -> Markup:
     quantity = analysis.dataset.quantity
-    rule = normalisation.RULES[analysis.rule].formula.format(q=quantity)
     geometric = analysis.prepared is not None and analysis.prepared.geometric
     kind, column = ("geometric mean", "geometric_mean") if geometric else ("mean", "mean")
     means = analysis.description[["amplitude_um_pp", column]].itertuples(index=False)
@@ -96,7 +94,7 @@ def _figure(analysis: Analysis, svg: str) -> Markup:
         svg,
         f"{capitalised(quantity.perceived)} against {quantity.in_full}. "
         f"{_lines(analysis) if geometric else 'Arithmetic means.'} "
-        f"Normalisation: {analysis.rule} ({rule}).",
+        f"Normalisation: {analysis.rule}.",
         f"Line chart of {kind} {quantity.judged}: "
         + ", ".join(f"{grouped(mean, 1)} at {quantity.value(level)}" for level, mean in means),
     )
@@ -109,14 +107,12 @@ def _lines(analysis: Analysis) -> str:
         return "One participant's geometric means: no spread and no intervals."
     level = 100 * analysis.dataset.choices.confidence
     intervals = (
-        f" Bars: {level:g} % within-participant confidence intervals (Cousineau-Morey on "
-        "logarithms)."
+        f" Bars: {level:g} % within-participant intervals (Cousineau-Morey, logarithms)."
         if analysis.description["within_low"].notna().any()
         else ""
     )
     each = "each participant" if people <= LINES_AT_MOST else "where participants lie"
     return (
-        f"Geometric means of {people} participants.{intervals} Thin: {each}, after modulus "
-        "equalisation (multiplied so that all have the same geometric mean, which leaves the "
-        "group's geometric means as they are)."
+        f"Geometric means of {people} participants.{intervals} Thin: {each}, scaled to the "
+        "same geometric mean."
     )

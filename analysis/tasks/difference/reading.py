@@ -59,5 +59,9 @@ TRIALS = TaskTrials(
     read=read_steps,
     divide=divide,
     empty=empty_differences,
-    reasons={"difference_unanswered": "steps without a usable answer"},
+    reasons={
+        "difference_practice": "practice",
+        "difference_voided": "voided",
+        "difference_unanswered": "without a usable answer",
+    },
 )

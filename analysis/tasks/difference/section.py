@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.difference import sentences
 from slipscale.analysis.tasks.difference.figures import step_label
 from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
 from slipscale.analysis.writing import html
@@ -28,20 +29,13 @@ def _caption(found: DescendingDifference, quantity: Quantity) -> str:
     fit = found.psychometric
     intervals = (
         f"Share of “{quantity.yes}” at each {quantity.yes_no.each}, with Clopper and Pearson's "
-        "intervals; repeated answers of a participant are weighted by their effective sample size "
-        "(Korn and Graubard)."
+        "intervals."
     )
     texts = [intervals]
     if fit:
-        texts.append(
-            "Curve: logistic, by generalised estimating equations that allow correlated "
-            "answers of a participant; pointwise band, Mancl and DeRouen's errors, Student's "
-            f"with {fit.df} degrees of freedom."
-        )
+        texts.append(f"Curve: logistic; pointwise band with {fit.df} degrees of freedom.")
     if 1 < found.participants <= LINES_AT_MOST:
-        texts.append(
-            "Rings: participants' own shares; the area shows how many have the same share."
-        )
+        texts.append("Rings: participants' own shares; larger rings stand for more participants.")
     return " ".join(texts)
 
 
@@ -52,6 +46,10 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     found = analysis.inference[DIFFERENCE]
     if not found or "difference" not in svgs:
         return section
+    if quantity.stepped:
+        section.gist = sentences.psychometric(
+            found.psychometric, analysis.dataset.choices.confidence, quantity
+        )
     section.blocks.append(
         html.figure(
             svgs["difference"],
@@ -92,9 +90,9 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
                 ]
                 for name, entry in words.categories.items()
             ],
-            f"“What has been removed?” {words.n} reports, coded by: {words.codebook}. A "
-            "report may have several categories. Read as less slippery: "
-            f"{words.meaning.get('less_slippery', 0)}; as more slippery: "
+            f"“What has been removed?” {words.n} reports, coded by: {words.codebook}. A report "
+            "may have several categories. Less slippery: "
+            f"{words.meaning.get('less_slippery', 0)}; more slippery: "
             f"{words.meaning.get('more_slippery', 0)}; unclear: "
             f"{words.meaning.get('unclear', 0)}.",
         )

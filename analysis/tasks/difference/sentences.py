@@ -68,9 +68,7 @@ def psychometric(
         f"“{capitalised(quantity.yes)}” {verb} on {size}, log odds "
         f"{write(found.log_odds_per_unit)} {per}, {level} CI "
         f"{bracketed(found.interval, write)}, t({found.df}) = {number(found.t)}, "
-        f"{p_value(found.p)}{half} (logistic curve by generalised estimating equations, answers of "
-        f"a participant exchangeable, Fieller's interval; {found.answers} answers of {found.n} "
-        "participants)."
+        f"{p_value(found.p)}{half} ({found.answers} answers of {found.n} participants)."
     )
 
 
@@ -160,10 +158,7 @@ def sensitivity(found: SignalDetection, confidence: float, quantity: Quantity) -
         else f" Mean of participants' own d′ {number(mean.mean)}, {level_of(confidence)} CI "
         f"{bracketed(mean.interval)}."
     )
-    return (
-        f"Sensitivity by {words.kind}: {text} (probit model with participants, profile-likelihood "
-        f"intervals, {level_of(confidence)}).{own}"
-    )
+    return f"Sensitivity by {words.kind}: {text} ({level_of(confidence)} intervals).{own}"
 
 
 def _d_prime(found: DPrimeOfSize) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.equivalence import PRIOR_SCALE
 from slipscale.analysis.statistics.not_computed import missing
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.analysis.tasks.estimation.statistics import PAIRWISE, STATISTICS
@@ -25,8 +24,9 @@ if TYPE_CHECKING:
     from slipscale.stimuli.quantity import Quantity
 
 #: Whether a pair differs significantly, and whether it is equal within the bound -> conclusion.
+DIFFER = "differ"
 CONCLUSIONS = {
-    (True, False): "differ",
+    (True, False): DIFFER,
     (True, True): "differ, by less than the bound",
     (False, True): "equal within the bound",
     (False, False): "undecided",
@@ -45,6 +45,9 @@ def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
         return section
     pairs, quantity = analysis.inference[PAIRWISE], analysis.dataset.quantity
     if pairs:
+        choices = analysis.dataset.choices
+        other = apa.pairwise_logs if choices.primary == "ranks" else apa.pairwise_ranks
+        section.gist = other(pairs, choices.confidence, quantity) or ""
         level = f"{100 * analysis.dataset.choices.confidence:g} %"
         section.blocks.append(
             html.table(
@@ -62,17 +65,13 @@ def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
                     TableColumn(title="p Wilcoxon", unit="Holm"),
                 ],
                 [_row(pair) for pair in pairs],
-                "Paired comparisons: log estimates of participants with estimates above zero at "
-                f"both {quantity.levels}, and Wilcoxon's test of all participants' estimates. "
-                "d_z: mean difference over the standard deviation of the differences, "
-                "with its exact interval (non-central t).",
+                "Paired t tests of log estimates above zero, and Wilcoxon's tests of all "
+                "estimates. d_z: mean difference over the standard deviation of the differences.",
             )
         )
         tested = [(pair, pair.logs) for pair in pairs if pair.logs]
         if tested:
-            section.blocks.append(
-                _equivalence(tested, analysis.dataset.choices.confidence, quantity)
-            )
+            section.blocks += _equivalence(tested, analysis.dataset.choices.confidence, quantity)
     lacking = [
         f"{title.format(q=quantity)}: {part.reason}."
         for title, result in _parts(analysis.inference).items()
@@ -86,41 +85,56 @@ def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
 
 def _equivalence(
     tested: Sequence[tuple[PairComparison, PairedT]], confidence: float, quantity: Quantity
-) -> Markup:
-    """Return the table of equivalence tests and Bayes factors."""
+) -> list[Markup]:
+    """Return equivalence tests and Bayes factors: a table, and a sentence on pairs that differ."""
     bound = tested[0][1].equivalence.bound
-    return html.table(
-        [
-            TableColumn(title="From → to", unit=quantity.short_unit, left=True, whole=True),
-            TableColumn(title="Ratio", unit="of geometric means"),
-            TableColumn(title=f"{level_of(2 * confidence - 1)} CI", unit="of the ratio"),
-            TableColumn(title="p", unit="equivalence, Holm"),
-            TableColumn(title="p", unit="difference, Holm"),
-            TableColumn(title="BF₀₁", unit="none over some"),
-            TableColumn(title="n"),
-            TableColumn(title="Conclusion", left=True),
-        ],
-        [
+    within = f"within a ratio of {1 / bound:.3g} to {bound:.3g}"
+    rows, differ = [], []
+    for pair, logs in tested:
+        conclusion = CONCLUSIONS[
+            reliable(logs.p_holm, confidence), reliable(logs.equivalence_p_holm, confidence)
+        ]
+        if conclusion == DIFFER:
+            differ.append(logs)
+            continue
+        rows.append(
             [
                 f"{pair.from_um_pp:g} → {pair.to_um_pp:g}",
                 grouped(logs.ratio),
                 interval(*logs.equivalence.interval),
                 _bare_p(logs.equivalence_p_holm),
-                _bare_p(logs.p_holm),
                 apa.bayes_of_none(logs.bayes_factor).removeprefix("= "),
                 str(pair.n_logs),
-                CONCLUSIONS[
-                    reliable(logs.p_holm, confidence),
-                    reliable(logs.equivalence_p_holm, confidence),
-                ],
+                conclusion,
             ]
-            for pair, logs in tested
-        ],
-        f"Equal or undecided: two one-sided paired t tests of log estimates. Two {quantity.levels} "
-        f"are equal if the ratio of their geometric means lies between {1 / bound:.3g} and "
-        f"{bound:.3g}. BF₀₁: Bayes factor (Jeffreys, Zellner and Siow; Cauchy prior of scale "
-        f"{PRIOR_SCALE:g}) of no difference over a difference.",
-    )
+        )
+    blocks = []
+    if rows:
+        columns = [
+            TableColumn(title="From → to", unit=quantity.short_unit, left=True, whole=True),
+            TableColumn(title="Ratio", unit="of geometric means"),
+            TableColumn(title=f"{level_of(2 * confidence - 1)} CI", unit="of the ratio"),
+            TableColumn(title="p", unit="equivalence, Holm"),
+            TableColumn(title="BF₀₁", unit="none over some"),
+            TableColumn(title="n"),
+            TableColumn(title="Conclusion", left=True),
+        ]
+        caption = (
+            f"Equal {within}, or undecided: two one-sided paired t tests of log estimates. BF₀₁: "
+            "Bayes factor of no difference over a difference."
+        )
+        blocks.append(html.table(columns, rows, caption))
+    if differ:
+        p = p_value(min(logs.equivalence_p_holm for logs in differ)).replace("=", "≥")
+        bayes = apa.bayes_of_none(min(logs.bayes_factor for logs in differ)).replace("=", "≤")
+        blocks.append(
+            html.paragraph(
+                f"Different, and not shown to be equal {within}: {len(differ)} of {len(tested)} "
+                f"{quantity.level} pairs (two one-sided tests, every {p}; every Bayes factor of no "
+                f"difference over a difference {bayes}; see pairwise.csv)."
+            )
+        )
+    return blocks
 
 
 def _row(pair: PairComparison) -> list[str]:

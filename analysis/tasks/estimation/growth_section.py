@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.analysis.tasks.estimation.growth.statistics import FrictionGrowth
-from slipscale.analysis.tasks.estimation.sentences import MODEL_NAMES
 from slipscale.analysis.tasks.estimation.statistics import GROWTH
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection, TableColumn
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.estimation.growth.growth_models import GrowthComparison
     from slipscale.analysis.tasks.kind import Analysis
+    from slipscale.stimuli.quantity import Quantity
 
 
 def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
@@ -30,10 +31,9 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     section.blocks.append(
         html.figure(
             svgs["growth"],
-            "Above: growth functions fitted to all participants together, with one scale factor "
-            "per participant. Below: the same geometric means on logarithmic axes; the slope is "
-            f"the exponent. Bars: Student's intervals over participants. {quantity.value(0)} "
-            "cannot be shown on a logarithmic axis and is not used.",
+            "Above: growth functions of all participants. Below: on logarithmic axes, without "
+            f"{quantity.value(0)}; the slope is the exponent. Bars: Student's intervals over "
+            "participants.",
             f"Two charts of geometric means against {quantity.name}: with fitted growth functions, "
             "and on logarithmic axes with the power function",
         )
@@ -41,19 +41,10 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     if isinstance(found, NotComputed):
         section.blocks.append(html.paragraph(f"Growth functions: {found.reason}.", "note"))
         return section
-    section.blocks.append(
-        _models(
-            found.amplitude,
-            quantity.headed(f"Against {quantity.name}"),
-            unit=f" {quantity.unit}".rstrip(),
-        )
-    )
+    section.gist = apa.growth(found, analysis.dataset.choices.confidence, quantity)
+    section.blocks.append(_models(found.amplitude, quantity))
     if isinstance(found.friction, FrictionGrowth):
-        title = (
-            "Against the reduction of friction that the film predicts, 1 − µ′/µ (Reynolds' "
-            "equation, h_r 0.6 µm, 30.5 kHz, 0.5 N)"
-        )
-        section.blocks.append(_models(found.friction.comparison, title))
+        section.blocks.append(html.paragraph(_of_friction(found.friction)))
         bands = "; ".join(
             f"{quantity.value(amplitude)} {found.friction.reduction[amplitude]:.2f}, "
             f"{least:.2f} to {most:.2f}"
@@ -62,9 +53,9 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         )
         section.blocks.append(
             html.paragraph(
-                "The reduction by Reynolds' equation, and its range if the skin's asperities and "
-                f"the film share the load (second model, not validated): {bands}. Growth against "
-                "friction therefore depends on the model.",
+                "The predicted reduction, and its range if the skin's asperities and the film "
+                f"share the load (not validated): {bands}. Growth against friction therefore "
+                "depends on the model.",
                 "note",
             )
         )
@@ -72,15 +63,13 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         section.blocks.append(_exponents(analysis, svgs["exponents"]))
     own = found.individual
     if own:
-        best = ", ".join(f"{MODEL_NAMES[name]} {count}" for name, count in own.best.items())
+        best = ", ".join(f"{apa.MODEL_NAMES[name]} {count}" for name, count in own.best.items())
         section.blocks.append(
             html.paragraph(
-                "A single participant's trials do not discriminate between growth functions; "
-                "individual exponents are descriptive."
+                "A single participant's trials do not discriminate between growth functions."
                 if own.undecided == len(own.participants)
                 else f"Preferred for single participants: {best}; undecided (too few "
-                f"trials, or ΔAICc below 2) {own.undecided}. With so few {quantity.levels} a "
-                "participant's exponent is descriptive.",
+                f"trials, or ΔAICc below 2) {own.undecided}.",
                 "note",
             )
         )
@@ -98,8 +87,20 @@ def _exponents(analysis: Analysis, svg: str) -> Markup:
     )
 
 
-def _models(found: GrowthComparison, title: str, unit: str = "") -> Markup:
-    rows = []
+def _of_friction(found: FrictionGrowth) -> str:
+    """Return the best growth function against the predicted reduction of friction."""
+    compared = found.comparison
+    weight = grouped(compared.models[compared.best].weight)
+    verb = "is not clearly better than the next" if compared.undecided else "fits best"
+    return (
+        "Against the reduction of friction that the film predicts, 1 − µ′/µ (Reynolds' equation, "
+        f"h_r 0.6 µm, 30.5 kHz, 0.5 N), {apa.MODEL_NAMES[compared.best]} {verb} (weight {weight}; "
+        "all models are in inference.json)."
+    )
+
+
+def _models(found: GrowthComparison, quantity: Quantity) -> Markup:
+    rows, unit = [], f" {quantity.unit}".rstrip()
     for name, model in found.models.items():
         parameters = ", ".join(
             f"{key} {value:.3g}".replace("-", "−").replace("_", " ")
@@ -108,13 +109,11 @@ def _models(found: GrowthComparison, title: str, unit: str = "") -> Markup:
         )
         rows.append(
             [
-                MODEL_NAMES[name][0].upper() + MODEL_NAMES[name][1:],
+                apa.MODEL_NAMES[name][0].upper() + apa.MODEL_NAMES[name][1:],
                 parameters,
                 grouped(model.fit.sd, 3),
-                grouped(model.fit.log_likelihood, 2),
                 grouped(model.delta_aicc, 2),
                 grouped(model.weight, 2),
-                grouped(model.fit.bic, 1),
             ]
         )
     return html.table(
@@ -122,14 +121,12 @@ def _models(found: GrowthComparison, title: str, unit: str = "") -> Markup:
             TableColumn(title="Model", left=True),
             TableColumn(title="Parameters", left=True),
             TableColumn(title="Residual SD", unit="log"),
-            TableColumn(title="Log-likelihood"),
             TableColumn(title="ΔAICc"),
             TableColumn(title="Weight"),
-            TableColumn(title="BIC"),
         ],
         rows,
-        f"{title}: growth functions of {found.n} participants' mean log estimates, compared by "
-        "the corrected Akaike criterion."
+        f"{quantity.headed(f'Against {quantity.name}')}: growth functions of {found.n} "
+        "participants' mean log estimates."
         + (
             " No function is highlighted: the best is less than 2 below the next."
             if found.undecided

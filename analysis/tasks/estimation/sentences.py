@@ -139,16 +139,15 @@ def power_law(found: PowerLaw, confidence: float, quantity: Quantity) -> str:
         f"The exponents of participants' power functions of {quantity.name} averaged "
         f"{number(found.exponent)}, {level_of(confidence)} CI "
         f"{bracketed(found.interval)} (n = {found.n}; {found.points} "
-        f"{quantity.levels} above {quantity.value(0)}; Student's interval over participants)."
+        f"{quantity.levels} above {quantity.value(0)})."
     )
 
 
 def robust_exponent(found: RobustExponent, confidence: float, _quantity: Quantity) -> str:
     """Return the sentence of the robust exponent."""
     return (
-        f"With little weight of lapses and outlying participants, the exponent was "
-        f"{number(found.exponent)}{_ci(found.interval, confidence)} (20 % trimmed mean of "
-        f"{found.n} Theil-Sen slopes)."
+        f"A robust estimate of the exponent, which gives little weight to lapses and outliers, "
+        f"was {number(found.exponent)}{_ci(found.interval, confidence)} (n = {found.n})."
     )
 
 
@@ -290,7 +289,8 @@ def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
         for name, model in models.items()
         if name != best and model.delta_aicc is not None
     )
-    listed = ", ".join(f"{MODEL_NAMES[name]} ΔAICc = {number(delta, 1)}" for delta, name in others)
+    delta, second = others[0] if others else (None, "")
+    then = f"; {MODEL_NAMES[second]} is next, ΔAICc = {number(delta, 1)}" if second else ""
     bounds = "; ".join(
         f"the {parameter.replace('_', ' ')} of {MODEL_NAMES[name]} lies at the limit of the search"
         for name, model in models.items()
@@ -301,10 +301,9 @@ def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
     if compared.undecided:
         return (
             f"The data do not discriminate between growth functions: {MODEL_NAMES[best]} has the "
-            f"lowest AICc ({weight}; {listed}), and differences below 2 do not "
-            f"discriminate.{behind}"
+            f"lowest AICc, by less than 2 ({weight}{then}).{behind}"
         )
-    return f"Among growth functions, {MODEL_NAMES[best]} was favoured ({weight}; {listed}).{behind}"
+    return f"Among growth functions, {MODEL_NAMES[best]} was favoured ({weight}{then}).{behind}"
 
 
 def bayesian_growth(found: BayesianGrowth, confidence: float, quantity: Quantity) -> str:
@@ -347,16 +346,10 @@ def order(found: OrderEffects, confidence: float, quantity: Quantity) -> str | N
         if not slope:
             continue
         verb = "depended" if reliable(slope.p, confidence) else "did not depend reliably"
-        texts.append(
-            f"estimates {verb} on {words}, t({slope.df}) = {number(slope.t)}, {p_value(slope.p)}"
-        )
+        texts.append(f"{verb} on {words}, t({slope.df}) = {number(slope.t)}, {p_value(slope.p)}")
     if not texts:
         return None
-    text = "; ".join(texts)
-    return (
-        f"{text[0].upper()}{text[1:]} (one model of {quantity.name}, position and the "
-        f"{quantity.stimulus} before; jackknife over participants)."
-    )
+    return f"Estimates {'; they '.join(texts)}."
 
 
 def reliability(found: Reliability, confidence: float, quantity: Quantity) -> str:
@@ -379,14 +372,9 @@ def mixed_model(found: MixedModel, confidence: float, _quantity: Quantity) -> st
             "The linear mixed model with random intercepts and slopes did not converge; its "
             "exponent is not reported."
         )
-    bound = (
-        "; a variance or correlation of the random effects lies at its bound"
-        if found.at_bound
-        else ""
-    )
+    bound = "; a variance or correlation lies at its bound" if found.at_bound else ""
     return (
-        f"A linear mixed model with random intercepts and slopes gave an exponent of "
-        f"{number(found.exponent)}{_ci(found.interval, confidence)} (REML, {found.trials} "
-        f"trials of {found.n} participants; Student's interval with {found.n - 1} degrees of "
-        f"freedom{bound})."
+        f"A linear mixed model gave an exponent of {number(found.exponent)}"
+        f"{_ci(found.interval, confidence)} ({found.trials} trials of {found.n} "
+        f"participants{bound})."
     )

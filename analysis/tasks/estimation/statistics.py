@@ -112,9 +112,9 @@ RM_ANOVA: Statistic[omnibus.RmAnova] = Statistic(
         ),
     ),
     sentences=(Sentence(write=write.rm_anova, primary="logarithms"),),
-    methods="Log estimates were compared between {q.levels} by a repeated-measures analysis "
-    "of variance with Greenhouse and Geisser's correction [[greenhouse1959]]; its effect size is "
-    "generalised eta squared [[olejnik2003]].",
+    methods="Log estimates were compared by a repeated-measures analysis of variance with "
+    "Greenhouse and Geisser's correction [[greenhouse1959]] and generalised eta squared "
+    "[[olejnik2003]].",
     conclusions={"p_gg": "{q.levels} differ (repeated-measures ANOVA of logarithms)"},
 )
 PAIRWISE: Statistic[Pairs] = Statistic(
@@ -146,8 +146,8 @@ PAIRWISE: Statistic[Pairs] = Statistic(
         Sentence(write=write.pairwise_logs, primary="logarithms"),
         Sentence(write=write.equivalence),
     ),
-    methods="Whether two {q.levels} were equal was tested by two one-sided tests of the ratio "
-    "of geometric means [[schuirmann1987]], with bounds of {bounds}, and by a Bayes factor with a "
+    methods="Equality of two {q.levels} was tested by two one-sided tests of the ratio of "
+    "geometric means [[schuirmann1987]], with bounds of {bounds}, and by a Bayes factor with a "
     "Cauchy prior of scale 0.707 [[rouder2009]].",
     conclusions={
         r"(.+) - (.+)\.p_wilcoxon_holm": "{0} and {1} {q.unit} differ (Wilcoxon's test, Holm)",
@@ -194,8 +194,8 @@ MIXED_MODEL: Statistic[MixedModel] = Statistic(
     meaning="mixed model of log estimates on log {q.level}",
     compute=of_estimates(mixed_model),
     sentences=(Sentence(write=write.mixed_model),),
-    methods="A linear mixed model of log estimates on log {q.name}, with a random intercept and "
-    "slope for each participant, was fitted by restricted maximum likelihood [[laird1982]].",
+    methods="A mixed model of log estimates on log {q.name}, with random intercepts and slopes, "
+    "was fitted by restricted maximum likelihood [[laird1982]].",
 )
 ROBUST_EXPONENT: Statistic[RobustExponent] = Statistic(
     key="robust_exponent",
@@ -203,9 +203,8 @@ ROBUST_EXPONENT: Statistic[RobustExponent] = Statistic(
     meaning="exponent with little weight of lapses and outlying people",
     compute=of_estimates(robust_exponent),
     sentences=(Sentence(write=write.robust_exponent),),
-    methods="As a sensitivity analysis, exponents were also estimated by Theil and Sen's slopes of "
-    "trials [[sen1968]] and averaged without the largest and the smallest fifth "
-    "[[tukey1963]].",
+    methods="Robust exponents are Theil and Sen's slopes of trials [[sen1968]], averaged without "
+    "the largest and the smallest fifth [[tukey1963]].",
 )
 GROWTH: Statistic[Growth] = Statistic(
     key="growth",
@@ -213,8 +212,9 @@ GROWTH: Statistic[Growth] = Statistic(
     meaning="comparison of growth functions",
     compute=of_estimates(growth),
     sentences=(Sentence(write=write.growth),),
-    methods="Growth functions were fitted to participants' mean log estimates by least squares and "
-    "compared by Akaike's criterion, corrected for small samples [[hurvich1989]].",
+    methods="Growth functions were fitted to participants' mean log estimates by least squares, "
+    "with one scale factor per participant, and compared by Akaike's corrected criterion "
+    "[[hurvich1989]].",
     conclusions={
         r"amplitude\.best: (.+)": "of the growth functions, {0} fits best",
         r"friction\.best: (.+)": "of the functions of relative friction, {0} fits best",
@@ -245,8 +245,8 @@ ORDER: Statistic[OrderEffects] = Statistic(
         ),
     ),
     sentences=(Sentence(write=write.order),),
-    methods="Effects of a trial's position and of the preceding {q.stimulus} were estimated "
-    "jointly, with a jackknife over participants [[tukey1958]].",
+    methods="Effects of a trial's position and of the {q.stimulus} before were estimated jointly, "
+    "with a jackknife over participants [[tukey1958]].",
     conclusions={
         r"position\.p": "estimates drift over a session",
         r"carry_over\.p": "estimates depend on the surface before",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.exponent_and_weber import sentences as apa_exponent_and_weber
+from slipscale.analysis.tasks.exponent_and_weber import sentences
 from slipscale.analysis.tasks.exponent_and_weber.statistics import EXPONENT_AND_WEBER
 from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS
 from slipscale.analysis.writing import html
@@ -29,10 +29,8 @@ def exponent_and_weber(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSec
             section.blocks.append(html.paragraph(f"Not compared: {found.reason}.", "note"))
         return section
     confidence, quantity = analysis.dataset.choices.confidence, analysis.dataset.quantity
+    section.gist = " ".join(sentences.sentences(found, confidence, quantity))
     for one in found:
-        section.blocks.append(
-            html.paragraph(apa_exponent_and_weber.sentence(one, confidence, quantity), "sentence")
-        )
         if (svg := svgs.get(f"exponent_and_weber_{one.task}")) is not None:
             section.blocks.append(
                 html.figure(

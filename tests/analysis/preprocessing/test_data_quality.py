@@ -209,7 +209,7 @@ def test_a_flag_alone_excludes_nobody_and_results_are_shown_both_ways(dataset, p
     assert analysis.excluded == {}
     assert [row.n for row in analysis.robustness] == [6, 5]
     assert "without the flagged" in page(analysis)
-    assert "nobody was excluded" in page(analysis)
+    assert "and 0 excluded" in page(analysis)
 
 
 def test_the_study_s_rule_excludes_before_anything_is_described(dataset, page):
@@ -234,7 +234,7 @@ def test_who_is_excluded_by_hand_is_left_out_and_the_report_prints_the_reason(da
         "sub-05": ("by hand, after results were shown: wore a glove",),
     }
     assert set(analysis.table3["n"]) == {4}
-    told = "The study file sets no exclusion. Excluded before the analysis: sub-03 (by hand"
+    told = "Excluded before the analysis: sub-03 (by hand"
     assert told in page(analysis)
     decide(folder, "03", excluded=False, reason="it was 04", results_seen=True)
     assert list(analyse(folder).excluded) == ["sub-05"]

@@ -87,7 +87,7 @@ def test_the_report_speaks_in_the_datas_own_word_for_yes(tmp_path, page):
     path, _ = table(tmp_path, ("slower", "faster"))
     found = analyse(load(path, mapping({"yes": "faster"})))
     assert answers(found)[0].startswith("“Faster” depended on size")
-    shown = page(found).partition("Results, in sentences")[2].partition("All tests")[0]
+    shown = page(found).partition("<main")[2].partition("All tests")[0]
     assert "“yes”" not in shown
     # A number or a letter is no word.
     assert mapping({"yes": "2"}).quantity.yes == "yes"

@@ -113,7 +113,7 @@ def test_the_ratio_is_the_study_s_or_the_one_asked_for_and_the_report_says_so(da
     asked = analyse(folder, equivalence_ratio=2.0)
     assert asked.inference.pairwise[0].logs.equivalence.bound == 2.0
     assert "The study froze an equivalence_ratio of 1.5, but the analysis used 2." in asked.problems
-    assert "lies between 0.5 and 2." in page(asked)
+    assert "within a ratio of 0.5 to 2" in page(asked)
     with pytest.raises(UserError, match=r"equivalence ratio is 1; expected a number above 1"):
         analyse(folder, equivalence_ratio=1.0)
 
@@ -139,6 +139,6 @@ def test_equal_pairs_reach_the_answer_of_the_report(tmp_path, page):
     found = analyse(path)
     assert exp(abs(log(found.inference.pairwise[0].logs.ratio))) < 1.25
     text = page(found)
-    answer = text[text.index("<b>Answer.</b>") :].split("</p>")[0]
+    answer = text[text.index("<b>Answer.</b>") :].split("<figure")[0]
     assert "significant difference, equal: 1 and 1.1" in answer
     assert "equal within the bound" in text

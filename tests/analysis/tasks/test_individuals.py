@@ -35,7 +35,7 @@ def test_every_participant_has_an_exponent_and_a_d_prime_of_their_own(dataset, p
     assert own.loc["sub-04", "d_prime"] == pytest.approx(0)
     text = page(analysis)
     assert "Each participant." in text
-    assert "0 of 1" in text
+    assert "0/1" in text
 
 
 def test_a_participant_of_one_task_has_no_values_of_the_other(dataset, page):
