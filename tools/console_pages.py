@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -19,6 +20,7 @@ import tarfile
 import tempfile
 import time
 from contextlib import contextmanager
+from http import HTTPStatus
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -29,7 +31,7 @@ from slipscale.experiments.lab.console.page_texts import LANGUAGES
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from playwright.sync_api import Browser, Page, StorageState, ViewportSize
+    from playwright.sync_api import Browser, Error, Page, Response, StorageState, ViewportSize
 
 AXE = "axe-core@4.14.1"
 WIDTHS = {"wide": 1400, "phone": 400, "4k": 3840}
@@ -147,6 +149,20 @@ class Stage:
         study = self.folder / "mine.toml"
         study.write_text(study.read_text().replace("seed = 2007", "seed = 2008"))
 
+    def hide(self, *names: str) -> None:
+        """Move files and folders of the laboratory away, and those moved away earlier back."""
+        aside = self.folder.with_name("aside")
+        aside.mkdir(exist_ok=True)
+        for path in aside.iterdir():
+            path.rename(self.folder / path.name)
+        for name in names:
+            (self.folder / name).rename(aside / name)
+
+    def simulate(self) -> None:
+        """Use a plate that can be presented without a device."""
+        settings = self.folder / "slipscale.toml"
+        settings.write_text(re.sub("(?m)^plate.*$", 'plate = "mock"', settings.read_text()))
+
     def lose(self) -> None:
         """Remove the study file."""
         (self.folder / "mine.toml").unlink()
@@ -156,9 +172,17 @@ def nothing(_: Stage) -> None:
     """Change nothing."""
 
 
+PAGES = ("live", "study", "planning", "data", "pilot", "bench", "settings", "screens")
+
 # Name of a screenshot -> preparation, page, and selector of the button to press.
-SCENES: dict[str, tuple[Callable[[Stage], None], str, str]] = {
-    "today": (nothing, "", ""),
+SCENES: dict[str, tuple[Callable[[Stage], object], str, str]] = {
+    "today-new": (lambda stage: stage.hide("slipscale.toml", "data", "pilots"), "", ""),
+    **{f"{page}-new": (nothing, page, "") for page in PAGES},
+    "today-empty": (lambda stage: stage.hide("data", "pilots"), "", ""),
+    **{f"{page}-empty": (nothing, page, "") for page in PAGES},
+    "today": (Stage.hide, "", ""),
+    "bench": (nothing, "bench", ""),
+    "planning": (nothing, "planning", ""),
     "today-asks": (nothing, "", "[data-do=begin]"),
     "live-nothing": (nothing, "live", ""),
     "keys": (nothing, "", "[data-open=keys]"),
@@ -197,6 +221,7 @@ SCENES: dict[str, tuple[Callable[[Stage], None], str, str]] = {
     "live-unblinded": (lambda stage: stage.tell(unblinded=True, level="1.2 µm"), "live", ""),
     "data": (Stage.unblind, "data", ""),
     "data-report": (nothing, "data/report", ""),
+    "bench-presents": (Stage.simulate, "bench", "[data-form=surface] button"),
     "today-odd": (Stage.damage, "", ""),
     "study-compared": (nothing, "study", ""),
     "study-gone": (Stage.lose, "", ""),
@@ -241,6 +266,22 @@ def faults(page: Page, source: str) -> list[str]:
     ]
 
 
+def complaints(page: Page) -> list[str]:
+    """Return a list that collects the page's errors, and what is not answered with 200."""
+    found: list[str] = []
+
+    def raised(error: Error) -> None:
+        found.append(f"serious: {error}")
+
+    def answered(response: Response) -> None:
+        if response.status != HTTPStatus.OK:
+            found.append(f"serious: {response.status} for {response.url}")
+
+    page.on("pageerror", raised)
+    page.on("response", answered)
+    return found
+
+
 def look(
     browser: Browser,
     address: str,
@@ -263,12 +304,13 @@ def look(
                 storage_state=opened,
             )
             page = context.new_page()
+            picture = f"{name}-{theme}-{width_name}"
+            wrong = complaints(page)
             page.goto(address + path)
             if press:
                 page.locator(press).first.click()
-            picture = f"{name}-{theme}-{width_name}"
             page.screenshot(path=out / f"{picture}.png", full_page=not press)
-            told += [f"{picture}: {each}" for each in faults(page, source)]
+            told += [f"{picture}: {each}" for each in (*faults(page, source), *wrong)]
             overflow = page.evaluate("document.documentElement.scrollWidth - innerWidth")
             if overflow > 0:
                 told.append(f"{picture}: serious: wider than the window by {overflow} px")

@@ -21,8 +21,10 @@ from starlette.middleware import Middleware
 from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from slipscale.experiments.lab.console.actions import Actions
-from slipscale.experiments.lab.console.forms import read_form
+from slipscale.experiments.lab.console.actions.data import renew
+from slipscale.experiments.lab.console.actions.desk import Desk
+from slipscale.experiments.lab.console.actions.forms import read_form
+from slipscale.experiments.lab.console.actions.table import do
 from slipscale.experiments.lab.console.jobs import KINDS
 from slipscale.experiments.lab.console.page_texts import LANGUAGES, Words, preferred
 from slipscale.experiments.lab.console.pages.data import parts_done
@@ -73,7 +75,7 @@ class Console:
         self.lab = Path.cwd().name
         self.jobs = jobs
         self.state = State()
-        self.actions = Actions(self.state, jobs)
+        self.desk = Desk(self.state, jobs)
         # A read-only console cannot control the session, so others need not know about it.
         self.presence = None if access.read_only else Presence(Path.cwd(), access.port)
         self.closing = anyio.Event()
@@ -106,7 +108,7 @@ class Console:
             "other": next(code for code in LANGUAGES if code != t.language),
             "found": found,
             "notices": self._notices(),
-            "warnings": self.actions.warnings(),
+            "warnings": self.desk.warnings.pending(),
             "strip": strip(found, t, self.lab),
             "clock": clock_face,
             "shown_state": status.state if status else "",
@@ -203,7 +205,7 @@ class Console:
 
     def _version(self) -> str:
         if self.presence and self.presence.first():
-            self.actions.renew()
+            renew(self.desk)
         jobs = [self.jobs.last(kind) for kind in KINDS]
         told = [
             (job.status, job.complained(), job.steps(), changed_ns(job.output)) if job else None
@@ -213,7 +215,7 @@ class Console:
             told,
             parts_done(self.state.now(), self.jobs),
             self._notices(),
-            self.actions.warnings(),
+            self.desk.warnings.pending(),
         )
 
     def _notices(self) -> tuple[str, ...]:
@@ -291,7 +293,7 @@ class Console:
         """Carry out an action that a page requests; return its result."""
         sent, action = await request.body(), request.path_params["action"]
         return await self._answer(
-            request, lambda view: {"said": view.t.say(self.actions.do(action, sent))}
+            request, lambda view: {"said": view.t.say(do(self.desk, action, sent))}
         )
 
 

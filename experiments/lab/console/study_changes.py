@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from slipscale.experiments.lab.console.forms import LARGEST_STUDY, Form
+from slipscale.experiments.lab.console.actions.forms import LARGEST_STUDY, Form
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import toml_table
 

@@ -6,13 +6,13 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from slipscale.experiments.lab.console.calibrating import (
+from slipscale.experiments.lab.console.actions.bench import TYPED
+from slipscale.experiments.lab.console.actions.calibrating import (
     IN_ALL,
     OF_FREQUENCY,
     made_calibration,
     measured_so_far,
 )
-from slipscale.experiments.lab.console.forms import TYPED
 from slipscale.experiments.lab.console.jobs import HELD
 from slipscale.experiments.lab.console.pages.view import View, failure
 from slipscale.experiments.lab.console.plots import WIDE

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.journal.plan_and_progress import is_mock
 from slipscale.experiments.lab.blind_summary import summary
-from slipscale.experiments.lab.console.history import deviations, history
+from slipscale.experiments.lab.console.pages.history import deviations, history
 from slipscale.experiments.lab.console.pages.view import (
     MOST_PEOPLE,
     View,

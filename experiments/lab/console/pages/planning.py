@@ -10,7 +10,7 @@ import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from slipscale.experiments.lab.console.actions import power_folder
+from slipscale.experiments.lab.console.actions.folder import power_folder
 from slipscale.experiments.lab.console.pages.editor import simulated_minutes
 from slipscale.experiments.lab.console.pages.view import failure
 from slipscale.experiments.lab.console.plots import WIDE

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from serial.tools.list_ports import comports
 
-from slipscale.experiments.lab.console.actions import text_hash
+from slipscale.experiments.lab.console.actions.forms import text_hash
 from slipscale.experiments.lab.console.state import findings
 from slipscale.experiments.lab.folder import FILE, LabFile, lab_text, read_lab
 from slipscale.experiments.languages.texts import languages

@@ -6,7 +6,8 @@ from difflib import unified_diff
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from slipscale.experiments.journal.plan_and_progress import read_usable
-from slipscale.experiments.lab.console.actions import text_hash, why_not_edited
+from slipscale.experiments.lab.console.actions.folder import why_not_edited
+from slipscale.experiments.lab.console.actions.forms import text_hash
 from slipscale.experiments.lab.console.pages.editor import editor
 from slipscale.experiments.lab.console.state import usual_duration_s
 from slipscale.experiments.study.file import shipped_studies, study_text

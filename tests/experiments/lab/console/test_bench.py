@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from slipscale.experiments.lab.console import jobs as job_file
-from slipscale.experiments.lab.console.calibrating import measured_so_far
+from slipscale.experiments.lab.console.actions.calibrating import measured_so_far
 from slipscale.experiments.lab.console.jobs import Jobs
 from slipscale.experiments.lab.folder import read_lab
 

@@ -8,7 +8,7 @@ import pytest
 
 from slipscale.experiments.lab.blind_summary import Event, PlateReading, RunSummary, summary
 from slipscale.experiments.lab.console import app, state
-from slipscale.experiments.lab.console.history import deviations, history
+from slipscale.experiments.lab.console.pages.history import deviations, history
 
 
 def read(*used, temperature_c=None):

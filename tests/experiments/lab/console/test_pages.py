@@ -10,14 +10,17 @@ from dataclasses import replace
 from importlib.resources import files
 from io import BytesIO
 from types import SimpleNamespace
+from typing import get_args
 
 import pytest
 
 from slipscale.experiments.dataset.schema import FLAGS
 from slipscale.experiments.lab.blind_summary import EVENTS
-from slipscale.experiments.lab.console import actions, notices
 from slipscale.experiments.lab.console import jobs as jobs_file
+from slipscale.experiments.lab.console import notices
 from slipscale.experiments.lab.console import page_texts as page_texts_file
+from slipscale.experiments.lab.console.actions import bench, data, desk, folder, sessions
+from slipscale.experiments.lab.console.actions import table as table_file
 from slipscale.experiments.lab.console.jobs import Job, Jobs
 from slipscale.experiments.lab.console.page_texts import LANGUAGES, page_texts
 from slipscale.experiments.lab.console.plots import scatter
@@ -75,17 +78,28 @@ def said_in(module):
             isinstance(node, ast.keyword) and node.arg == "remedy"
         ):
             value = node.value
+        elif isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "start" and node.args:
+            value = node.args[1]  # what the job concerns
+        elif isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "about":
+            value = node.value
         if (said := template(value)) and " " in said:
             yield said
+
+
+SAYING = (bench, data, desk, folder, sessions, table_file, notices, jobs_file, preflight)
 
 
 def test_replies_notices_and_remedies_have_a_french_translation():
     source = files(page_texts_file.PACKAGE).joinpath("texts/sentences.fr.toml")
     known = tomllib.loads(source.read_text(encoding="utf-8"))
-    said = {each for module in (actions, notices, jobs_file, preflight) for each in said_in(module)}
+    said = {each for module in SAYING for each in said_in(module)}
     ours = {each for each in said if not each.startswith(("--only", "{}: no header"))}
     assert ours - set(known) == set()
-    assert {each for each in known if " " in each} - said == {"included again"}
+    requests = {
+        what.replace("_", " ") for what in get_args(sessions.Ask.model_fields["what"].annotation)
+    }
+    assert requests - set(known) == set()
+    assert {each for each in known if " " in each} - said - requests == {"included again"}
     for english, french in known.items():
         places = [f"{{{number}}}" for number in range(english.count("{}"))]
         assert sorted(re.findall(r"\{\d\}", french)) == places

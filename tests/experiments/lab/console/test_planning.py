@@ -4,7 +4,8 @@ import json
 import re
 
 from slipscale.commands import main
-from slipscale.experiments.lab.console.actions import GRID, power_folder, unused
+from slipscale.experiments.lab.console.actions.folder import GRID, power_folder
+from slipscale.experiments.lab.console.actions.forms import unused
 from slipscale.experiments.lab.console.state import PLANNING, frozen_plans
 from slipscale.experiments.study.file import study_text
 

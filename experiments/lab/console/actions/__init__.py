@@ -1,0 +1,1 @@
+"""The actions that a page can request."""

@@ -1,0 +1,158 @@
+"""Calibrate the plate, check its conformance, present surfaces; start an emulated board."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from slipscale.experiments.lab.console.actions.calibrating import made_calibration, measured_so_far
+from slipscale.experiments.lab.console.actions.forms import Form, Nothing, unused
+from slipscale.experiments.lab.console.jobs import HELD
+from slipscale.experiments.lab.folder import read_lab, write_settings
+from slipscale.faults import UserError
+from slipscale.hardware.cli.calibrate import BACK, without_calibration
+
+if TYPE_CHECKING:
+    from slipscale.experiments.lab.console.actions.desk import Actions, Desk
+    from slipscale.experiments.lab.console.jobs import Job
+
+DECIMAL = r"[0-9]+([.,][0-9]*)?"
+Decimal = Annotated[str, Field(pattern=f"^({DECIMAL})?$")]
+TYPED = "typed"  # readings that the operator types, point by point
+
+
+class Calibrate(Form):
+    """Calibrate the folder's plate; without ``keep`` it is only measured.
+
+    ``table`` names a CSV file of the folder with readings made elsewhere, and ``serial`` the device
+    that drove the plate then; `TYPED` has the operator type each reading. The sweep's range is in
+    Hz and in the calibration's V peak; what is left empty has the command's default.
+    """
+
+    by: Annotated[str, Field(min_length=1, max_length=200)]
+    instrument: Annotated[str, Field(min_length=1, max_length=200)]
+    temperature: Annotated[str, Field(pattern=f"^(-?{DECIMAL})?$")] = ""
+    centre: Decimal = ""
+    span: Decimal = ""
+    sweep_voltage: Decimal = ""
+    max_voltage: Decimal = ""
+    finger: bool = False
+    changed_plate: bool = False
+    keep: bool = True
+    table: Annotated[str, Field(max_length=200)] = ""
+    serial: Annotated[str, Field(max_length=200)] = ""
+
+
+class Reading(Form):
+    """The instrument's reading in µm p-p, or what repeats the previous point.
+
+    ``number`` is the count of readings before it, so that none is sent twice.
+    """
+
+    reading: Annotated[str, Field(pattern=f"^({DECIMAL}|{BACK})$")]
+    number: Annotated[int, Field(ge=0)]
+
+
+class Surface(Form):
+    """Present a surface until the page lets go of it, ``level`` in the plate's quantity."""
+
+    level: Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+def _calibrate(desk: Desk, asked: Calibrate) -> str:
+    found = desk.free()
+    words = [f"--by={asked.by}", f"--instrument={asked.instrument}"]
+    numbers = ("temperature", "centre", "span", "sweep_voltage", "max_voltage")
+    words += [
+        f"--{name.replace('_', '-')}={typed.replace(',', '.')}"
+        for name in numbers
+        if (typed := getattr(asked, name))
+    ]
+    if asked.table == TYPED:
+        words.append("--prompt")
+    elif asked.table:
+        if asked.table not in (path.name for path in Path().glob("*.csv")):
+            raise UserError(f"{asked.table}: expected a CSV file of the laboratory folder")
+        words += [f"--csv={asked.table}", f"--serial={asked.serial}"]
+    if asked.finger:
+        words.append("--finger")
+    if asked.changed_plate:
+        words.append("--changed-plate")
+    spec = without_calibration(found.defaults.plate)
+    out = ("--out", str(unused("calibration-{}.toml"))) if asked.keep else ("--measure-only",)
+    words = ["plate", "calibrate", f"--plate={spec}", *words, *out, "--steps"]
+    desk.jobs.start("calibrate", "the calibration", *words)
+    return "calibrating"
+
+
+def _reading(desk: Desk, asked: Reading) -> str:
+    job = desk.jobs.last("calibrate")
+    measured = measured_so_far(job.steps()) if job and job.running else None
+    if job is None or measured is None or not measured.asked:
+        raise UserError("no calibration is waiting for a reading")
+    if len(measured.points) != asked.number:
+        raise UserError("this point has its reading already; read the instrument again")
+    job.type(asked.reading)
+    return ""
+
+
+def _conform(desk: Desk, _: Nothing) -> str:
+    spec = desk.free().defaults.plate
+    desk.jobs.start("conform", "the conformance check", "plate", "conform", spec)
+    return "checking the plate's conformance"
+
+
+def _surface(desk: Desk, asked: Surface) -> str:
+    spec = desk.free().defaults.plate
+    words = ("plate", "watch", spec, f"--amplitude={asked.level:g}", "--every=0.2")
+    desk.jobs.start("surface", "the test surface", *words)
+    return "presenting a test surface"
+
+
+def _held(desk: Desk) -> list[Job]:
+    jobs = (desk.jobs.last(kind) for kind in HELD)
+    return [job for job in jobs if job and job.running]
+
+
+def _hold(desk: Desk, _: Nothing) -> str:
+    for job in _held(desk):
+        job.hold()
+    return ""
+
+
+def _release(desk: Desk, _: Nothing) -> str:
+    for job in _held(desk):
+        job.release()
+    return "the plate is switched off"
+
+
+def _adopt(desk: Desk, _: Nothing) -> str:
+    desk.free()
+    job = desk.jobs.last("calibrate")
+    made, lab = made_calibration(job.said()) if job else "", read_lab(Path())
+    if not made or lab is None:
+        raise UserError("no calibration was made since this console was started")
+    spec = without_calibration(lab.plate)
+    spec += f"{',' if ':' in spec else ':'}calibration={made}"
+    write_settings(Path(), lab.model_copy(update={"plate": spec}))
+    desk.now()
+    return f"saved: the folder's plate uses {made}"
+
+
+def _emulator(desk: Desk, _: Nothing) -> str:
+    desk.jobs.start("emulator", "the emulated board", "plate", "emulate")
+    return "starting an emulated board"
+
+
+ACTIONS: Actions = {
+    "calibrate": (Calibrate, _calibrate),
+    "reading": (Reading, _reading),
+    "conform": (Nothing, _conform),
+    "surface": (Surface, _surface),
+    "hold": (Nothing, _hold),
+    "release": (Nothing, _release),
+    "adopt": (Nothing, _adopt),
+    "emulator": (Nothing, _emulator),
+}

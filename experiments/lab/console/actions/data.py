@@ -1,0 +1,177 @@
+"""Unblind; analyse, verify, export and back up the data; exclude participants; withdrawal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from slipscale.experiments.dataset.backup import back_up, back_up_exclusions, not_backed_up
+from slipscale.experiments.dataset.hand_exclusions import decide
+from slipscale.experiments.dataset.withdrawal import sources_with, withdraw
+from slipscale.experiments.journal.locks import is_being_written
+from slipscale.experiments.lab.console.actions.forms import Form, Label, Nothing, Words
+from slipscale.experiments.lab.console.state import ended_runs, export_folder
+from slipscale.experiments.lab.unblinding import unblind
+from slipscale.experiments.session.mailbox import LiveRequest, post
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from slipscale.experiments.lab.console.actions.desk import Actions, Desk
+    from slipscale.experiments.lab.console.state import Snapshot
+
+
+# The word to type to unblind, in the console's languages.
+CONFIRMING = frozenset({"unblind", "voir"})
+
+
+class Unblind(Form):
+    """Unblind. ``word`` is typed by hand, so that a mistaken click does not unblind."""
+
+    word: str
+
+
+def check_meant(word: str) -> None:
+    """Raise `UserError` unless the word was typed that confirms unblinding."""
+    if word.strip().casefold() not in CONFIRMING:
+        raise UserError(f"expected the word {' or '.join(sorted(CONFIRMING))}")
+
+
+def _unblind(desk: Desk, asked: Unblind) -> str:
+    found = desk.now()
+    check_meant(asked.word)
+    if found.roster is None:
+        raise UserError("there are no participants yet")
+    unblind(found.defaults.data, found.roster)
+    live = found.live
+    if live and live.status and not live.pilot:
+        words = "the operator asked the console to show results (unblinded)"
+        post(live.visit.path, LiveRequest(token=live.status.token, what="note", reason=words))
+    desk.now()
+    return "recorded: results are shown from now on"
+
+
+class Work(Form):
+    """Start a job on the whole data set."""
+
+    what: Literal["verify", "build", "export"]
+
+
+class Exclude(Form):
+    """Exclude a participant from the analysis, or include them again."""
+
+    participant: Label
+    excluded: bool
+    reason: Words
+    pilot: bool = False
+
+
+class Withdraw(Form):
+    """Remove a participant's data. ``word`` is the participant's label, typed by hand."""
+
+    participant: Label
+    word: Words
+    pilot: bool = False
+
+
+def _exclude(desk: Desk, asked: Exclude) -> str:
+    found = desk.now()
+    decide(
+        found.defaults.out(pilot=asked.pilot),
+        asked.participant,
+        excluded=asked.excluded,
+        reason=asked.reason,
+        results_seen=found.seen,
+    )
+    back_up_exclusions(found.defaults.out(pilot=asked.pilot), asked.participant)
+    desk.now()
+    done = "excluded" if asked.excluded else "included again"
+    return f"participant {asked.participant} is {done}; the next analysis takes this into account"
+
+
+def _withdraw(desk: Desk, asked: Withdraw) -> str:
+    found = desk.free()
+    if asked.word.strip() != asked.participant:
+        raise UserError(f"expected the participant's label, {asked.participant}")
+    dataset = found.defaults.out(pilot=asked.pilot)
+    gone = withdraw(dataset, asked.participant)
+    desk.now()
+    left = "".join(
+        f" {dataset} was merged from {source}, which may still contain their data: "
+        "withdraw the participant there too."
+        for source in sources_with(dataset, asked.participant)
+    )
+    return (
+        f"participant {asked.participant} has withdrawn: {len(gone)} files and folders "
+        "were removed or rewritten, including the results of all participants. Remove any "
+        f"copies that you made elsewhere.{left}"
+    )
+
+
+def _analyse(desk: Desk, _: Nothing) -> str:
+    found = desk.now()
+    if not found.seen:
+        raise UserError(
+            "results would unblind you: unblind first, or wait for all planned participants"
+        )
+    _start_analysis(desk, found)
+    return "analysing"
+
+
+def _start_analysis(desk: Desk, found: Snapshot) -> None:
+    desk.analysed = ended_runs(found)
+    desk.jobs.start("analysis", "the analysis", "analyse", "--steps", str(found.defaults.data))
+
+
+def renew(desk: Desk) -> None:
+    """Analyse again if runs have ended since the last analysis and results may be seen.
+
+    No analysis starts while a session runs, so that the session can present its frames on
+    time. A failed analysis is not repeated until another run has ended.
+    """
+    found = desk.state.now()
+    job = desk.jobs.last("analysis")
+    if not found.seen or found.live or (job and job.running):
+        return
+    ended = ended_runs(found)
+    newest_ns = max((changed_ns for _, changed_ns in ended), default=0)
+    # Analyses by other processes are known only by the modification time of their results.
+    due = bool(desk.analysed) or newest_ns > (found.results_ns or 0)
+    if ended and ended != desk.analysed and due:
+        _start_analysis(desk, found)
+
+
+def _work(desk: Desk, asked: Work) -> str:
+    found = desk.now()
+    data = found.defaults.data
+    if asked.what == "export" and not found.seen:
+        raise UserError("the export contains results: unblind first, or wait for all planned")
+    if found.live and not found.live.pilot:
+        raise UserError(f"a session of participant {found.live.label} is running; end it first")
+    words = {
+        "verify": ("data", "verify", str(data), "--json"),
+        "build": ("data", "build", str(data), "--json"),
+        "export": ("export", str(data), "--out", str(export_folder(data))),
+    }
+    desk.jobs.start(asked.what, f"data set: {asked.what}", *words[asked.what])
+    return f"started: {asked.what}"
+
+
+def _backup(desk: Desk, _: Nothing) -> str:
+    found = desk.now()
+    data, folder = found.defaults.data, found.defaults.backup
+    if folder is None:
+        raise UserError("no backup folder is set; name one on the page Settings")
+    missing = [journal for journal in not_backed_up(data, folder) if not is_being_written(journal)]
+    for journal in missing:
+        back_up(data, journal, folder)
+    desk.now()
+    return f"copied {len(missing)} runs to {folder}"
+
+
+ACTIONS: Actions = {
+    "unblind": (Unblind, _unblind),
+    "exclude": (Exclude, _exclude),
+    "withdraw": (Withdraw, _withdraw),
+    "analyse": (Nothing, _analyse),
+    "work": (Work, _work),
+    "backup": (Nothing, _backup),
+}

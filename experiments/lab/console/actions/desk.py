@@ -1,0 +1,87 @@
+"""What all actions share: the laboratory folder, the started jobs, the sessions' warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from slipscale.experiments.lab.console.actions.forms import Form
+from slipscale.experiments.lab.console.jobs import USING_THE_PLATE
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from slipscale.experiments.lab.console.jobs import Jobs
+    from slipscale.experiments.lab.console.state import Snapshot, State
+
+
+class Warnings:
+    """The sessions' warnings, each as (session, sentence), until they are acknowledged."""
+
+    def __init__(self, state: State, jobs: Jobs) -> None:
+        self._state = state
+        self._jobs = jobs
+        self._found: dict[tuple[str, str], None] = {}  # in order
+        self._acknowledged: set[tuple[str, str]] = set()
+
+    def pending(self) -> list[tuple[str, str]]:
+        """Return the warnings that nobody has acknowledged."""
+        live, job = self._state.now().live, self._jobs.last("session")
+        if live and live.status:
+            found = [(live.status.token, sentence) for sentence in live.status.warnings]
+            self._found |= dict.fromkeys(found)
+        if job:
+            self._found |= dict.fromkeys((str(job.began_s), each) for each in job.warnings())
+        return [each for each in tuple(self._found) if each not in self._acknowledged]
+
+    def acknowledge(self, session: str, sentence: str) -> None:
+        """Show a warning no longer."""
+        self._acknowledged.add((session, sentence))
+
+
+class Desk:
+    """What the actions work with.
+
+    Parameters
+    ----------
+    state : State
+    jobs : Jobs
+
+    Attributes
+    ----------
+    analysed : frozenset
+        The complete runs of the last analysis that this console started.
+    """
+
+    def __init__(self, state: State, jobs: Jobs) -> None:
+        self.state = state
+        self.jobs = jobs
+        self.warnings = Warnings(state, jobs)
+        self.analysed: frozenset[tuple[Path, int]] = frozenset()
+
+    def now(self) -> Snapshot:
+        """Return a fresh snapshot of the folder; raise `UserError` if the folder is unusable."""
+        found = self.state.now(fresh=True)
+        if found.problem:
+            raise UserError(found.problem)
+        return found
+
+    def free(self) -> Snapshot:
+        """Return a fresh snapshot of the folder; raise `UserError` if anything uses the plate."""
+        found = self.now()
+        self.check_free(found)
+        return found
+
+    def check_free(self, found: Snapshot) -> None:
+        """Raise `UserError` if anything uses the plate."""
+        if found.live:
+            raise UserError(f"a session of participant {found.live.label} is running; end it first")
+        for kind in USING_THE_PLATE:
+            job = self.jobs.last(kind)
+            if job and job.running:
+                raise UserError(f"{job.about}: still running; wait until it is finished")
+
+
+# For each action's name: the form that it is sent, and the function that carries it out.
+Actions = Mapping[str, tuple[type[Form], Callable[[Desk, Any], str]]]

@@ -1,0 +1,197 @@
+"""Save settings and studies; test a plate; compute power, freeze the plan, run a pilot."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field, field_validator
+
+from slipscale.experiments.dataset.files import write_file
+from slipscale.experiments.lab.console.actions.forms import (
+    LARGEST_STUDY,
+    Digest,
+    Form,
+    Nothing,
+    Words,
+    text_hash,
+    unused,
+)
+from slipscale.experiments.lab.console.state import PLANNING, frozen_plans
+from slipscale.experiments.lab.folder import FILE, LabFile, lab_text, write_settings
+from slipscale.experiments.running.run_state import studies
+from slipscale.experiments.study.file import parse_whole, shipped_studies, study_text
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from slipscale.experiments.lab.console.actions.desk import Actions, Desk
+    from slipscale.experiments.lab.console.state import Snapshot
+
+# What the sliders of planning choose from: less than a minute of computing.
+GRID = (
+    *("--participants", "6", "8", "12", "16", "20", "24", "32", "40"),
+    *("--repetitions", "1", "2", "3", "--effect", "1", "0.75", "0.5", "--studies", "300"),
+)
+
+
+class Settings(Form):
+    """The laboratory folder's new settings, and a digest of the file that the page showed."""
+
+    settings: LabFile
+    before: Digest
+
+    @field_validator("settings", mode="before")
+    @classmethod
+    def _listed(cls, value: Any) -> Any:
+        """Split markers as they are typed, one per word."""
+        if isinstance(value, dict) and isinstance(value.get("markers"), str):
+            return value | {"markers": value["markers"].split()}
+        return value
+
+
+class Test(Form):
+    """Test a plate before it is saved in the settings."""
+
+    plate: Annotated[str, Field(min_length=1, max_length=300)]
+
+
+def _settings(desk: Desk, asked: Settings) -> str:
+    desk.check_free(desk.state.now(fresh=True))  # works in a folder without settings, too
+    if text_hash(lab_text(Path())) != asked.before:
+        raise UserError(
+            f"{FILE} was changed on disk after this page was loaded; reload the page, and "
+            "make the change again"
+        )
+    write_settings(Path(), asked.settings)
+    desk.state.now(fresh=True)
+    return f"saved: {FILE}"
+
+
+def _test(desk: Desk, asked: Test) -> str:
+    desk.check_free(desk.state.now(fresh=True))
+    words = ("check", "--json", "--only", "plate", f"--plate={asked.plate}")
+    desk.jobs.start("test", "the test of the plate", *words)
+    return "testing"
+
+
+class Freeze(Form):
+    """What a registry asks for besides the study and its analysis; may be empty."""
+
+    sample_size: Words = ""
+    existing_data: Words = ""
+    stopping: Words = ""
+
+
+class Pilot(Form):
+    """Run a simulated pilot."""
+
+    participants: Annotated[int, Field(ge=1, le=500)]
+    seed: Annotated[int, Field(ge=0, le=2**31)]
+
+
+class Study(Form):
+    """A study's new text, and a digest of the text that the page showed before it was edited."""
+
+    text: Annotated[str, Field(max_length=LARGEST_STUDY)]
+    before: Digest
+
+
+class Copy(Form):
+    """Copy the study under another name."""
+
+    name: Annotated[str, Field(pattern="^[A-Za-z][A-Za-z0-9_-]{0,60}$")]
+    text: Annotated[str, Field(max_length=LARGEST_STUDY)]
+
+
+def power_folder(study_text: str) -> Path:
+    """Return where the power of a study is kept: another text has another folder."""
+    return PLANNING / f"power-{text_hash(study_text)[:12]}"
+
+
+def why_not_edited(found: Snapshot) -> str:
+    """Return why the study's file cannot be edited here; empty if it can."""
+    name = found.defaults.study
+    if name in shipped_studies():
+        return f"'{name}' comes with Slipscale: make a copy, and edit the copy"
+    if found.study and found.study.name in studies(found.defaults.data):
+        return f"'{name}' has data, which a changed study would no longer match; make a copy"
+    return ""
+
+
+def _power(desk: Desk, _: Nothing) -> str:
+    found = desk.now()
+    out = power_folder(found.study_text)
+    words = ("power", found.defaults.study, *GRID, "--steps", "--json", "--out", str(out))
+    desk.jobs.start("power", "the power", *words)
+    return "computing"
+
+
+def _freeze(desk: Desk, asked: Freeze) -> str:
+    found = desk.now()
+    power = power_folder(found.study_text)
+    told = {
+        "--sample-size": asked.sample_size,
+        "--existing-data": asked.existing_data,
+        "--stopping": asked.stopping,
+    }
+    words = [f"{option}={text.strip()}" for option, text in told.items() if text.strip()]
+    if (power / "power.json").is_file():
+        words += ["--power", str(power)]
+    PLANNING.mkdir(exist_ok=True)
+    path = unused(f"{PLANNING}/plan-{{:03d}}.zip", len(frozen_plans()) + 1)
+    study = found.defaults.study
+    desk.jobs.start("freeze", "the plan", "study", "freeze", study, "--out", str(path), *words)
+    return f"freezing: {path}"
+
+
+def _pilot(desk: Desk, asked: Pilot) -> str:
+    desk.now()
+    numbers = ("--participants", str(asked.participants), "--seed", str(asked.seed))
+    desk.jobs.start("pilot", "the pilot", "pilot", *numbers, parts=asked.participants)
+    return "the pilot is running"
+
+
+def _save(desk: Desk, asked: Study) -> str:
+    found = desk.now()
+    path = _study_file(found)
+    if text_hash(study_text(str(path))) != asked.before:
+        raise UserError(
+            f"{path}: was changed on disk after this page was loaded; copy your text, "
+            "reload the page, and edit it again"
+        )
+    parse_whole(asked.text, str(path))
+    write_file(path, asked.text)
+    desk.now()
+    return f"saved: {path.name}"
+
+
+def _study_file(found: Snapshot) -> Path:
+    """Return the study's file; raise `UserError` if it may not be edited."""
+    if why := why_not_edited(found):
+        raise UserError(why)
+    return Path(found.defaults.study)
+
+
+def _copy(desk: Desk, asked: Copy) -> str:
+    desk.now()
+    path = Path(f"{asked.name}.toml")
+    if path.exists() or asked.name in shipped_studies():
+        raise UserError(f"{path}: already exists; choose another name")
+    parse_whole(asked.text, path.name)
+    label = re.sub("[^A-Za-z0-9]+", "_", asked.name)
+    text = re.sub(r"(?m)^name\s*=.*$", f'name = "{label}"', asked.text, count=1)
+    parse_whole(text, path.name)
+    write_file(path, text)
+    return f"wrote {path}; to use it, select it on the page Settings"
+
+
+ACTIONS: Actions = {
+    "settings": (Settings, _settings),
+    "test": (Test, _test),
+    "power": (Nothing, _power),
+    "freeze": (Freeze, _freeze),
+    "pilot": (Pilot, _pilot),
+    "save": (Study, _save),
+    "copy": (Copy, _copy),
+}

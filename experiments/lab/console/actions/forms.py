@@ -1,0 +1,50 @@
+"""What the forms of all actions share. Each action declares its form; anything else is rejected."""
+
+from __future__ import annotations
+
+import hashlib
+from itertools import count
+from pathlib import Path
+from typing import Annotated, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from slipscale.faults import UserError
+from slipscale.faults.validation import in_words
+
+Label = Annotated[str, Field(pattern="^[A-Za-z0-9]{1,40}$")]
+Words = Annotated[str, Field(max_length=2000)]
+Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]  # of the text that the page showed
+LARGEST_STUDY = 500_000
+
+
+class Form(BaseModel):
+    """Base of all forms; rejects unknown fields."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+FormType = TypeVar("FormType", bound=Form)
+
+
+def read_form(form: type[FormType], sent: bytes) -> FormType:
+    """Parse the data that a page sent; raise `UserError` if they do not fit the form."""
+    try:
+        return form.model_validate_json(sent)
+    except ValidationError as error:
+        raise UserError(in_words(error)) from None
+
+
+class Nothing(Form):
+    """A form without fields."""
+
+
+def text_hash(text: str) -> str:
+    """Return a digest of a text, to check whether it is still the text that was shown."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def unused(name: str, first: int = 1) -> Path:
+    """Return a path that does not exist yet; ``name`` has a place for a number."""
+    paths = (Path(name.format(number)) for number in count(first))
+    return next(path for path in paths if not path.exists())

@@ -1,0 +1,128 @@
+"""Begin, resume and control sessions; acknowledge their warnings; check before a session."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from slipscale.experiments.journal.plan_and_progress import is_mock
+from slipscale.experiments.lab.console.actions.data import check_meant
+from slipscale.experiments.lab.console.actions.forms import Form, Label, Nothing, Words
+from slipscale.experiments.session.mailbox import LiveRequest, TrialName, post
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from slipscale.experiments.lab.console.actions.desk import Actions, Desk
+    from slipscale.experiments.lab.roster import Person
+
+
+class Begin(Form):
+    """Begin a participant's session; ``participant`` is the label that the page showed as next."""
+
+    participant: Label
+    pilot: bool = False
+
+
+class Resume(Form):
+    """Resume an interrupted run."""
+
+    participant: Label
+    session: Annotated[str, Field(pattern="^[A-Za-z0-9]{0,40}$")]
+    run: Label
+    pilot: bool = False
+
+
+class Ask(Form):
+    """Send the running session a request that could also be made with a key."""
+
+    token: Annotated[str, Field(pattern="^[0-9a-f]{1,64}$")]
+    what: Literal[
+        "pause", "go_on", "void", "ask_again", "retry", "stop", "note", "answer", "unblind"
+    ]
+    reason: Words = ""
+    word: Words = ""
+    task: Annotated[str, Field(max_length=100)] = ""
+    trial: Annotated[int, Field(ge=0)] = 0
+    question: Annotated[str, Field(max_length=100)] = ""
+
+
+class Acknowledge(Form):
+    """Acknowledge a session's warning."""
+
+    session: str
+    sentence: str
+
+
+def _begin(desk: Desk, asked: Begin) -> str:
+    found = desk.free()
+    roster = found.rehearsals if asked.pilot else found.roster
+    person = roster.person(asked.participant) if roster else None
+    new = roster is not None and asked.participant == roster.new
+    if not new and not (person and person.next_visit):
+        raise UserError(f"participant {asked.participant} is no longer next; check the table again")
+    if is_mock(found.defaults.plate) and not asked.pilot:
+        raise UserError(
+            f"plate '{found.defaults.plate}' is simulated; participants cannot feel it. "
+            "Set the real plate in slipscale.toml, or rehearse"
+        )
+    pilot = ("--pilot",) if asked.pilot else ()
+    about = f"participant {asked.participant}"
+    desk.jobs.start("session", about, "next", "--yes", "--participant", asked.participant, *pilot)
+    return f"{about}: starting the session"
+
+
+def _resume(desk: Desk, asked: Resume) -> str:
+    found = desk.free()
+    roster = found.rehearsals if asked.pilot else found.roster
+    person: Person | None = roster.person(asked.participant) if roster else None
+    wanted = (asked.session, asked.run, "interrupted")
+    for visit in person.visits if person else ():
+        if (visit.session, visit.run, visit.state) == wanted:
+            about = f"participant {asked.participant}"
+            desk.jobs.start("session", about, "resume", str(visit.path))
+            return f"{about}: resuming the session"
+    raise UserError(f"participant {asked.participant} has no such interrupted run")
+
+
+def _ask(desk: Desk, asked: Ask) -> str:
+    live = desk.now().live
+    if live is None or live.status is None or live.status.token != asked.token:
+        raise UserError("that session is over")
+    if asked.what in ("void", "note", "answer") and not asked.reason.strip():
+        raise UserError("expected a text: a reason, a note, or the answer")
+    if asked.what == "unblind":
+        check_meant(asked.word)
+    about_trial = asked.what in ("void", "answer")
+    trial = TrialName(task=asked.task, number=asked.trial) if about_trial else None
+    post(
+        live.visit.path,
+        LiveRequest(
+            token=asked.token,
+            what=asked.what,
+            reason=asked.reason.strip(),
+            trial=trial,
+            question=asked.question,
+        ),
+    )
+    return f"request sent to the session: {asked.what.replace('_', ' ')}"
+
+
+def _acknowledge(desk: Desk, asked: Acknowledge) -> str:
+    desk.warnings.acknowledge(asked.session, asked.sentence)
+    return ""
+
+
+def _check(desk: Desk, _: Nothing) -> str:
+    desk.free()
+    desk.jobs.start("check", "the checklist", "check", "--json")
+    return "checking"
+
+
+ACTIONS: Actions = {
+    "begin": (Begin, _begin),
+    "resume": (Resume, _resume),
+    "ask": (Ask, _ask),
+    "acknowledge": (Acknowledge, _acknowledge),
+    "check": (Nothing, _check),
+}

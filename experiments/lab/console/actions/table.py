@@ -1,0 +1,37 @@
+"""The table of all actions that a page can request.
+
+Pages refer to participants, runs and pilots by label, never by path. Labels are looked up among
+those that exist. Each action returns the sentence that the page shows.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.lab.console.actions import bench, data, folder, sessions
+from slipscale.experiments.lab.console.actions.forms import read_form
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from slipscale.experiments.lab.console.actions.desk import Actions, Desk
+
+TABLE: Actions = {
+    **sessions.ACTIONS,
+    **data.ACTIONS,
+    **folder.ACTIONS,
+    **bench.ACTIONS,
+}
+
+
+def do(desk: Desk, name: str, sent: bytes) -> str:
+    """Carry out an action; return the sentence to show.
+
+    Raises
+    ------
+    UserError
+        The action does not exist, the data sent do not fit it, or it is not possible now.
+    """
+    if name not in TABLE:
+        raise UserError("unknown action")
+    form, action = TABLE[name]
+    return action(desk, read_form(form, sent))
