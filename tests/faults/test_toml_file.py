@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from contextlib import suppress
+from typing import Annotated
 
 import pytest
 from hypothesis import example, given
@@ -13,6 +14,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import parse_toml, read_toml
+
+
+Size = Annotated[int, Field(lt=2)]
 
 
 class Part(BaseModel):
@@ -102,3 +106,16 @@ def test_faults_load_no_pydantic():
     code = "import sys; import slipscale.faults.toml_file; print('pydantic' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
+
+
+class Sizes(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    sizes: tuple[Size, ...] = ()
+
+
+@pytest.mark.parametrize("text, hint", [("sizes = [0,5,1]", True), ("sises = [0,5,1]", False)])
+def test_a_list_out_of_range_may_have_decimal_commas_but_not_an_unknown_key(text, hint):
+    with pytest.raises(UserError) as refused:
+        parse_toml(text, "a.toml", Sizes)
+    assert ("write 0.5" in str(refused.value)) == hint
