@@ -15,7 +15,6 @@ from pydantic import BaseModel, ConfigDict, Field
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import parse_toml, read_toml
 
-
 Size = Annotated[int, Field(lt=2)]
 
 

@@ -77,13 +77,11 @@ def robust_exponent(data: Prepared) -> RobustExponent | NotComputed:
     if data.refused:
         return NotComputed(data.zero_sentence)
     usable = (data.trials["amplitude_um_pp"] > 0) & data.trials["log"].notna()
-    slopes = []
     trials = data.trials[usable]
     x = np.log(trials["amplitude_um_pp"].to_numpy(float))
     y = trials["log"].to_numpy(float)
-    for own in trials.groupby(PARTICIPANT, observed=True).indices.values():
-        if np.ptp(x[own]) > 0:
-            slopes.append(median_slope(x[own], y[own]))
+    people = trials.groupby(PARTICIPANT, observed=True).indices.values()
+    slopes = [median_slope(x[own], y[own]) for own in people if np.ptp(x[own]) > 0]
     n = len(slopes)
     if n < FEWEST:
         return NotComputed(
