@@ -362,6 +362,7 @@ def _rated(frame: pd.DataFrame, sources: Sequence[Source], problems: Problems) -
         task="similarity",
         trial=range(1, len(frame) + 1),
         catch=False,
+        sorted=False,
     )
     whole = rated["dissimilarity"].notna() & (rated["first"] != "") & (rated["second"] != "")
     if not whole.all():

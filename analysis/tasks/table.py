@@ -11,10 +11,13 @@ from slipscale.analysis.tasks.exponent_and_weber import declaration as exponent_
 from slipscale.analysis.tasks.factors import declaration as factors
 from slipscale.analysis.tasks.friction import declaration as friction
 from slipscale.analysis.tasks.groups import declaration as groups
+from slipscale.analysis.tasks.identification import declaration as identification
+from slipscale.analysis.tasks.limits import declaration as limits
 from slipscale.analysis.tasks.matching import declaration as matching
 from slipscale.analysis.tasks.productions import declaration as productions
 from slipscale.analysis.tasks.ratings import declaration as ratings
 from slipscale.analysis.tasks.ratios import declaration as ratios
+from slipscale.analysis.tasks.same_different import declaration as same_different
 from slipscale.analysis.tasks.scales import declaration as scales
 from slipscale.analysis.tasks.sessions import declaration as sessions
 from slipscale.analysis.tasks.similarity import declaration as similarity
@@ -35,6 +38,9 @@ KINDS = (
     ratios.ANALYSIS,
     productions.ANALYSIS,
     similarity.ANALYSIS,
+    same_different.ANALYSIS,
+    limits.ANALYSIS,
+    identification.ANALYSIS,
 )
 #: In the order of ``inference.json``; a statistic may use the results of earlier ones.
 STATISTICS = tuple(statistic for kind in KINDS for statistic in kind.statistics)

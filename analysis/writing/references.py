@@ -99,6 +99,16 @@ REFERENCES: dict[str, Reference] = {
         volume="25",
         pages="331-352",
     ),
+    "miller1956": Reference(
+        cited="Miller, 1956",
+        authors="Miller, G. A.",
+        year=1956,
+        title="The magical number seven, plus or minus two: some limits on our capacity for "
+        "processing information",
+        journal="Psychological Review",
+        volume="63",
+        pages="81-97",
+    ),
     "kruskal1964": Reference(
         cited="Kruskal, 1964",
         authors="Kruskal, J. B.",

@@ -60,6 +60,9 @@ Test = Literal[
     "ratios",
     "productions",
     "similarity",
+    "same_different",
+    "limits",
+    "identification",
     "exponent_and_weber",
 ]
 Primary = Literal["ranks", "logarithms"]

@@ -1,4 +1,4 @@
-"""Declare ratings on a visual analogue scale."""
+"""Declare ratings on a visual analogue scale, or in categories."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ ANALYSIS = of_one_statistic(
     "ratings",
     TRIALS,
     RATINGS,
-    question="Where on a line between two words do the {q.stimuli} lie?",
-    what="a visual analogue scale",
-    title="Visual analogue scale",
+    question="Where on a scale between two words do the {q.stimuli} lie?",
+    what="a rating scale",
+    title="Rating scales",
     answers=lambda found, _, q: [sentences.rating_answer(task, q) for task in found],
     sentences=sentences.rating_sentences,
-    heading="Ratings on a visual analogue scale",
+    heading="Ratings on a scale",
     blocks=of_each(section.blocks),
     figures=lambda found, trials, q: {
         f"ratings_{each.task}": figures.ratings(each, trials[trials["task"] == each.task], q)
@@ -36,7 +36,7 @@ ANALYSIS = of_one_statistic(
     session_tables=mean_by_session(
         TRIALS,
         "mean rating",
-        "place on the line, 0 to 100",
+        "place on the line, 0 to 100, or category",
         lambda rows: rows["rating"].astype(float),
     ),
 )

@@ -51,13 +51,15 @@ def ratings(found: TaskRatings, trials: pd.DataFrame, quantity: Quantity) -> Fig
         [each.mean for each in found.surfaces],
         [each.interval for each in found.surfaces],
     )
-    axes.set_ylim(-3, 103)
-    for end in (0, 100):
+    low, high = (0, 100) if found.categories is None else (1, found.categories)
+    room = 0.03 * (high - low)
+    axes.set_ylim(low - room, high + room)
+    for end in (low, high):
         axes.axhline(end, color=GREY, linewidth=0.8, linestyle=":", zorder=0)
     axes.set_xticks(places, list(table.columns))
     if whole:
         shown = apart(axes, places)
         axes.set_xticks(shown, [f"{value:g}" for value in shown])
     axes.set_xlabel(quantity.headed(quantity.title) if whole else "Surface")
-    axes.set_ylabel("Place on the line (0 to 100)")
+    axes.set_ylabel("Place on the line (0 to 100)" if low == 0 else f"Category (1 to {high})")
     return figure

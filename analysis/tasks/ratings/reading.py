@@ -1,4 +1,4 @@
-"""Read trials of the visual analogue scale from a data set.
+"""Read ratings from a data set: on a visual analogue scale, or in ordered categories.
 
 ``surface`` is the texture's name, or the amplitude (µm peak to peak); a texture has no
 ``amplitude_um_pp``. Catch trials are marked.
@@ -15,17 +15,19 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reading.delimited import Problems
 
-#: Columns that identify a table of ratings on a visual analogue scale.
-RATED = ("rating", "amplitude_um_pp", "cursor_start")
+#: Columns that identify a table of ratings.
+RATED = ("rating", "amplitude_um_pp")
+#: Columns of ratings on a line, and the number of categories of others.
+OF_SCALE = ("resolution", "cursor_start", "categories")
 LENGTH = 100.0  # of the line
 
 
 def _ratings(frame: pd.DataFrame, problems: Problems) -> pd.DataFrame:
-    beyond = frame["rating"] > LENGTH
+    beyond = frame["rating"] > frame["categories"].fillna(LENGTH)
     if beyond.any():
         problems.add(
-            f"{int(beyond.sum())} ratings are above {LENGTH:g}, the right end of the line; they "
-            "are left out"
+            f"{int(beyond.sum())} ratings are above {LENGTH:g}, the right end of the line, or the "
+            "number of categories; they are left out"
         )
     amplitude = frame["amplitude_um_pp"]
     plain = frame["texture"] == ""
@@ -40,9 +42,9 @@ TRIALS = task_trials(
     "ratings",
     "rating",
     marks=RATED,
-    numeric=("resolution", *RATED),
+    numeric=(*OF_SCALE, *RATED),
     words=("texture",),
-    columns=("surface", "resolution", *RATED),
+    columns=("surface", *OF_SCALE, *RATED),
     needed=("rating",),
     levels=("amplitude_um_pp",),
     derive=_ratings,

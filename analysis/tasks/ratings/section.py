@@ -1,4 +1,4 @@
-"""Write the section on ratings on a visual analogue scale."""
+"""Write the section on ratings on a visual analogue scale, or in categories."""
 
 from __future__ import annotations
 
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from slipscale.stimuli.quantity import Quantity
 
 
+EXTREMES = ("In the lowest", "In the highest")
+
+
 def blocks(
     task: TaskRatings, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
@@ -28,10 +31,10 @@ def blocks(
         *html.figure_if_drawn(
             svgs,
             f"ratings_{task.task}",
-            "Places on the line, from its left end (0) to its right (100). Pale: each "
-            f"participant's means; blue: their mean with Student's {level:g} % interval.",
+            f"{_numbers(task)}. Pale: each participant's means; blue: their mean with Student's "
+            f"{level:g} % interval.",
             "Mean ratings: "
-            + ", ".join(f"{each.surface}: {each.mean:.0f}" for each in task.surfaces),
+            + ", ".join(f"{each.surface}: {number(each.mean, 1)}" for each in task.surfaces),
         ),
         _rating_table(task, quantity),
         _pair_table(task),
@@ -39,7 +42,8 @@ def blocks(
 
 
 def _rating_table(task: TaskRatings, quantity: Quantity) -> Markup:
-    titles = ("Ratings", "Mean", "CI", "SD", "At the left end", "At the right end")
+    ends = ("At the left end", "At the right end") if task.categories is None else EXTREMES
+    titles = ("Ratings", "Mean", "CI", "SD", *ends)
     columns = [TableColumn(title="Surface", left=True), *(TableColumn(title=t) for t in titles)]
     rows = [
         [
@@ -56,7 +60,7 @@ def _rating_table(task: TaskRatings, quantity: Quantity) -> Markup:
     return html.table(
         columns,
         rows,
-        f"Places on the line, 0 to 100; {quantity.levels} in "
+        f"{_numbers(task)}; {quantity.levels} in "
         f"{quantity.unit}{quantity.behind}. Mean, Student's interval and standard deviation "
         "across participants (one value each).",
     )
@@ -84,9 +88,15 @@ def _pair_table(task: TaskRatings) -> Markup:
     return html.table(
         columns,
         rows,
-        "Differences of mean places, with Student's interval; Wilcoxon's signed-rank test of each "
+        "Differences of mean ratings, with Student's interval; Wilcoxon's signed-rank test of each "
         "pair, Holm-corrected over all pairs of the task.",
     )
+
+
+def _numbers(task: TaskRatings) -> str:
+    if task.categories is None:
+        return "Places on the line, from its left end (0) to its right (100)"
+    return f"Categories, from 1 (lowest) to {task.categories}"
 
 
 def _one(value: float) -> str:

@@ -1,4 +1,4 @@
-"""Write sentences on ratings on a visual analogue scale."""
+"""Write sentences on ratings on a visual analogue scale, or in categories."""
 
 from __future__ import annotations
 
@@ -22,7 +22,15 @@ if TYPE_CHECKING:
 
 def rating_title(found: TaskRatings) -> str:
     """Return the name of a task in the report."""
-    return f"Visual analogue scale ({found.task})"
+    kind = "Visual analogue scale" if found.categories is None else "Category scale"
+    return f"{kind} ({found.task})"
+
+
+def scale_of(found: TaskRatings) -> str:
+    """Return what the numbers of a task are."""
+    if found.categories is None:
+        return "mean places on the line from 0 (left) to 100"
+    return f"mean categories, from 1 (lowest) to {found.categories},"
 
 
 def rating_answer(found: TaskRatings, quantity: Quantity) -> str:
@@ -32,8 +40,8 @@ def rating_answer(found: TaskRatings, quantity: Quantity) -> str:
     )
     return (
         f"{rating_title(found)}, {counted(found.answers, 'rating', 'ratings')} of "
-        f"{counted(found.participants, 'participant', 'participants')}: mean places on the line "
-        f"from 0 (left) to 100 were {means}."
+        f"{counted(found.participants, 'participant', 'participants')}: "
+        f"{scale_of(found)} were {means}."
     )
 
 
@@ -57,6 +65,9 @@ def rating_tests(found: TaskRatings, confidence: float, quantity: Quantity) -> s
 
 def rating_biases(found: TaskRatings, confidence: float) -> list[str]:
     """Return the sentences on biases of ratings: the start, the ends of the line, lapses."""
+    if found.categories is not None:
+        told = "Categories are ordered: tests use ranks; means treat them as equally spaced."
+        return [told]
     texts = []
     start = found.start_effect
     if isinstance(start, NotComputed):

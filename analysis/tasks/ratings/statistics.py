@@ -1,4 +1,6 @@
-"""Analyse ratings on a visual analogue scale by means and ranks.
+"""Analyse ratings on a visual analogue scale, or in categories, by means and ranks.
+
+Categories are numbered from 1; their means treat them as equally spaced, ranks do not.
 
 The scale is bounded and has no unit, so the position of a mark does not justify ratios. Ratings
 are not divided by a participant's maximum, and no logarithms or exponents are computed. Surfaces
@@ -42,7 +44,7 @@ ENDS = (0.0, 100.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RatedSurface:
-    """Ratings of one surface, 0 to 100.
+    """Ratings of one surface, 0 to 100 or a category's number.
 
     Parameters
     ----------
@@ -55,7 +57,7 @@ class RatedSurface:
     interval : ConfidenceInterval or None
         Student's interval of the mean over participants; None for fewer than three.
     at_left, at_right : int
-        Ratings at the ends of the line, which could not be lower or higher.
+        Ratings at the ends of the scale, which could not be lower or higher.
     """
 
     surface: str
@@ -104,6 +106,8 @@ class TaskRatings:
         Their numbers; ``answers`` excludes catch trials.
     catch_mean : float or None
         Mean rating of catch trials (the bare plate).
+    categories : int or None
+        Number of ordered categories; None for a line.
     resolution : float or None
         Smallest distance between two possible marks; None if it was not constant.
     surfaces : tuple of RatedSurface
@@ -123,6 +127,7 @@ class TaskRatings:
     answers: int
     catch_trials: int
     catch_mean: float | None
+    categories: int | None
     resolution: float | None
     surfaces: tuple[RatedSurface, ...]
     friedman: Friedman | NotComputed
@@ -163,6 +168,8 @@ def _task(task: str, rows: pd.DataFrame, confidence: float, quantity: Quantity) 
     whole = table.dropna()
     amplitudes = table[[name for name in table.columns if name in plain]]
     steps = rows["resolution"].dropna().unique()
+    categories = None if rows["categories"].isna().all() else int(rows["categories"].max())
+    ends = ENDS if categories is None else (1.0, float(categories))
     return TaskRatings(
         task=task,
         participants=len(table),
@@ -171,9 +178,10 @@ def _task(task: str, rows: pd.DataFrame, confidence: float, quantity: Quantity) 
         catch_mean=float(catch.groupby(PARTICIPANT, observed=True)["rating"].mean().mean())
         if len(catch)
         else None,
+        categories=categories,
         resolution=float(steps[0]) if len(steps) == 1 else None,
         surfaces=tuple(
-            _surface(name, main[main["surface"] == name], table[name], confidence)
+            _surface(name, main[main["surface"] == name], table[name], ends, confidence)
             for name in table.columns
         ),
         friedman=friedman_of(whole, len(table) - len(whole)),
@@ -186,11 +194,15 @@ def _task(task: str, rows: pd.DataFrame, confidence: float, quantity: Quantity) 
 
 
 def _surface(
-    name: str, rows: pd.DataFrame, means: pd.Series[float], confidence: float
+    name: str,
+    rows: pd.DataFrame,
+    means: pd.Series[float],
+    ends: tuple[float, float],
+    confidence: float,
 ) -> RatedSurface:
     own = np.asarray(means.dropna(), np.float64)
     found = mean_over_participants(own, confidence)
-    left, right = (int((rows["rating"] == end).sum()) for end in ENDS)
+    left, right = (int((rows["rating"] == end).sum()) for end in ends)
     return RatedSurface(
         surface=name,
         participants=len(own),

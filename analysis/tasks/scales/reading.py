@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.task_tables import task_trials
-from slipscale.analysis.tasks.scales.surface_labels import amplitude_of
+from slipscale.analysis.tasks.scales.surface_labels import plain
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,18 +22,8 @@ STIMULI = ("stimulus1", "stimulus2", "stimulus3")
 def _comparisons(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
     return frame.assign(
         response=frame["response"].where(frame["response"].isin([1, 2])),
-        **{name: frame[name].map(_plain) for name in STIMULI},
+        **{name: frame[name].map(plain) for name in STIMULI},
     )
-
-
-def _plain(label: str) -> str:
-    """Return an amplitude in the format of all tables; return other labels unchanged.
-
-    >>> _plain("0.50"), _plain("fine")
-    ('0.5', 'fine')
-    """
-    amplitude = amplitude_of(label)
-    return label if amplitude is None else f"{amplitude:g}"
 
 
 TRIALS = task_trials(

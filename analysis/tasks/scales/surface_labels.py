@@ -13,3 +13,13 @@ def amplitude_of(label: str) -> float | None:
         return float(label)
     except ValueError:
         return None
+
+
+def plain(label: str) -> str:
+    """Return an amplitude in the format of all tables; return other labels unchanged.
+
+    >>> plain("0.50"), plain("fine")
+    ('0.5', 'fine')
+    """
+    amplitude = amplitude_of(label)
+    return label if amplitude is None else f"{amplitude:g}"

@@ -1,4 +1,4 @@
-"""Declare dissimilarity ratings of pairs."""
+"""Declare dissimilarity ratings of pairs, and free sorting."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ ANALYSIS = of_one_statistic(
     TRIALS,
     SIMILARITY,
     question="How different do pairs of {q.stimuli} feel, and along how many dimensions?",
-    what="dissimilarity rating",
-    title="Dissimilarity ratings",
+    what="dissimilarities",
+    title="Dissimilarities",
     answers=sentences.answers,
     sentences=sentences.answers,
     blocks=section.blocks,

@@ -47,18 +47,22 @@ def _task(task: TaskMap | NotComputed, svgs: Mapping[str, str]) -> list[Markup]:
             [[item, *map(number, place)] for item, place in task.coordinates.items()],
             "Places on the map's principal axes.",
         ),
-        html.table(
-            [
-                TableColumn(title="Participant", left=True),
-                *(TableColumn(title=f"Weight of {axis.lower()}") for axis in axes),
-                TableColumn(title="r²"),
-            ],
-            [
-                [each.participant, *map(number, each.weights), unit_number(each.r2)]
-                for each in task.people
-            ],
-            "Weights of squared distances along the group's axes, of participants who rated every "
-            "pair; r²: share of the variance of their squared dissimilarities. The axes are "
-            "those of the group's map, and are not estimated from the weights as in INDSCAL.",
-        ),
+        *([_weights(task, axes)] if task.people else []),
     ]
+
+
+def _weights(task: TaskMap, axes: list[str]) -> Markup:
+    return html.table(
+        [
+            TableColumn(title="Participant", left=True),
+            *(TableColumn(title=f"Weight of {axis.lower()}") for axis in axes),
+            TableColumn(title="r²"),
+        ],
+        [
+            [each.participant, *map(number, each.weights), unit_number(each.r2)]
+            for each in task.people
+        ],
+        "Weights of squared distances along the group's axes, of participants who rated every "
+        "pair; r²: share of the variance of their squared dissimilarities. The axes are "
+        "those of the group's map, and are not estimated from the weights as in INDSCAL.",
+    )

@@ -4,6 +4,8 @@ The rules:
 
 - a participant's dissimilarity of a pair is the mean over orders and repetitions, divided by the
   participant's root mean square, so that everybody weighs the same whatever their numbers;
+- of free sorting, the dissimilarity of a pair is the share of participants who put the two into
+  different groups; a single participant's is 0 or 1, so that no weights are computed;
 - the map of the group is non-metric (Kruskal 1964, Psychometrika 29, 1-27 and 115-129), by
   scikit-learn's SMACOF from the classical solution and from random starts, of which the lowest
   stress-1 counts; axes are the map's principal axes;
@@ -24,7 +26,7 @@ from slipscale.analysis.preprocessing.labels import numbers_first
 from slipscale.analysis.preprocessing.sufficiency import TINY, few
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inputs, Statistic
-from slipscale.analysis.tasks.similarity.reading import RATED, TRIALS
+from slipscale.analysis.tasks.similarity.reading import RATED, SORTED, TRIALS
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
@@ -77,7 +79,9 @@ class TaskMap:
     coordinates : Mapping
         Item -> its place on `SHOWN` principal axes.
     people : tuple of Person
-        Those who rated every pair.
+        Those who rated every pair; none in free sorting.
+    sorting : bool
+        Whether the items were sorted into groups.
     """
 
     task: str
@@ -88,6 +92,7 @@ class TaskMap:
     stress: Mapping[int, float]
     coordinates: Mapping[str, tuple[float, ...]]
     people: tuple[Person, ...]
+    sorting: bool
 
 
 def maps(inputs: Inputs) -> tuple[TaskMap | NotComputed, ...] | NotComputed:
@@ -104,8 +109,9 @@ def map_of(task: str, trials: pd.DataFrame) -> TaskMap | NotComputed:
     items = sorted({*rows["first"], *rows["second"]}, key=numbers_first)
     if len(items) < FEWEST_ITEMS:
         return NotComputed(few("items", len(items), FEWEST_ITEMS))
+    sorting = bool(rows[SORTED].all())
     tables = {
-        str(who): _scaled(_matrix(own, items))
+        str(who): _matrix(own, items) if sorting else _scaled(_matrix(own, items))
         for who, own in rows.groupby(PARTICIPANT, observed=True)
     }
     with np.errstate(invalid="ignore"):
@@ -131,8 +137,9 @@ def map_of(task: str, trials: pd.DataFrame) -> TaskMap | NotComputed:
         people=tuple(
             _person(who, table, coordinates)
             for who, table in tables.items()
-            if np.isfinite(table).all()
+            if not sorting and np.isfinite(table).all()
         ),
+        sorting=sorting,
     )
 
 
@@ -223,7 +230,8 @@ def _person(who: str, table: Array, coordinates: Array) -> Person:
 
 SIMILARITY: Statistic[tuple[TaskMap | NotComputed, ...]] = Statistic(
     key="similarity",
-    meaning="dissimilarity ratings: non-metric multidimensional scaling, weights of participants",
+    meaning="dissimilarity ratings and sorted groups: non-metric multidimensional scaling, "
+    "weights of participants",
     compute=maps,
     methods="Dissimilarities, divided by each participant's root mean square and averaged, were "
     "scaled by non-metric multidimensional scaling [[kruskal1964]]. Weights of participants are "

@@ -44,7 +44,7 @@ def rows(numbers=1.0):
 @pytest.fixture(scope="module")
 def trials():
     frame = pd.DataFrame(rows(), columns=["participant_id", "first", "second", "dissimilarity"])
-    return frame.assign(catch=False)
+    return frame.assign(catch=False, sorted=False)
 
 
 @pytest.mark.parametrize("dimensions", R)

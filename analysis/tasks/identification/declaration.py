@@ -1,0 +1,120 @@
+"""Declare identification."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from slipscale.analysis.statistics.not_computed import fold
+from slipscale.analysis.tasks.declared.one_statistic import of_each, of_one_statistic
+from slipscale.analysis.tasks.identification.figures import named
+from slipscale.analysis.tasks.identification.reading import TRIALS
+from slipscale.analysis.tasks.identification.statistics import IDENTIFICATION, TRIALS_PER_CELL
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import TableColumn
+from slipscale.analysis.writing.numbers import bracketed, counted, level_of, number
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from markupsafe import Markup
+
+    from slipscale.analysis.tasks.identification.statistics import TaskIdentification
+    from slipscale.stimuli.quantity import Quantity
+
+
+def _sentences(
+    found: tuple[TaskIdentification, ...], confidence: float, quantity: Quantity
+) -> list[str]:
+    """Return one paragraph per task."""
+    return [_paragraph(task, confidence, quantity) for task in found]
+
+
+def _paragraph(task: TaskIdentification, confidence: float, quantity: Quantity) -> str:
+    share = fold(
+        task.share_right,
+        lambda mean: (
+            f" {100 * mean.mean:.0f} % of answers were right, {level_of(confidence)} CI "
+            f"{bracketed(mean.interval, lambda value: f'{100 * value:.0f}')}."
+        ),
+        lambda _: "",
+    )
+    people = counted(task.participants, "participant", "participants")
+    return (
+        f"Identification ({task.task}), {counted(task.answers, 'answer', 'answers')} of "
+        f"{people}: {number(task.corrected_bits)} "
+        f"of {number(task.most_bits)} bits were transferred (not corrected: "
+        f"{number(task.information_bits)}), as if {number(2**task.corrected_bits, 1)} "
+        f"{quantity.stimuli} were identified without error.{share}"
+    )
+
+
+def _doubts(
+    found: tuple[TaskIdentification, ...], _confidence: float, _quantity: Quantity
+) -> list[str]:
+    return [
+        f"Identification ({task.task}): each participant has {task.trials_per_cell:.1f} trials per "
+        f"cell of the table; with fewer than {TRIALS_PER_CELL}, their own information is "
+        "overestimated despite the correction."
+        for task in found
+        if task.trials_per_cell < TRIALS_PER_CELL
+    ]
+
+
+def _blocks(
+    task: TaskIdentification, svgs: Mapping[str, str], level: float, quantity: Quantity
+) -> list[Markup]:
+    """Return the figure and the table of one task."""
+    own = fold(
+        task.mean_information_bits,
+        lambda mean: f"{number(mean.mean)} bits, {level:g} % CI {bracketed(mean.interval, number)}",
+        lambda reason: f"not computed ({reason})",
+    )
+    return [
+        html.heading(task.task),
+        *html.figure_if_drawn(
+            svgs,
+            f"identification_{task.task}",
+            "Share of answers to each presented surface; the diagonal holds correct answers.",
+            "Table of presented and named surfaces: " + ", ".join(task.items),
+        ),
+        html.table(
+            [
+                TableColumn(title="Presented", left=True),
+                *(TableColumn(title=item) for item in task.items),
+            ],
+            [[item, *map(str, row)] for item, row in zip(task.items, task.table, strict=True)],
+            f"Counts of named {quantity.stimuli} (columns). Mean of participants' own information: "
+            f"{own}.",
+        ),
+    ]
+
+
+def _table(found: tuple[TaskIdentification, ...]) -> pd.DataFrame:
+    return pd.DataFrame(
+        [
+            {"task": task.task, "presented": item, "named": other, "answers": count}
+            for task in found
+            for item, row in zip(task.items, task.table, strict=True)
+            for other, count in zip(task.items, row, strict=True)
+        ]
+    )
+
+
+ANALYSIS = of_one_statistic(
+    "identification",
+    TRIALS,
+    IDENTIFICATION,
+    question="How many {q.stimuli} can be identified?",
+    what="identification",
+    title="Identification",
+    answers=_sentences,
+    sentences=_sentences,
+    doubts=_doubts,
+    blocks=of_each(_blocks),
+    figures=lambda found, _trials, _q: {
+        f"identification_{each.task}": named(each) for each in found
+    },
+    table=_table,
+)

@@ -1,0 +1,148 @@
+"""Information transferred in identification.
+
+The rules:
+
+- information is the mutual information of presented and named surface, in bits (Miller 1956,
+  Psychol. Rev. 63, 81-97): 2 to this power is the number of surfaces that are identified without
+  error;
+- few trials make it too large. Miller and Madow's first-order correction (Miller 1955, in
+  Information Theory in Psychology, 95-100) adds (occupied cells - 1) / (2 n ln 2) to each entropy;
+- a corrected value is at most the information of the presented surfaces;
+- a participant's own value needs trials: with fewer than five per cell of the table on average, the
+  report says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import log
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.preprocessing.labels import numbers_first
+from slipscale.analysis.statistics.mean_over_participants import (
+    MeanOverParticipants,
+    mean_over_participants,
+)
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.statistic import Inputs, Statistic
+from slipscale.analysis.tasks.identification.reading import TRIALS
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+#: With fewer trials per cell, a corrected value is still too large (our rule of thumb).
+TRIALS_PER_CELL = 5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskIdentification:
+    """Results of one task.
+
+    Parameters
+    ----------
+    task : str
+    participants, answers : int
+    items : tuple of str
+    table : tuple of tuple of int
+        Counts of all participants: a row per presented item, a column per named item.
+    information_bits, corrected_bits : float
+        Information transferred in the table of all participants, and its corrected value.
+    most_bits : float
+        Information of the presented items, the largest value possible.
+    mean_information_bits : MeanOverParticipants or NotComputed
+        Mean of participants' own corrected values.
+    share_right : MeanOverParticipants or NotComputed
+        Mean of participants' shares of correct answers.
+    trials_per_cell : float
+        Mean number of a participant's trials per cell of the table.
+    """
+
+    task: str
+    participants: int
+    answers: int
+    items: tuple[str, ...]
+    table: tuple[tuple[int, ...], ...]
+    information_bits: float
+    corrected_bits: float
+    most_bits: float
+    mean_information_bits: MeanOverParticipants | NotComputed
+    share_right: MeanOverParticipants | NotComputed
+    trials_per_cell: float
+
+
+def entropy_bits(counts: Array) -> tuple[float, float]:
+    """Return the entropy of counts, and Miller and Madow's corrected value.
+
+    >>> [round(each, 3) for each in entropy_bits(np.array([5.0, 5.0, 0.0]))]
+    [1.0, 1.072]
+    """
+    shares = counts[counts > 0] / counts.sum()
+    plain = float(-(shares * np.log2(shares)).sum())
+    return plain, plain + (len(shares) - 1) / (2 * counts.sum() * log(2))
+
+
+def information_bits(table: Array) -> tuple[float, float]:
+    """Return the information transferred in a table of counts, and its corrected value.
+
+    >>> [round(each, 3) for each in information_bits(np.diag([50.0, 50.0]))]
+    [1.0, 1.0]
+    """
+    (rows, rows_), (columns, columns_), (joint, joint_) = (
+        entropy_bits(each) for each in (table.sum(axis=1), table.sum(axis=0), table.ravel())
+    )
+    return rows + columns - joint, min(rows_ + columns_ - joint_, rows)
+
+
+def identifications(inputs: Inputs) -> tuple[TaskIdentification, ...] | NotComputed:
+    """Return the information transferred in each task."""
+    trials = inputs.data.of(TRIALS)
+    if not len(trials):
+        return NotComputed("no identifications")
+    confidence = inputs.data.choices.confidence
+    return tuple(
+        _task(str(task), rows, confidence) for task, rows in trials.groupby("task", sort=True)
+    )
+
+
+def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskIdentification:
+    items = sorted({*rows["presented"], *rows["named"]}, key=numbers_first)
+
+    def counted(own: pd.DataFrame) -> Array:
+        table = pd.crosstab(own["presented"], own["named"])
+        return table.reindex(index=items, columns=items, fill_value=0).to_numpy(float)
+
+    tables = [counted(own) for _, own in rows.groupby(PARTICIPANT, observed=True)]
+    everybody = np.sum(tables, axis=0)
+    plain, corrected = information_bits(everybody)
+    shares = np.array([np.trace(each) / each.sum() for each in tables])
+    return TaskIdentification(
+        task=task,
+        participants=len(tables),
+        answers=len(rows),
+        items=tuple(items),
+        table=tuple(tuple(map(int, row)) for row in everybody),
+        information_bits=plain,
+        corrected_bits=corrected,
+        most_bits=entropy_bits(everybody.sum(axis=1))[0],
+        mean_information_bits=mean_over_participants(
+            np.array([information_bits(each)[1] for each in tables]), confidence
+        ),
+        share_right=mean_over_participants(shares, confidence),
+        trials_per_cell=len(rows) / len(tables) / len(items) ** 2,
+    )
+
+
+IDENTIFICATION: Statistic[tuple[TaskIdentification, ...]] = Statistic(
+    key="identification",
+    meaning="identification: table of presented and named stimuli, information transferred",
+    compute=identifications,
+    methods="Information transferred is the mutual information of the presented and the named "
+    "stimulus [[miller1956]], with Miller and Madow's correction of its bias.",
+    headlines={r"(.+)\.corrected_bits": "{0}: information transferred, in bits"},
+)

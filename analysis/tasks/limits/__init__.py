@@ -1,0 +1,1 @@
+"""Method of limits: transitions of ascending and descending series."""

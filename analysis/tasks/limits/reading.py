@@ -1,0 +1,30 @@
+"""Read trials of the method of limits: series, direction, level, and whether it was different."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.reading.task_tables import task_trials
+from slipscale.analysis.tasks.same_different.reading import CODES
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from slipscale.analysis.reading.delimited import Problems
+
+
+def _coded(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
+    return frame.assign(felt=frame["different"].str.strip().str.lower().map(CODES))
+
+
+TRIALS = task_trials(
+    "limits",
+    "trial of the method of limits",
+    marks=("series", "direction", "comparison_um_pp", "different"),
+    numeric=("series", "comparison_um_pp", "standard_um_pp"),
+    words=("direction", "different"),
+    columns=("series", "direction", "comparison_um_pp", "standard_um_pp", "felt"),
+    needed=("felt", "comparison_um_pp", "series"),
+    levels=("comparison_um_pp", "standard_um_pp"),
+    derive=_coded,
+)

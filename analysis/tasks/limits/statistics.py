@@ -1,0 +1,159 @@
+"""Thresholds by the method of limits: the mean of a participant's transitions.
+
+The rules:
+
+- a series has a transition if its last answer differs from those before: halfway between the last
+  level and the nearest level before it in the series' direction; other series have none and are
+  counted;
+- a participant's threshold is the mean of the means of ascending and of descending transitions, so
+  that both directions weigh the same whatever their numbers of transitions;
+- descending minus ascending is the constant error: above 0 if answers change too early
+  (anticipation), below 0 if they change too late (habituation).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.statistics.mean_over_participants import (
+    MeanOverParticipants,
+    mean_over_participants,
+)
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
+from slipscale.analysis.tasks.limits.reading import TRIALS
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+ASCENDING, DESCENDING = "ascending", "descending"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PersonLimits:
+    """Mean transitions of one participant; NaN without a transition in that direction."""
+
+    participant: str
+    ascending_um_pp: float
+    descending_um_pp: float
+    threshold_um_pp: float
+    transitions: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskLimits:
+    """Results of one task.
+
+    Parameters
+    ----------
+    task : str
+    participants, answers, series, without_transition : int
+        Their numbers.
+    standard_um_pp : float or None
+        The standard; None if it was not constant.
+    threshold_um_pp, ascending_um_pp, descending_um_pp : MeanOverParticipants or NotComputed
+    constant_error_um_pp : MeanOverParticipants or NotComputed
+        Descending minus ascending.
+    people : tuple of PersonLimits
+    """
+
+    task: str
+    participants: int
+    answers: int
+    series: int
+    without_transition: int
+    standard_um_pp: float | None
+    threshold_um_pp: MeanOverParticipants | NotComputed
+    ascending_um_pp: MeanOverParticipants | NotComputed
+    descending_um_pp: MeanOverParticipants | NotComputed
+    constant_error_um_pp: MeanOverParticipants | NotComputed
+    people: tuple[PersonLimits, ...]
+
+
+def transition_um_pp(rows: pd.DataFrame) -> float:
+    """Return the transition of a series with rows in order; NaN if it has none."""
+    rising = rows["direction"].iloc[0] == ASCENDING
+    last, ended = float(rows["comparison_um_pp"].iloc[-1]), bool(rows["felt"].iloc[-1]) is rising
+    levels = rows["comparison_um_pp"].to_numpy(float)
+    before = levels[levels < last] if rising else levels[levels > last]
+    if not ended or not len(before):
+        return float("nan")
+    return (last + float(before.max() if rising else before.min())) / 2
+
+
+def limits(inputs: Inputs) -> tuple[TaskLimits, ...] | NotComputed:
+    """Return the thresholds of each task."""
+    trials = inputs.data.of(TRIALS)
+    if not len(trials):
+        return NotComputed("no trials of the method of limits")
+    confidence = inputs.data.choices.confidence
+    return tuple(
+        _task(str(task), rows, confidence) for task, rows in trials.groupby("task", sort=True)
+    )
+
+
+def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskLimits:
+    by = [PARTICIPANT, "session", "run", "series"]
+    whose: dict[str, dict[str, list[float]]] = {}
+    found: list[float] = []
+    for (who, *_), series in rows.sort_values("trial").groupby(by, observed=True, sort=True):
+        transition = transition_um_pp(series)
+        found.append(transition)
+        own = whose.setdefault(str(who), {ASCENDING: [], DESCENDING: []})
+        if np.isfinite(transition):
+            own[str(series["direction"].iloc[0])].append(transition)
+    people = tuple(_person(who, own) for who, own in whose.items())
+    up, down, threshold = (
+        np.array([getattr(each, f"{name}_um_pp") for each in people], np.float64)
+        for name in (ASCENDING, DESCENDING, "threshold")
+    )
+    standards = rows["standard_um_pp"].dropna().unique()
+    return TaskLimits(
+        task=task,
+        participants=len(people),
+        answers=len(rows),
+        series=len(found),
+        without_transition=int(np.isnan(found).sum()),
+        standard_um_pp=float(standards[0]) if len(standards) == 1 else None,
+        threshold_um_pp=mean_over_participants(threshold, confidence),
+        ascending_um_pp=mean_over_participants(up, confidence),
+        descending_um_pp=mean_over_participants(down, confidence),
+        constant_error_um_pp=mean_over_participants(down - up, confidence),
+        people=people,
+    )
+
+
+def _person(who: str, own: dict[str, list[float]]) -> PersonLimits:
+    up, down = (float(np.mean(own[way])) if own[way] else float("nan") for way in own)
+    return PersonLimits(
+        participant=who,
+        ascending_um_pp=up,
+        descending_um_pp=down,
+        threshold_um_pp=(up + down) / 2,
+        transitions=sum(map(len, own.values())),
+    )
+
+
+LIMITS: Statistic[tuple[TaskLimits, ...]] = Statistic(
+    key="limits",
+    meaning="method of limits: means of transitions, and the constant error of the direction",
+    compute=limits,
+    families=(
+        Family(
+            name="direction of series, t test of the constant error",
+            read=lambda tasks: [
+                task.constant_error_um_pp.p for task in tasks if task.constant_error_um_pp
+            ],
+        ),
+    ),
+    methods="Thresholds by the method of limits are means of the transitions of ascending and "
+    "descending series, with equal weights of both directions.",
+    conclusions={
+        r"(.+)\.constant_error_um_pp\.p": "{0}: ascending and descending series differ (t test)"
+    },
+    headlines={r"(.+)\.threshold_um_pp\.mean": "{0}: threshold by the method of limits"},
+)

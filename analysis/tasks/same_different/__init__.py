@@ -1,0 +1,1 @@
+"""Same–different: sensitivity by the differencing model."""

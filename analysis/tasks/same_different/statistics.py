@@ -1,0 +1,158 @@
+"""Sensitivity of same–different answers, by the differencing model.
+
+The rules (Macmillan and Creelman 2005, Detection Theory, chapter 9):
+
+- a participant answers "different" if two impressions, each with standard deviation 1, are further
+  apart than a criterion k; the impressions of two different surfaces lie d' apart;
+- false alarms of a pair are answers "different" to either of its surfaces presented twice;
+- one is added to each count of trials, and a half to each count of answers (log-linear correction,
+  Hautus 1995, Behav. Res. Methods 27, 46-51), so that shares of 0 and 1 give finite values.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.preprocessing.labels import numbers_first
+from slipscale.analysis.statistics.mean_over_participants import (
+    MeanOverParticipants,
+    mean_over_participants,
+)
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.statistic import Inputs, Statistic
+from slipscale.analysis.tasks.same_different.reading import TRIALS
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Beyond this d', a criterion and answers no longer depend on it.
+LARGEST = 20.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PairSensitivity:
+    """Answers to one pair of surfaces, and to each of the two presented twice.
+
+    Parameters
+    ----------
+    first, second : str
+    participants : int
+    different, different_n, same, same_n : int
+        Answers "different" and trials, with different surfaces and with the same surface twice.
+    d_prime, criterion : float
+        From all answers together; the criterion k is in standard deviations of one impression.
+    mean_d_prime : MeanOverParticipants or NotComputed
+        Mean of participants' own d'.
+    """
+
+    first: str
+    second: str
+    participants: int
+    different: int
+    different_n: int
+    same: int
+    same_n: int
+    d_prime: float
+    criterion: float
+    mean_d_prime: MeanOverParticipants | NotComputed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskPairs:
+    """The pairs of one task; ``answers`` excludes catch trials."""
+
+    task: str
+    participants: int
+    answers: int
+    pairs: tuple[PairSensitivity, ...]
+
+
+def differencing(different: float, same: float) -> tuple[float, float]:
+    """Return d' and the criterion k for shares of answers "different" to different and same pairs.
+
+    d' is 0 if different pairs are not called different more often than same ones.
+
+    >>> d_prime, criterion = differencing(0.7, 0.3)
+    >>> round(d_prime, 2), round(criterion, 2)
+    (2.14, 1.47)
+    """
+    from scipy.optimize import brentq  # noqa: PLC0415 - only for such data
+    from scipy.stats import norm  # noqa: PLC0415
+
+    # A difference of two impressions has the standard deviation √2.
+    criterion = float(-np.sqrt(2) * norm.ppf(same / 2))
+
+    def excess(d_prime: float) -> float:
+        ends = (d_prime - criterion) / np.sqrt(2), (-d_prime - criterion) / np.sqrt(2)
+        return float(norm.cdf(ends).sum()) - different
+
+    if different <= same:
+        return 0.0, criterion
+    return float(brentq(excess, 0.0, LARGEST)), criterion
+
+
+def _of_counts(yes: int, n: int, false: int, m: int) -> tuple[float, float]:
+    return differencing((yes + 0.5) / (n + 1), (false + 0.5) / (m + 1))
+
+
+def pairs(inputs: Inputs) -> tuple[TaskPairs, ...] | NotComputed:
+    """Return the sensitivity of each pair of each task."""
+    trials = inputs.data.of(TRIALS)
+    main = trials[~trials["catch"].astype(bool)]
+    if not len(main):
+        return NotComputed("no same–different trials")
+    confidence = inputs.data.choices.confidence
+    return tuple(
+        _task(str(task), rows, confidence) for task, rows in main.groupby("task", sort=True)
+    )
+
+
+def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskPairs:
+    names = sorted({*rows["first"], *rows["second"]}, key=numbers_first)
+    found = [_pair(rows, one, other, confidence) for one, other in combinations(names, 2)]
+    return TaskPairs(
+        task=task,
+        participants=rows[PARTICIPANT].nunique(),
+        answers=len(rows),
+        pairs=tuple(each for each in found if each is not None),
+    )
+
+
+def _pair(rows: pd.DataFrame, one: str, other: str, confidence: float) -> PairSensitivity | None:
+    both = rows["first"].isin([one, other]) & rows["second"].isin([one, other])
+    own = rows[both].assign(same=rows["first"] == rows["second"])
+    by = own.groupby([PARTICIPANT, "same"], observed=True)["different"].agg(["sum", "count"])
+    table = by.unstack().dropna().astype(int)  # noqa: PD010 - of an index, not of columns
+    if not len(table) or table.shape[1] < 4:  # noqa: PLR2004 - both counts of both kinds
+        return None
+    counts = table[[("sum", False), ("count", False), ("sum", True), ("count", True)]].to_numpy()
+    total = [int(each) for each in counts.sum(axis=0)]
+    d_prime, criterion = _of_counts(*total)
+    each = np.array([_of_counts(*map(int, counts[row]))[0] for row in range(len(counts))])
+    return PairSensitivity(
+        first=one,
+        second=other,
+        participants=len(table),
+        different=total[0],
+        different_n=total[1],
+        same=total[2],
+        same_n=total[3],
+        d_prime=d_prime,
+        criterion=criterion,
+        mean_d_prime=mean_over_participants(each, confidence),
+    )
+
+
+SAME_DIFFERENT: Statistic[tuple[TaskPairs, ...]] = Statistic(
+    key="same_different",
+    meaning="same–different: d' of each pair by the differencing model, and the criterion",
+    compute=pairs,
+    methods="Sensitivity d' of same–different answers is that of the differencing model (Macmillan "
+    "& Creelman, 2005), after the log-linear correction [[hautus1995]].",
+    headlines={r"(.+)\.pairs\.(.+) - (.+)\.d_prime": "{0}: d' of {1} and {2}"},
+)

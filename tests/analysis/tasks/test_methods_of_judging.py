@@ -1,0 +1,150 @@
+"""Same–different, limits, identification, sorting: known answers give their known numbers."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import norm
+
+from slipscale.analysis.reading.delimited import Problems
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.identification.statistics import identifications, information_bits
+from slipscale.analysis.tasks.limits.statistics import limits
+from slipscale.analysis.tasks.same_different.statistics import differencing, pairs
+from slipscale.analysis.tasks.similarity.reading import _separated
+from slipscale.analysis.tasks.similarity.statistics import map_of
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
+
+
+def of(frame):
+    """Return a statistic's inputs with one table of trials."""
+    data = SimpleNamespace(of=lambda _: frame, choices=AnalysisChoices())
+    return SimpleNamespace(data=data)
+
+
+@pytest.mark.parametrize("d_prime", [0.3, 1.5, 3.0])
+@pytest.mark.parametrize("criterion", [0.8, 2.0])
+def test_the_differencing_model_is_inverted(d_prime, criterion):
+    # P(|N(d', 2)| > k): each impression has the variance 1.
+    different, same = (
+        norm.cdf((mean - criterion) / 2**0.5) + norm.cdf((-mean - criterion) / 2**0.5)
+        for mean in (d_prime, 0.0)
+    )
+    assert differencing(different, same) == pytest.approx((d_prime, criterion), abs=1e-6)
+
+
+def test_answers_below_chance_have_no_sensitivity_but_a_criterion():
+    assert differencing(0.2, 0.3)[0] == 0.0
+
+
+def test_a_pairs_sensitivity_is_that_of_its_own_and_its_same_trials():
+    rows = [
+        {"first": a, "second": b, "different": float(n < yes)}
+        for (a, b), yes in {
+            ("a", "b"): 30,
+            ("a", "a"): 4,
+            ("b", "b"): 6,
+            ("a", "c"): 39,
+            ("c", "b"): 38,
+            ("c", "c"): 1,
+        }.items()
+        for n in range(40)
+    ]
+    people = [pd.DataFrame(rows).assign(participant_id=who) for who in ("1", "2", "3")]
+    frame = pd.concat(people, ignore_index=True).assign(task="t", catch=False)
+    ((ab, ac, bc),) = (task.pairs for task in pairs(of(frame)))
+    assert (ab.different, ab.different_n, ab.same, ab.same_n) == (90, 120, 30, 240)
+    assert ab.d_prime == pytest.approx(differencing(90.5 / 121, 30.5 / 241)[0])
+    assert (ac.same, bc.same) == (15, 21)
+    assert ac.d_prime > bc.d_prime > ab.d_prime
+    assert isinstance(ab.mean_d_prime, NotComputed)  # all three are equal
+
+
+def series(number, direction, answers, levels, who="1"):
+    return [
+        {
+            "participant_id": who,
+            "session": "",
+            "run": "1",
+            "task": "t",
+            "series": float(number),
+            "direction": direction,
+            "comparison_um_pp": level,
+            "standard_um_pp": 0.0,
+            "felt": float(answer),
+        }
+        for answer, level in zip(answers, levels, strict=True)
+    ]
+
+
+def test_a_transition_lies_between_the_last_level_and_the_one_before_it():
+    up, down = (0.1, 0.2, 0.3, 0.4), (0.6, 0.5, 0.4, 0.3)
+    frame = []
+    for who, more in (("1", 0), ("2", 0), ("3", 1)):
+        frame += series(1, "ascending", [0] * (2 + more) + [1], up[: 3 + more], who)
+        frame += series(2, "descending", [1, 1, 0], down[:3], who)
+        # The second level was voided: it and the third were done again.
+        frame += series(3, "ascending", [0, 0, 0, 1], (0.1, 0.3, 0.2, 0.3), who)
+        frame += series(4, "descending", [1, 1, 1, 1], down, who)  # no transition
+    found = limits(of(pd.DataFrame(frame).assign(trial=range(len(frame)))))[0]
+    assert (found.series, found.without_transition, found.standard_um_pp) == (12, 3, 0.0)
+    one, _, three = found.people
+    assert one.ascending_um_pp == pytest.approx(0.25)
+    assert one.descending_um_pp == pytest.approx(0.45)
+    assert one.threshold_um_pp == pytest.approx(0.35)
+    assert three.ascending_um_pp == pytest.approx(0.30)
+    assert found.threshold_um_pp.mean == pytest.approx((0.35 + 0.35 + 0.375) / 3)
+    assert found.constant_error_um_pp.mean == pytest.approx((0.2 + 0.2 + 0.15) / 3)
+
+
+def test_a_channel_with_a_fifth_of_errors_transfers_its_known_information():
+    table = np.array([[400.0, 100.0], [100.0, 400.0]])
+    known = 1 + 0.2 * np.log2(0.2) + 0.8 * np.log2(0.8)
+    plain, corrected = information_bits(table)
+    assert plain == pytest.approx(known)
+    assert corrected == pytest.approx(known - 1 / (2 * 1000 * np.log(2)))
+
+
+def test_the_correction_removes_nearly_all_information_of_random_answers():
+    random = np.random.default_rng(1)
+    tables = random.multinomial(100, [1 / 25] * 25, size=400).reshape(400, 5, 5).astype(float)
+    plain, corrected = np.mean([information_bits(each) for each in tables], axis=0)
+    assert plain == pytest.approx(16 / (2 * 100 * np.log(2)), rel=0.15)  # the known bias
+    assert abs(corrected) < 0.02
+
+
+def test_identification_counts_every_answer_and_its_share_right():
+    told = [("a", "a")] * 8 + [("a", "b")] * 2 + [("b", "b")] * 10
+    rows = [
+        {"participant_id": who, "presented": one, "named": other, "right": float(one == other)}
+        for who in "123"
+        for one, other in (told if who != "3" else [*told[:-1], ("b", "a")])
+    ]
+    found = identifications(of(pd.DataFrame(rows).assign(task="t")))[0]
+    assert found.table == ((24, 6), (1, 29))
+    assert found.share_right.mean == pytest.approx((0.9 + 0.9 + 0.85) / 3)
+    assert found.most_bits == 1.0
+    assert found.trials_per_cell == 5
+
+
+def test_the_share_of_people_who_separate_two_items_is_their_dissimilarity():
+    groups = {"1": "1123", "2": "1122", "3": "1222"}
+    rows = [
+        {"participant_id": who, "session": "", "run": "1", "item": item, "group": float(group)}
+        for who, of_items in groups.items()
+        for item, group in zip("abcd", of_items, strict=True)
+    ]
+    first = {**rows[0], "group": 3.0}  # changed in the second round
+    frame = pd.DataFrame([first, *rows]).assign(task="t", trial=range(1, 14))
+    found = _separated(frame, Problems())
+    assert len(found) == 3 * 6
+    assert found.groupby(["first", "second"])["dissimilarity"].mean().to_dict() == pytest.approx(
+        {("a", "b"): 1 / 3, ("a", "c"): 1, ("a", "d"): 1}
+        | {("b", "c"): 2 / 3, ("b", "d"): 2 / 3, ("c", "d"): 1 / 3}
+    )
+    group = map_of("t", found)
+    assert group.sorting
+    assert group.people == ()
+    places = {item: place[0] for item, place in group.coordinates.items()}
+    assert abs(places["a"] - places["d"]) > abs(places["b"] - places["d"]) > 0.1
