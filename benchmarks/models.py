@@ -14,7 +14,7 @@ from scipy.sparse.linalg import eigsh
 from skfem import Basis, BilinearForm, ElementHexS2, ElementVector
 from skfem.helpers import ddot, sym_grad, trace
 
-from slipscale.hardware.plate.finite_elements import _mesh, assemble
+from slipscale.hardware.plate.finite_elements import _bricks, assemble
 from slipscale.hardware.plate.geometry import Density, Layout
 from slipscale.hardware.plate.vibration import modes, support
 from slipscale.stimuli.periodic_film import periodic_state
@@ -70,8 +70,9 @@ def marched() -> float:
 
 def stock_assembly() -> object:
     """Assemble stiffness by scikit-fem's vector element, with one layer's material throughout."""
-    mesh, _ = _mesh(PLATE, MESH, quarter=True)
-    basis = Basis(mesh, ElementVector(ElementHexS2()), intorder=5)
+    basis = Basis(
+        _bricks(PLATE, MESH, quarter=True).mesh, ElementVector(ElementHexS2()), intorder=5
+    )
     lame = PLATE.resonator.stiffness_pa
 
     @BilinearForm  # type: ignore[untyped-decorator]

@@ -12,7 +12,7 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-    from slipscale.hardware.plate.design.requirements import Brief
+    from slipscale.hardware.plate.design.requirements import Brief, DrawnPlate
     from slipscale.hardware.plate.design.sizing import Candidate, Design
     from slipscale.hardware.plate.design.verdict import Judged
 
@@ -51,41 +51,55 @@ def run(arguments: Namespace) -> int:
     # Imported here so that `slipscale plate --help` does not load pydantic and NumPy.
     from slipscale.hardware.plate.design import requirements as briefs  # noqa: PLC0415
     from slipscale.hardware.plate.design.sizing import design  # noqa: PLC0415
-    from slipscale.hardware.plate.design.verdict import judge  # noqa: PLC0415
+    from slipscale.hardware.plate.design.verdict import judge, judge_drawn  # noqa: PLC0415
 
     if arguments.fine and not arguments.fe:
         raise UserError("--fine refines the mesh of --fe: name a plate with --fe, e.g. --fe 11x7")
     brief = briefs.read(arguments.brief) if arguments.brief else briefs.Brief()
     found = design(brief)
-    chosen = _candidate(found, arguments.fe) if arguments.fe else None
+    chosen = _chosen(brief, found, arguments.fe) if arguments.fe else None
     plates = [judge(brief, each, found.frequency_min_hz) for each in found.candidates]
+    drawn = [judge_drawn(brief, each, found.frequency_min_hz) for each in brief.plate]
     result = _as_json(brief, found, plates)
+    result["drawn_plates"] = [
+        {"name": plate.name, **_verdict(each)}
+        for plate, each in zip(brief.plate, drawn, strict=True)
+    ]
     modes = None
     if chosen:
         modes, result["finite_elements"] = _solve(brief, found, chosen, fine=arguments.fine)
     if arguments.out:
         _write(arguments.out, brief, result, modes)
     print(json.dumps(result, indent=2) if arguments.json else _as_text(result, arguments.out))
-    return DONE if any(each.admissible for each in plates) else ANSWER_IS_NO
+    return DONE if any(each.admissible for each in (*plates, *drawn)) else ANSWER_IS_NO
 
 
 def _solve(
-    brief: Brief, found: Design, chosen: Candidate, *, fine: bool
+    brief: Brief, found: Design, chosen: Candidate | DrawnPlate, *, fine: bool
 ) -> tuple[Any, dict[str, Any]]:
-    from slipscale.hardware.plate.design.verdict import judged, solve  # noqa: PLC0415
-    from slipscale.hardware.plate.geometry import DEFAULT, FINE  # noqa: PLC0415
+    from slipscale.hardware.plate.design.requirements import DrawnPlate  # noqa: PLC0415
+    from slipscale.hardware.plate.design.sizing import drawn_layout  # noqa: PLC0415
+    from slipscale.hardware.plate.design.verdict import judged, solve, solve_drawn  # noqa: PLC0415
+    from slipscale.hardware.plate.geometry import DEFAULT, DRAWN_MM, FINE, density_of  # noqa: PLC0415
 
-    modes, solution = solve(brief, chosen, FINE if fine else DEFAULT)
-    verdict = judged(brief, chosen, solution, found.frequency_min_hz)
-    return modes, {"plate": _name(chosen), **_verdict(verdict)}
+    if isinstance(chosen, DrawnPlate):
+        density = density_of(drawn_layout(brief, chosen), DRAWN_MM[fine])
+        modes, solution = solve_drawn(brief, chosen, density)
+        name, place = chosen.name, "finger"
+    else:
+        name, place = _name(chosen), None
+        modes, solution = solve(brief, chosen, FINE if fine else DEFAULT)
+    verdict = judged(brief, solution, found.frequency_min_hz, place=place)
+    return modes, {"plate": name, **_verdict(verdict)}
 
 
 def _name(plate: Candidate) -> str:
     return f"{plate.ceramic_length_mm:g}x{plate.columns}"
 
 
-def _candidate(found: Design, plate: str) -> Candidate:
-    known = {_name(each): each for each in found.candidates}
+def _chosen(brief: Brief, found: Design, plate: str) -> Candidate | DrawnPlate:
+    known: dict[str, Candidate | DrawnPlate] = {_name(each): each for each in found.candidates}
+    known |= {each.name: each for each in brief.plate}
     if plate not in known:
         raise UserError(f"--fe {plate}: expected one of the plates listed: {', '.join(known)}")
     return known[plate]
@@ -98,15 +112,22 @@ def _as_json(brief: Brief, found: Design, plates: list[Judged]) -> dict[str, Any
         "title": brief.title,
         "requirements": brief.requirements.model_dump(),
         **asdict(found),
-        "candidates": [{**asdict(each.candidate), **_verdict(each)} for each in plates],
+        "candidates": [
+            {**asdict(candidate), **_verdict(each)}
+            for candidate, each in zip(found.candidates, plates, strict=True)
+        ],
     }
 
 
 def _verdict(judged: Judged) -> dict[str, Any]:
     from dataclasses import asdict  # noqa: PLC0415
 
+    solution = asdict(judged.solution) if judged.solution else None
+    if solution:
+        places = solution.pop("amplitude_um_peak")
+        solution |= {f"amplitude_{place}_um_peak": each for place, each in places.items()}
     return {
-        "finite_elements": asdict(judged.solution) if judged.solution else None,
+        "finite_elements": solution,
         "admissible": judged.admissible,
         "why_not": list(judged.why_not),
         "beyond_shipped_limits": list(judged.needs),
@@ -166,10 +187,20 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
             f"{_solution_as_text(c['finite_elements'])} "
             f"{'yes' if c['admissible'] else 'no: ' + '; '.join(c['why_not'])}"
         )
-    solved = [c["finite_elements"] for c in result["candidates"] if c["finite_elements"]]
+    if result["drawn_plates"]:
+        lines += ["", "plates drawn in the brief  kHz    µm peak: finger  largest  admissible"]
+    for drawn in result["drawn_plates"]:
+        fe = drawn["finite_elements"]
+        lines.append(
+            f"{drawn['name']:<26} {fe['resonance_hz'] / 1e3:<6.2f} "
+            f"{fe['amplitude_finger_um_peak']:>15.2f}  {fe['amplitude_largest_um_peak']:<7.2f}  "
+            f"{'yes' if drawn['admissible'] else 'no: ' + '; '.join(drawn['why_not'])}"
+        )
+    every = [*result["candidates"], *result["drawn_plates"]]
+    solved = [each["finite_elements"] for each in every if each["finite_elements"]]
     if apart := [each["uncertainty"] for each in solved if each["uncertainty"] is not None]:
         lines += ["", f"Finite elements: the last two meshes agree within {max(apart):.1%}."]
-    admissible = [c for c in result["candidates"] if c["admissible"]]
+    admissible = [each for each in every if each["admissible"]]
     if not admissible:
         lines += ["", f"No plate meets the brief: {_why_none(result)}."]
     for needed in sorted({each for c in admissible for each in c["beyond_shipped_limits"]}):
@@ -180,15 +211,27 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
         lines += [
             "",
             (
-                f"finer mesh, {fe['plate']}: {solution['resonance_hz'] / 1e3:.2f} kHz, "
-                f"{solution['amplitude_edge_um_peak']:.2f} µm peak at the edge, "
-                f"{solution['amplitude_middle_um_peak']:.2f} in the middle, shorted electrodes: "
+                f"finer mesh, {fe['plate']}: {solution['resonance_hz'] / 1e3:.2f} kHz, µm peak: "
+                + ", ".join(
+                    f"{solution[f'amplitude_{place}_um_peak']:.2f} {words}"
+                    for place, words in _PLACES.items()
+                    if f"amplitude_{place}_um_peak" in solution
+                )
+                + ", shorted electrodes: "
                 + ("admissible" if fe["admissible"] else "; ".join(fe["why_not"]))
             ),
         ]
     if out:
         lines += ["", f"figures and design.json in {out}"]
     return "\n".join(lines)
+
+
+_PLACES = {
+    "edge": "at the edge",
+    "middle": "in the middle",
+    "finger": "at the finger",
+    "largest": "at most",
+}
 
 
 def _solution_as_text(solution: dict[str, float] | None) -> str:
@@ -232,7 +275,8 @@ def _write(out: Path, brief: Brief, result: dict[str, Any], modes: Any) -> None:
         drawn["mode"] = figures.mode_figure(modes)
         drawn["map"] = figures.amplitude_map_figure(modes, voltage_v=wanted.voltage_v)
         drawn["harmonic"] = figures.harmonic_figure(
-            {"edge antinode": edge}, voltage_v=wanted.voltage_v
+            {"middle of the upper edge" if brief.plate else "edge antinode": edge},
+            voltage_v=wanted.voltage_v,
         )
     try:
         out.mkdir(parents=True, exist_ok=True)

@@ -2,8 +2,12 @@
 
 Every matrix of a layer is a contraction of the nine integrals ∫ ∂_k N_i ∂_l N_j of each element
 with that layer's constants: stiffness with c^E, coupling with e, capacitance with ε^S. scikit-fem
-provides the gradients at the integration points. Displacement and potential share one scalar basis,
-so their integration is consistent.
+provides the shape functions and numbers the nodes. Displacement and potential share one scalar
+basis, so their integration is consistent.
+
+All bricks are rectangular. The edge of a disc cuts them: only the part inside is integrated, and a
+brick with less than a thousandth inside is left out (the finite cell method of Parvizian, Duester
+and Rank, Computational Mechanics 41, 2007). Discs therefore require no other mesh than rectangles.
 
 Displacements are in m. Potentials are in units of `POTENTIAL_UNIT_V`, so that the entries of all
 blocks have similar magnitudes. The touch surface faces up; the ceramics' upper faces are bonded to
@@ -18,9 +22,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from scipy import sparse
-from skfem import Basis, BilinearForm, ElementHexS2, MeshHex
+from skfem import Basis, ElementHexS2, MeshHex
 
-from slipscale.hardware.plate.geometry import DEFAULT, Density, Layout, mesh_lines
+from slipscale.hardware.plate.geometry import DEFAULT, Density, Layout, Region, mesh_lines
 from slipscale.hardware.plate.materials import VACUUM_PERMITTIVITY_F_M
 from slipscale.stimuli.quantities import MILLI
 
@@ -31,7 +35,13 @@ if TYPE_CHECKING:
 
 Electrodes = Literal["shorted", "open"]
 POTENTIAL_UNIT_V = 1e10
-_ORDER = 5  # integration order: exact for stiffness and mass of rectangular quadratic bricks
+_LEAST_FILLED = 1e-3  # of a brick; its nodes would move almost freely with less
+# Three points integrate the stiffness and mass of a full brick exactly. Along x, a brick has six
+# equal parts, because the edge of a disc bends within it.
+_GAUSS, _GAUSS_WEIGHTS = (np.polynomial.legendre.leggauss(3) + np.array([[1.0], [0.0]])) / 2
+_PARTS = 6
+_ACROSS = ((np.arange(_PARTS)[:, None] + _GAUSS) / _PARTS).ravel()
+_ACROSS_WEIGHTS = np.tile(_GAUSS_WEIGHTS, _PARTS) / _PARTS
 _VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])  # index of a symmetric pair, Appendix B
 
 
@@ -45,6 +55,8 @@ class Assembly:
         Layout and mesh; ``quarter`` is x, y >= 0 with symmetry at both planes.
     nodes : ndarray, shape (3, n)
         Positions, m.
+    polarity : ndarray, shape (n,)
+        Polarity +1 or -1 of the ceramic that a node belongs to; 0 in the resonator.
     stiffness, mass : sparse, shape (3n, 3n)
         N/m and kg.
     ceramic_stiffness : sparse, shape (3n, 3n)
@@ -59,6 +71,7 @@ class Assembly:
     density: Density
     quarter: bool
     nodes: Array
+    polarity: Array
     stiffness: Any
     ceramic_stiffness: Any
     mass: Any
@@ -77,14 +90,29 @@ class Assembly:
         """Height of the touch surface above the ceramics' free face, m."""
         return (self.layout.ceramic_thickness_mm + self.layout.resonator_thickness_mm) * MILLI
 
+    @property
+    def mirrors(self) -> tuple[int, int]:
+        """`Layout.mirrors` at the planes x = 0 and y = 0 of a quarter; 0 for a whole plate."""
+        return self.layout.mirrors if self.quarter else (0, 0)
+
+    @property
+    def on_top(self) -> npt.NDArray[np.intp]:
+        """The nodes of the touch surface; a disc's bricks have nodes beyond its edge too."""
+        on = self.layout.outline.holds(*self.nodes[:2] / MILLI)
+        return np.flatnonzero(self.at(z=self.thickness_m) & on)
+
 
 @lru_cache(maxsize=2)
 def assemble(layout: Layout, density: Density = DEFAULT, *, quarter: bool = True) -> Assembly:
-    """Mesh a layout and assemble its matrices."""
-    mesh, ceramic = _mesh(layout, density, quarter=quarter)
-    element = ElementHexS2()
-    basis = Basis(mesh, element, intorder=_ORDER)
+    """Mesh a layout and assemble its matrices; without both symmetries, the whole plate."""
+    quarter = quarter and all(layout.mirrors)
+    bricks = _bricks(layout, density, quarter=quarter)
+    basis = Basis(bricks.mesh, ElementHexS2(), intorder=1)  # it numbers the nodes, no more
     size = basis.N
+    polarity = np.zeros(size)
+    # Ceramics without a gap share nodes, whose electrode is then the negative one.
+    for sign in (1, -1):
+        polarity[basis.element_dofs[:, bricks.polarity == sign]] = sign
     stiffness: dict[bool, Any] = {}
     mass = sparse.csr_matrix((size, size))
     layers = (
@@ -92,22 +120,24 @@ def assemble(layout: Layout, density: Density = DEFAULT, *, quarter: bool = True
         (True, layout.ceramic.stiffness, layout.ceramic.density_kg_m3),
     )
     for active, constants, density_kg_m3 in layers:
-        layer = Basis(mesh, element, intorder=_ORDER, elements=np.flatnonzero(ceramic == active))
-        products = _products(layer)
+        layer = np.flatnonzero((bricks.polarity != 0) == active)
+        nodes = basis.element_dofs.T[layer]
+        products, overlap = _integrals(bricks, layer)
         tensor = constants[_VOIGT[:, :, None, None], _VOIGT]
-        stiffness[active] = _blocks(tensor.transpose(0, 2, 1, 3), layer, products)
-        overlap = BilinearForm(lambda u, v, _: u * v)
-        mass = mass + density_kg_m3 * overlap.assemble(layer)
+        stiffness[active] = _blocks(tensor.transpose(0, 2, 1, 3), nodes, size, products)
+        unit = np.ones((1, 1, 1, 1))
+        mass = mass + density_kg_m3 * _blocks(unit, nodes, size, overlap)
     # The loop ends with the ceramics, whose products are used for coupling and capacitance.
     piezo = layout.ceramic.coupling[:, _VOIGT] * POTENTIAL_UNIT_V
-    coupling = _blocks(piezo.transpose(1, 2, 0)[:, None], layer, products)
+    coupling = _blocks(piezo.transpose(1, 2, 0)[:, None], nodes, size, products)
     permittivity = np.diag(layout.ceramic.relative_permittivity) * VACUUM_PERMITTIVITY_F_M
-    capacitance = _blocks(permittivity[None, None] * POTENTIAL_UNIT_V**2, layer, products)
+    capacitance = _blocks(permittivity[None, None] * POTENTIAL_UNIT_V**2, nodes, size, products)
     return Assembly(
         layout=layout,
         density=density,
         quarter=quarter,
         nodes=basis.doflocs,
+        polarity=polarity,
         stiffness=stiffness[False] + stiffness[True],
         ceramic_stiffness=stiffness[True],
         mass=sparse.block_diag([mass] * 3, format="csr"),
@@ -116,16 +146,41 @@ def assemble(layout: Layout, density: Density = DEFAULT, *, quarter: bool = True
     )
 
 
-def _mesh(layout: Layout, density: Density, *, quarter: bool) -> tuple[MeshHex, Array]:
-    """Return the mesh and which of its bricks are ceramic; gaps and borders are cut out."""
-    (x, bare_x), (y, bare_y) = (
-        mesh_lines(length_mm, pieces, layout.gap_mm, bricks, half=quarter, border_mm=border_mm)
-        for length_mm, pieces, bricks, border_mm in zip(
-            (layout.length_mm, layout.width_mm),
-            (layout.columns, layout.rows),
-            (density.along_ceramic, density.across_ceramic),
-            layout.border_mm,
-            strict=True,
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class _Bricks:
+    """The bricks of a mesh and the integration points of each.
+
+    Parameters
+    ----------
+    mesh : MeshHex
+        Without the bricks that hold no material.
+    size_m : ndarray, shape (3, bricks)
+        Edge lengths.
+    polarity : ndarray of int, shape (bricks,)
+        Polarity of the ceramic; 0 in the resonator.
+    rule : ndarray of int, shape (bricks,)
+        Index into ``points`` and ``weights``; rule 0 is for a full brick.
+    points : ndarray, shape (rules, 3, points)
+        Integration points in the unit cube.
+    weights : ndarray, shape (rules, points)
+        Their weights; the sum is the fraction of the brick that holds material.
+    """
+
+    mesh: MeshHex
+    size_m: Array
+    polarity: npt.NDArray[np.int_]
+    rule: npt.NDArray[np.int_]
+    points: Array
+    weights: Array
+
+
+def _bricks(layout: Layout, density: Density, *, quarter: bool) -> _Bricks:
+    """Return the bricks of a layout; an edge of a disc cuts them, see the module's head."""
+    x, y = (
+        mesh_lines(layout, axis, size_mm / bricks, half=quarter)
+        for axis, size_mm, bricks in (
+            (0, layout.ceramic_length_mm, density.along_ceramic),
+            (1, layout.ceramic_width_mm, density.across_ceramic),
         )
     )
     step = layout.ceramic_thickness_mm * MILLI
@@ -136,29 +191,95 @@ def _mesh(layout: Layout, density: Density, *, quarter: bool) -> tuple[MeshHex, 
             np.linspace(step, top, density.resonator_layers + 1)[1:],
         ]
     )
+    chords = [np.array([[0.0], [1.0]]).repeat(_ACROSS.size, axis=1)]  # rule 0: a full brick
+    shape = (x.size - 1, y.size - 1)
+    in_resonator, in_ceramic = np.full(shape, -1), np.full(shape, -1)
+    polarity = np.zeros(shape, dtype=int)
+    _cut(layout.outline, x, y, in_resonator, chords)
+    for patch in layout.patches:
+        polarity[_cut(patch.region, x, y, in_ceramic, chords)] = patch.polarity
     mesh = MeshHex.init_tensor(x, y, z)
-    middle = mesh.p[:, mesh.t].mean(axis=1)
-    low = middle[2] < step
-    bare = bare_x[np.searchsorted(x, middle[0]) - 1] | bare_y[np.searchsorted(y, middle[1]) - 1]
-    keep = ~(low & bare)
-    return mesh.restrict(np.flatnonzero(keep)), low[keep]
+    i, j, k = (
+        np.searchsorted(lines, middle) - 1
+        for lines, middle in zip((x, y, z), mesh.p[:, mesh.t].mean(axis=1), strict=True)
+    )
+    low = k < density.ceramic_layers
+    rule = np.where(low, in_ceramic[i, j], in_resonator[i, j])
+    keep = np.flatnonzero(rule >= 0)
+    low_end, high_end = np.array(chords)[:, :, :, None, None].transpose(1, 0, 2, 3, 4)
+    full = np.ones((len(chords), _ACROSS.size, _GAUSS.size, _GAUSS.size))
+    points = np.stack(
+        [
+            _ACROSS[:, None, None] * full,
+            (low_end + (high_end - low_end) * _GAUSS[:, None]) * full,
+            _GAUSS * full,
+        ],
+        axis=1,
+    )
+    weights = _ACROSS_WEIGHTS[:, None, None] * (high_end - low_end) * full
+    weights = weights * _GAUSS_WEIGHTS[:, None] * _GAUSS_WEIGHTS
+    return _Bricks(
+        mesh=mesh.restrict(keep),
+        size_m=np.stack([np.diff(x)[i], np.diff(y)[j], np.diff(z)[k]])[:, keep],
+        polarity=np.where(low, polarity[i, j], 0)[keep],
+        rule=rule[keep],
+        points=points.reshape(len(chords), 3, -1),
+        weights=weights.reshape(len(chords), -1),
+    )
 
 
-def _products(basis: Basis) -> Array:
-    """Return ∫ ∂_k N_i ∂_l N_j of each element's nodes i, j, shape (elements, nodes, nodes, 9)."""
-    gradients = np.stack([np.asarray(each[0].grad) for each in basis.basis])  # i, k, element, point
-    nodes, _, elements, points = gradients.shape
-    left = gradients.transpose(2, 0, 1, 3).reshape(elements, 3 * nodes, points)
-    right = (gradients * basis.dx).transpose(2, 3, 0, 1).reshape(elements, points, 3 * nodes)
-    products = (left @ right).reshape(elements, nodes, 3, nodes, 3)
-    return np.asarray(products.transpose(0, 1, 3, 2, 4).reshape(elements, nodes, nodes, 9))
+def _cut(
+    region: Region, x: Array, y: Array, rule: npt.NDArray[np.int_], chords: list[Array]
+) -> npt.NDArray[np.bool_]:
+    """Enter the rule of each of the grid's cells that a region fills or cuts; return which.
+
+    A new rule is appended to ``chords``: where the region begins and ends along y in the unit
+    square, shape (2, points along x).
+    """
+    x_mm = (x[:-1, None] + np.diff(x)[:, None] * _ACROSS) / MILLI
+    ends = np.stack(region.chord_mm(x_mm), axis=1)[:, None] * MILLI
+    ends = np.clip((ends - y[:-1, None, None]) / np.diff(y)[:, None, None], 0.0, 1.0)
+    filled = (ends[:, :, 1] - ends[:, :, 0]) @ _ACROSS_WEIGHTS
+    held = filled > _LEAST_FILLED
+    rule[held] = 0
+    for i, j in np.argwhere(held & (filled < 1 - _LEAST_FILLED)):
+        rule[i, j] = len(chords)
+        chords.append(ends[i, j])
+    return np.asarray(held)
 
 
-def _blocks(tensor: Array, basis: Basis, products: Array) -> Any:
+def _integrals(bricks: _Bricks, chosen: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+    """Return ∫ ∂_k N_i ∂_l N_j and ∫ N_i N_j of the chosen bricks.
+
+    Shapes (bricks, nodes, nodes, 9) and (bricks, nodes, nodes, 1), in m and m³.
+    """
+    used, which = np.unique(bricks.rule[chosen], return_inverse=True)
+    points, weights = bricks.points[used], bricks.weights[used]
+    element = ElementHexS2()
+    # The library's axes z, x, y point down in a mesh of its tensor product.
+    flat = 1 - np.roll(points.transpose(1, 0, 2).reshape(3, -1), 1, axis=0)
+    found = [element.lbasis(flat, node) for node in range(element.doflocs.shape[0])]
+    nodes, rules = len(found), used.size
+    value = np.stack([each[0] for each in found]).reshape(nodes, rules, -1).transpose(1, 0, 2)
+    slope = (
+        np.roll([each[1] for each in found], -1, axis=1)
+        .reshape(3 * nodes, rules, -1)
+        .transpose(1, 0, 2)
+    )
+    overlap = (value * weights[:, None]) @ value.transpose(0, 2, 1)
+    product = (slope * weights[:, None]) @ slope.transpose(0, 2, 1)
+    product = product.reshape(rules, nodes, 3, nodes, 3).transpose(0, 1, 3, 2, 4)
+    size_m = bricks.size_m[:, chosen].T
+    volume = size_m.prod(axis=1)
+    scale = volume[:, None, None] / (size_m[:, :, None] * size_m[:, None, :])
+    products = product.reshape(rules, nodes, nodes, 9)[which] * scale.reshape(-1, 1, 1, 9)
+    return products, overlap[which, :, :, None] * volume[:, None, None, None]
+
+
+def _blocks(tensor: Array, of_element: npt.NDArray[np.int_], size: int, products: Array) -> Any:
     """Return the sparse matrix with blocks [a][b] = Σ_kl tensor[a, b, k, l] ∫ ∂_k N_i ∂_l N_j."""
     rows, columns = tensor.shape[:2]
-    size, of_element = basis.N, basis.element_dofs.T
-    values = products @ tensor.reshape(rows * columns, 9).T
+    values = products @ tensor.reshape(rows * columns, -1).T
     a, b = np.divmod(np.arange(rows * columns), columns)
     i = of_element[:, :, None, None] + size * a
     j = of_element[:, None, :, None] + size * b

@@ -1,9 +1,15 @@
-"""Geometry of the monomorph: a resonator with a matrix of ceramics under it, and its mesh lines."""
+"""Geometry of the monomorph: a resonator with ceramics under it, and its mesh lines.
+
+Ceramics are in rows of equal rectangles, as in the paper, or drawn: rectangles and discs at free
+places. Rows are drawn internally too, so that all models see patches only.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
 from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
@@ -13,9 +19,77 @@ from slipscale.hardware.plate.materials import COPPER_BERYLLIUM, P1_91, Isotropi
 from slipscale.stimuli.quantities import MILLI, not_negative, positive
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from slipscale.stimuli.quantities import Array
 
 Ends = Literal["free", "supported"]
+_ON_MM = 1e-6  # a nanometre: points this close are at one place
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Region:
+    """A rectangle or a disc, seen from above.
+
+    Parameters
+    ----------
+    at_mm : tuple of 2 floats
+        x and y of its middle, from the middle of the plate.
+    size_mm : tuple of 2 floats
+        Size along x and y; the diameter twice for a disc.
+    disc : bool
+        Whether it is a disc.
+    """
+
+    at_mm: tuple[float, float] = (0.0, 0.0)
+    size_mm: tuple[float, float]
+    disc: bool = False
+
+    def __post_init__(self) -> None:
+        for size in self.size_mm:
+            positive("plate layout: size_mm", size, "mm")
+        if self.disc and self.size_mm[0] != self.size_mm[1]:
+            raise UserError(
+                f"plate layout: a disc of {self.size_mm[0]:g} x {self.size_mm[1]:g} mm; expected "
+                "the same diameter twice"
+            )
+
+    def span_mm(self, axis: int) -> tuple[float, float]:
+        """Return where the region begins and ends along an axis (0: x, 1: y)."""
+        return (
+            self.at_mm[axis] - self.size_mm[axis] / 2,
+            self.at_mm[axis] + self.size_mm[axis] / 2,
+        )
+
+    def chord_mm(self, x_mm: Array) -> tuple[Array, Array]:
+        """Return the lowest and highest y at each x; the same value twice outside the region."""
+        away = np.abs(x_mm - self.at_mm[0]) / (self.size_mm[0] / 2)
+        half = np.sqrt(np.maximum(1 - away**2, 0)) if self.disc else np.where(away < 1, 1.0, 0.0)
+        half = half * self.size_mm[1] / 2
+        return self.at_mm[1] - half, self.at_mm[1] + half
+
+    def holds(self, x_mm: Array, y_mm: Array) -> npt.NDArray[np.bool_]:
+        """Return which points are in the region or on its edge."""
+        away = [np.abs(at - mid) for at, mid in zip((x_mm, y_mm), self.at_mm, strict=True)]
+        if self.disc:
+            return np.asarray(np.hypot(*away) <= self.size_mm[0] / 2 + _ON_MM)
+        within = [far <= size / 2 + _ON_MM for far, size in zip(away, self.size_mm, strict=True)]
+        return np.asarray(within[0] & within[1])
+
+    def rim_mm(self) -> Array:
+        """Return points of the rim that decide whether another region holds it, shape (2, n)."""
+        angle = np.arange(360) * np.pi / 180 if self.disc else np.pi / 4 * np.array([1, 3, 5, 7])
+        reach = 0.5 if self.disc else math.sqrt(0.5)
+        turned = np.stack([np.cos(angle), np.sin(angle)]) * reach
+        return np.asarray(np.array(self.at_mm)[:, None] + np.array(self.size_mm)[:, None] * turned)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Patch:
+    """One ceramic: its region and its polarity, +1 or -1."""
+
+    region: Region
+    polarity: int = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,6 +106,10 @@ class Layout:
         Distance between neighbouring ceramics; 0 for a continuous layer.
     border_mm : tuple of 2 floats
         Bare resonator beyond the ceramics at each end along x and along y.
+    disc : bool
+        Whether the plate is a disc, with its diameter as length and width.
+    drawn : tuple of Patch
+        Ceramics at free places; none: the rows of ``columns`` x ``rows``.
     ceramic_thickness_mm, resonator_thickness_mm : float
         Thicknesses h_p and h_i.
     ends : {"free", "supported"}
@@ -48,6 +126,8 @@ class Layout:
     rows: int = 1
     gap_mm: float = 0.0
     border_mm: tuple[float, float] = (0.0, 0.0)
+    disc: bool = False
+    drawn: tuple[Patch, ...] = ()
     ceramic_thickness_mm: float = 1.0
     resonator_thickness_mm: float = 2.0
     ends: Ends = "free"
@@ -67,6 +147,9 @@ class Layout:
                 f"mm and a border of {self.border_mm[0]} x {self.border_mm[1]} mm leave no room on "
                 f"{self.length_mm} x {self.width_mm} mm"
             )
+        if self.disc and self.ends != "free":
+            raise UserError("plate layout: a disc cannot be supported at its ends, expected free")
+        _check_places(self.outline, self.patches)
 
     @classmethod
     def prototype(cls, *, continuous: bool = False) -> Self:
@@ -86,33 +169,38 @@ class Layout:
 
     @property
     def ceramic_length_mm(self) -> float:
-        """Length of one ceramic along x."""
+        """Length along x of one ceramic, of the shortest if they are drawn."""
+        if self.drawn:
+            return min(each.region.size_mm[0] for each in self.drawn)
         return _piece(self.length_mm, self.columns, self.gap_mm, self.border_mm[0])
 
     @property
     def ceramic_width_mm(self) -> float:
-        """Width of one ceramic along y."""
+        """Width along y of one ceramic, of the narrowest if they are drawn."""
+        if self.drawn:
+            return min(each.region.size_mm[1] for each in self.drawn)
         return _piece(self.width_mm, self.rows, self.gap_mm, self.border_mm[1])
 
     @property
-    def antisymmetric(self) -> bool:
-        """Whether drive and driven mode are odd in x: an even number of ceramics."""
-        return self.columns % 2 == 0
+    def outline(self) -> Region:
+        """The plate from above."""
+        return Region(size_mm=(self.length_mm, self.width_mm), disc=self.disc)
+
+    @property
+    def patches(self) -> tuple[Patch, ...]:
+        """The ceramics, drawn or in rows; in rows, the middle or the one right of it is +1."""
+        return self.drawn or _rows(self)
+
+    @property
+    def mirrors(self) -> tuple[int, int]:
+        """How x -> -x and y -> -y change the drive: 1 not, -1 its sign, 0 otherwise."""
+        return _parity(self.patches, (-1, 1)), _parity(self.patches, (1, -1))
 
     @property
     def antinode_x_mm(self) -> float:
         """X of the antinode nearest to the middle, which is at the middle of a ceramic."""
-        return (self.ceramic_length_mm + self.gap_mm) / 2 if self.antisymmetric else 0.0
-
-    def column_of(self, x: Array) -> Array:
-        """Return the index of the ceramics' column nearest to x (in m; 0 is the middle)."""
-        pitch = (self.ceramic_length_mm + self.gap_mm) * MILLI
-        index = np.round(x / pitch + (self.columns - 1) / 2)
-        return np.asarray(np.clip(index, 0, self.columns - 1))
-
-    def polarity(self, x: Array) -> Array:
-        """Return the polarity +1 or -1 at x (in m); it is +1 in the middle, or just right of it."""
-        return np.asarray(1.0 - 2.0 * ((self.column_of(x) - self.columns // 2) % 2))
+        even = not self.drawn and self.columns % 2 == 0
+        return (self.ceramic_length_mm + self.gap_mm) / 2 if even else 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,6 +233,7 @@ FINE = Density(
 )  # 30 s, 2 GB
 # Largest brick in mm, from coarse to fine: a wide ceramic requires more bricks than a narrow one.
 BRICKS_MM = (4.5, 3.0, 2.2, 1.6)
+DRAWN_MM = (1.6, 1.2)  # of a drawn plate's finer mesh, and of --fine
 HALF_WAVE = Density(along_ceramic=6, across_ceramic=8)
 
 
@@ -158,41 +247,81 @@ def density_of(layout: Layout, brick_mm: float) -> Density:
     )
 
 
-def mesh_lines(
-    length_mm: float,
-    pieces: int,
-    gap_mm: float,
-    bricks: int,
-    *,
-    half: bool,
-    border_mm: float = 0.0,
-) -> tuple[Array, Array]:
-    """Return the mesh lines along one direction, in m, and which intervals have no ceramic.
+def mesh_lines(layout: Layout, axis: int, brick_mm: float, *, half: bool) -> Array:
+    """Return the mesh lines along one direction, in m.
 
-    Parameters
-    ----------
-    length_mm, pieces, gap_mm, border_mm
-        Size of the plate and its division into ceramics.
-    bricks : int
-        Intervals per ceramic.
-    half : bool
-        Whether to keep only the part above 0, the plane of symmetry.
+    Every edge of the plate and of a ceramic's bounding box is a line; between two edges, bricks
+    are equal and no longer than ``brick_mm``. ``half`` keeps the part from 0, the plane of
+    symmetry.
     """
-    piece = _piece(length_mm, pieces, gap_mm, border_mm)
-    end = length_mm / 2 - border_mm
-    starts = np.arange(pieces) * (piece + gap_mm) - end
-    fractions = np.arange(bricks + 1) / bricks
-    # A border's bricks are no longer than a ceramic's.
-    bare = np.linspace(end, length_mm / 2, math.ceil(border_mm * bricks / piece) + 1)
-    ceramics = (starts[:, None] + piece * fractions).ravel()
-    lines = np.unique(np.round(np.concatenate([-bare, ceramics, bare]), 9))
+    regions = [layout.outline, *(each.region for each in layout.patches)]
+    edges = np.array([region.span_mm(axis) for region in regions]).ravel()
+    edges = np.unique(np.round(edges, 9))
     if half:
-        lines = np.append(0.0, lines[lines > 1e-6])  # noqa: PLR2004 - a nanometre, in mm
-    middle = (lines[:-1] + lines[1:]) / 2
-    within = np.mod(middle + end, piece + gap_mm)
-    return lines * MILLI, np.asarray((within > piece) | (np.abs(middle) > end))
+        edges = np.append(0.0, edges[edges > _ON_MM])
+    pieces = [
+        np.linspace(start, end, math.ceil((end - start) / brick_mm - _ON_MM) + 1)[1:]
+        for start, end in pairwise(edges)
+    ]
+    return np.concatenate([edges[:1], *pieces]) * MILLI
 
 
 def _piece(length_mm: float, pieces: int, gap_mm: float, border_mm: float) -> float:
     """Return the size of one ceramic in mm."""
     return (length_mm - 2 * border_mm - (pieces - 1) * gap_mm) / pieces
+
+
+@lru_cache(maxsize=64)
+def _rows(layout: Layout) -> tuple[Patch, ...]:
+    """Return the ceramics of a layout in rows."""
+    size_mm = (layout.ceramic_length_mm, layout.ceramic_width_mm)
+    counts = (layout.columns, layout.rows)
+    x_mm, y_mm = (
+        (np.arange(count) - (count - 1) / 2) * (size + layout.gap_mm)
+        for count, size in zip(counts, size_mm, strict=True)
+    )
+    return tuple(
+        Patch(
+            region=Region(at_mm=(float(x), float(y)), size_mm=size_mm),
+            polarity=1 - 2 * ((column - layout.columns // 2) % 2),
+        )
+        for column, x in enumerate(x_mm)
+        for y in y_mm
+    )
+
+
+def _parity(patches: tuple[Patch, ...], signs: tuple[int, int]) -> int:
+    """Return how the mirrored patches' polarity relates to the patches': 1, -1 or 0."""
+
+    def key(region: Region, signs: tuple[int, int]) -> tuple[object, ...]:
+        x, y = (sign * round(at, 6) + 0.0 for sign, at in zip(signs, region.at_mm, strict=True))
+        return x, y, region.size_mm, region.disc
+
+    polarity = {key(each.region, (1, 1)): each.polarity for each in patches}
+    ratios = {each.polarity * polarity.get(key(each.region, signs), 0) for each in patches}
+    return ratios.pop() if len(ratios) == 1 else 0
+
+
+def _check_places(outline: Region, patches: tuple[Patch, ...]) -> None:
+    """Raise UserError unless every patch is on the plate and apart from the others."""
+    for number, patch in enumerate(patches, start=1):
+        region = patch.region
+        if patch.polarity not in {1, -1}:
+            raise UserError(
+                f"plate layout: patch {number}: polarity is {patch.polarity}, expected 1 or -1"
+            )
+        if not np.all(outline.holds(*region.rim_mm())):
+            raise UserError(
+                f"plate layout: patch {number}, with its middle at {region.at_mm[0]:g}, "
+                f"{region.at_mm[1]:g} mm, reaches beyond the plate; expected it on the plate"
+            )
+        for other, neighbour in enumerate(patches[: number - 1], start=1):
+            if all(
+                region.span_mm(axis)[0] < neighbour.region.span_mm(axis)[1] - _ON_MM
+                and neighbour.region.span_mm(axis)[0] < region.span_mm(axis)[1] - _ON_MM
+                for axis in (0, 1)
+            ):
+                raise UserError(
+                    f"plate layout: patches {other} and {number} overlap; expected bounding "
+                    "rectangles apart, also around discs"
+                )

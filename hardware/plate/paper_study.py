@@ -187,5 +187,5 @@ def nodal_lines_mm(found: Modes, mode: int) -> Array:
     at = x[change] - w[change] * (x[change + 1] - x[change]) / (w[change + 1] - w[change])
     if not parts.quarter:
         return np.asarray(at)
-    middle = [0.0] if parts.layout.antisymmetric else []
+    middle = [0.0] if parts.mirrors[0] == -1 else []
     return np.concatenate([-at[::-1], middle, at])

@@ -64,16 +64,18 @@ class Supported:
 def support(parts: Assembly, electrodes: Electrodes = "shorted") -> Supported:
     """Apply symmetry, supports and electrodes.
 
-    The ceramics' upper faces are grounded. Their outer faces share one voltage, whose sign
-    alternates along x with the polarity. If shorted, the voltage is prescribed; if open, it floats
+    The ceramics' upper faces are grounded. Their outer faces share one voltage, whose sign is the
+    polarity. If shorted, the voltage is prescribed; if open, it floats
     without charge.
     """
     size = parts.nodes.shape[1]
     held = np.zeros((3, size), dtype=bool)
+    planes = (parts.at(x=0.0), parts.at(y=0.0))
     if parts.quarter:
-        middle = parts.at(x=0.0)
-        held[[1, 2] if parts.layout.antisymmetric else [0]] |= middle
-        held[1] |= parts.at(y=0.0)
+        # A motion that is even across a plane does not cross it; an odd one only crosses it.
+        for axis, (mirror, plane) in enumerate(zip(parts.mirrors, planes, strict=True)):
+            across = np.arange(3) == axis
+            held[across if mirror == 1 else ~across] |= plane
     if parts.layout.ends == "supported":
         end = parts.layout.length_mm * MILLI / 2
         held[2] |= parts.at(x=end) | parts.at(x=-end)
@@ -83,10 +85,11 @@ def support(parts: Assembly, electrodes: Electrodes = "shorted") -> Supported:
     in_ceramic = parts.capacitance.diagonal() > 0
     outer, grounded = in_ceramic & parts.at(z=0.0), in_ceramic & parts.at(z=step)
     fixed = outer | grounded
-    if parts.quarter and parts.layout.antisymmetric:
-        fixed |= parts.at(x=0.0)
+    for mirror, plane in zip(parts.mirrors, planes, strict=True):
+        if mirror == -1:
+            fixed |= plane
     inside = np.flatnonzero(in_ceramic & ~fixed)
-    pattern = np.where(outer, parts.layout.polarity(parts.nodes[0]), 0.0)
+    pattern = np.where(outer, parts.polarity, 0.0)
     selection = sparse.csr_matrix(
         (np.ones(inside.size), (inside, np.arange(inside.size))), shape=(size, inside.size)
     )
@@ -124,6 +127,8 @@ class Modes:
         Modal piezoelectric force per volt.
     ceramic_share : ndarray, shape (modes,)
         Fraction of the strain energy in the ceramics; 0 for a rigid body.
+    band_hz : tuple of 2 floats
+        Frequencies among which the driven mode is chosen.
     """
 
     parts: Assembly
@@ -131,12 +136,14 @@ class Modes:
     shape: Array
     force: Array
     ceramic_share: Array
+    band_hz: tuple[float, float] = (0.0, np.inf)
 
     @property
     def driven(self) -> int:
-        """Index of the mode that absorbs the most energy from a voltage: largest (force/ω)²."""
-        elastic = self.frequency_hz > _RIGID_BELOW * self.frequency_hz[-1]
-        return int(np.argmax(np.abs(self.force) / np.where(elastic, self.frequency_hz, np.inf)))
+        """Index of the mode of the band with the most energy from a voltage: largest (force/ω)²."""
+        low_hz = max(self.band_hz[0], _RIGID_BELOW * self.frequency_hz[-1])
+        inside = (self.frequency_hz > low_hz) & (self.frequency_hz <= self.band_hz[1])
+        return int(np.argmax(np.abs(self.force) / np.where(inside, self.frequency_hz, np.inf)))
 
     def loss_from_ceramic(self) -> Array:
         """Return each mode's loss factor if only the ceramics lose energy, share/Q_m."""
@@ -247,7 +254,7 @@ def surface_response_um(
 
     Parameters are those of `response_um`, at one frequency; both arrays have shape (nodes,).
     """
-    on_top = np.flatnonzero(found.parts.at(z=found.parts.thickness_m))
+    on_top = found.parts.on_top
     amplitude_um_peak = [
         _superposed_um(found, frequency_hz, voltage_v, loss_factor, found.shape[:, 2, node])
         for node in on_top
@@ -273,6 +280,5 @@ def _superposed_um(
 def nearest_node(parts: Assembly, where_mm: tuple[float, float]) -> int:
     """Return the node of the touch surface nearest to a point (mirrored into the quarter)."""
     x, y = (abs(v) if parts.quarter else v for v in where_mm)
-    on_top = np.flatnonzero(parts.at(z=parts.thickness_m))
-    away = np.hypot(parts.nodes[0, on_top] - x * MILLI, parts.nodes[1, on_top] - y * MILLI)
-    return int(on_top[np.argmin(away)])
+    away = np.hypot(*(parts.nodes[:2, parts.on_top] - np.array([[x], [y]]) * MILLI))
+    return int(parts.on_top[np.argmin(away)])

@@ -211,7 +211,7 @@ def amplitude_map_figure(found: Modes, *, voltage_v: float = 15.0) -> Any:
 
 def _surface(found: Modes, index: int) -> tuple[Any, Any, Any]:
     """Return x, y (mm) and scaled w of a mode on a fine regular grid on the touch surface."""
-    top = np.flatnonzero(found.parts.at(z=found.parts.thickness_m))
+    top = found.parts.on_top
     x, y, w = _on_a_grid(found, top, found.shape[index, 2, top])
     return x, y, w / np.nanmax(np.abs(w))
 
@@ -224,14 +224,17 @@ def _on_a_grid(found: Modes, top: Any, w: Any) -> tuple[Any, Any, Any]:
     at = parts.nodes[:2, top] * 1e3
     half = np.array([parts.layout.length_mm, parts.layout.width_mm]) / 2
     if parts.quarter:  # mirrored, so that the interpolation is smooth across the planes
-        signs = [(1, 1), (-1, 1), (1, -1), (-1, -1)]
-        at = np.concatenate([at * np.array(sign)[:, None] for sign in signs], axis=1)
-        across = -1 if parts.layout.antisymmetric else 1
-        w = np.concatenate([w, across * w, w, across * w])
+        for axis, mirror in enumerate(parts.mirrors):
+            other = at.copy()
+            other[axis] *= -1
+            at, w = np.concatenate([at, other], axis=1), np.concatenate([w, mirror * w])
         at, unique = np.unique(np.round(at, 6), axis=1, return_index=True)
         w = w[unique]
     x, y = np.meshgrid(np.linspace(-half[0], half[0], 131), np.linspace(-half[1], half[1], 77))
-    return x, y, griddata(at.T, w, (x, y), method="cubic")
+    smooth, nearest = (griddata(at.T, w, (x, y), method=method) for method in ("cubic", "nearest"))
+    # The rim of a disc is beyond its outermost nodes.
+    on_plate = parts.layout.outline.holds(x, y)
+    return x, y, np.where(on_plate, np.where(np.isnan(smooth), nearest, smooth), np.nan)
 
 
 def _colours(w: Any) -> Any:

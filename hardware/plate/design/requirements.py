@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from slipscale.faults.toml_file import read_toml
 from slipscale.hardware.limits import PlateLimits
+from slipscale.hardware.plate.geometry import Region
 from slipscale.hardware.plate.materials import COPPER_BERYLLIUM, P1_91, P1_91_TABLE_II
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+LIMITS = PlateLimits()
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
 Span = Annotated[float, Field(gt=0, le=300)]  # workspace in mm; larger ones cannot be meshed
 Length = Annotated[float, Field(ge=2, le=300)]  # ceramic in mm; shorter ones would be too many
 AMPLITUDE_MAX_UM_PEAK = 20.0  # a hundredth of the plate's thickness: the limit of linear bending
@@ -44,7 +47,7 @@ class Requirements(_Table):
     @field_validator("voltage_v")
     @classmethod
     def _voltage_is_safe(cls, voltage_v: float) -> float:
-        limit = PlateLimits().voltage_v
+        limit = LIMITS.voltage_v
         if voltage_v > limit:
             raise ValueError(f"is beyond the safe limit, expected above 0 and at most {limit:g} V")
         return voltage_v
@@ -90,6 +93,49 @@ class PassivePlate(_Table):
     density_kg_m3: Positive = COPPER_BERYLLIUM.density_kg_m3
 
 
+class _Outline(_Table):
+    """A rectangle, by its size, or a disc, by its diameter."""
+
+    size_mm: tuple[Length, Length] | None = None
+    diameter_mm: Length | None = None
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Self:
+        if (self.size_mm is None) == (self.diameter_mm is None):
+            raise ValueError("expected either size_mm (a rectangle) or diameter_mm (a disc)")
+        return self
+
+    def region(self, at_mm: tuple[float, float] = (0.0, 0.0)) -> Region:
+        """Return the shape with its middle at a place."""
+        if self.diameter_mm is None:
+            return Region(at_mm=at_mm, size_mm=self.size_mm or (0.0, 0.0))
+        return Region(at_mm=at_mm, size_mm=(self.diameter_mm,) * 2, disc=True)
+
+
+class DrawnPatch(_Outline):
+    """One piezo element at a free place; positions count from the middle of the plate."""
+
+    at_mm: tuple[Finite, Finite] = (0.0, 0.0)
+    polarity: Literal[1, -1] = 1
+
+
+class DrawnPlate(_Outline):
+    """A plate with elements at free places, solved as it is drawn."""
+
+    name: str
+    # The most driven mode of this band is used; by default, the frequencies of shipped drivers.
+    band_hz: tuple[Positive, Positive] = (LIMITS.frequency_min_hz, LIMITS.frequency_max_hz)
+    finger_at_mm: tuple[Finite, Finite] = (0.0, 0.0)
+    patch: Annotated[tuple[DrawnPatch, ...], Field(min_length=1)]
+
+    @field_validator("band_hz")
+    @classmethod
+    def _band_rises(cls, band_hz: tuple[float, float]) -> tuple[float, float]:
+        if band_hz[0] >= band_hz[1]:
+            raise ValueError(f"is {list(band_hz)}, expected the lower frequency first")
+        return band_hz
+
+
 class Brief(_Table):
     """The complete brief; without entries, the paper's plate."""
 
@@ -97,6 +143,7 @@ class Brief(_Table):
     requirements: Requirements = Requirements()
     ceramic: Ceramic = Ceramic()
     resonator: PassivePlate = PassivePlate()
+    plate: tuple[DrawnPlate, ...] = ()
 
 
 def read(path: Path) -> Brief:

@@ -11,17 +11,17 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from slipscale.faults import UserError
 from slipscale.hardware.plate.beam import BeamSection
-from slipscale.hardware.plate.geometry import Layout
+from slipscale.hardware.plate.geometry import Layout, Patch
 from slipscale.hardware.plate.materials import BeamCeramic, Isotropic, Piezoceramic
 from slipscale.stimuli import reynolds, shared_load, squeeze_film
 from slipscale.stimuli.reynolds import WorkingPoint
 
 if TYPE_CHECKING:
-    from slipscale.hardware.plate.design.requirements import Brief
+    from slipscale.hardware.plate.design.requirements import Brief, DrawnPlate
 
 _COLUMNS_MORE = 4  # additional ceramics to consider, beyond those that the workspace requires
 
@@ -237,11 +237,36 @@ def layout_of(brief: Brief, plate: Candidate) -> Layout:
         rows=plate.rows,
         gap_mm=brief.ceramic.gap_mm,
         border_mm=brief.resonator.border_mm,
-        ceramic_thickness_mm=brief.ceramic.thickness_mm,
-        resonator_thickness_mm=brief.resonator.thickness_mm,
-        ceramic=ceramic_of(brief),
-        resonator=resonator_of(brief),
+        **_layers(brief),
     )
+
+
+def drawn_layout(brief: Brief, plate: DrawnPlate) -> Layout:
+    """Return a drawn plate as a layout. Raises UserError if a patch does not fit."""
+    outline = plate.region()
+    patches = [
+        Patch(region=each.region(each.at_mm), polarity=each.polarity) for each in plate.patch
+    ]
+    try:
+        return Layout(
+            length_mm=outline.size_mm[0],
+            width_mm=outline.size_mm[1],
+            disc=outline.disc,
+            drawn=tuple(patches),
+            **_layers(brief),
+        )
+    except UserError as error:
+        raise UserError(f"plate {plate.name!r}: {error}") from error
+
+
+def _layers(brief: Brief) -> dict[str, Any]:
+    """Return what all layouts of a brief share."""
+    return {
+        "ceramic_thickness_mm": brief.ceramic.thickness_mm,
+        "resonator_thickness_mm": brief.resonator.thickness_mm,
+        "ceramic": ceramic_of(brief),
+        "resonator": resonator_of(brief),
+    }
 
 
 def _needed(span_mm: float, piece_mm: float, gap_mm: float) -> int:

@@ -11,17 +11,22 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from slipscale.faults import UserError
 from slipscale.hardware.limits import PlateLimits
-from slipscale.hardware.plate.design.sizing import layout_of
-from slipscale.hardware.plate.geometry import BRICKS_MM, QUICK, density_of
-from slipscale.hardware.plate.paper_study import harmonic, plate_modes
+from slipscale.hardware.plate.design.sizing import drawn_layout, layout_of
+from slipscale.hardware.plate.geometry import BRICKS_MM, QUICK, Region, density_of
+from slipscale.hardware.plate.paper_study import MODE_COUNT, harmonic, plate_modes
+from slipscale.hardware.plate.vibration import modes, surface_response_um
 from slipscale.stimuli.surface import pp_from_peak
 
 if TYPE_CHECKING:
-    from slipscale.hardware.plate.design.requirements import Brief
+    from collections.abc import Callable
+
+    from slipscale.hardware.plate.design.requirements import Brief, DrawnPlate
     from slipscale.hardware.plate.design.sizing import Candidate
-    from slipscale.hardware.plate.geometry import Density
+    from slipscale.hardware.plate.geometry import Density, Layout
     from slipscale.hardware.plate.vibration import Modes
 
 CONVERGED = 0.04  # of the amplitude, from one mesh to the next
@@ -35,38 +40,29 @@ class Solution:
     ----------
     resonance_hz : float
         Resonance of the mode that the ceramics drive most strongly.
-    amplitude_middle_um_peak, amplitude_edge_um_peak : float
-        Amplitude at the antinode nearest to the middle, on the mid line and at the edge, for the
-        brief's voltage.
+    amplitude_um_peak : dict of str to float
+        Amplitude by position, for the brief's voltage. A candidate has "middle" and "edge": the
+        antinode nearest to the middle, on the mid line and at the edge. A drawn plate has
+        "finger" and "largest": the finger's position, and the touch surface's maximum.
     unknowns : int
         Number of displacements solved for.
     uncertainty : float or None
-        Relative difference of the amplitudes from those of the previous mesh, the larger of the
-        two; None if only one mesh was solved.
+        Largest relative difference of the amplitudes from those of the previous mesh; None if
+        only one mesh was solved.
     """
 
     resonance_hz: float
-    amplitude_middle_um_peak: float
-    amplitude_edge_um_peak: float
+    amplitude_um_peak: dict[str, float]
     unknowns: int
     uncertainty: float | None = None
-
-    def amplitude_um_peak(self, place: str) -> float:
-        """Return the amplitude at the finger's position, "middle" or "edge"."""
-        return {
-            "middle": self.amplitude_middle_um_peak,
-            "edge": self.amplitude_edge_um_peak,
-        }[place]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judged:
-    """A candidate and its verdict.
+    """The verdict on a plate.
 
     Parameters
     ----------
-    candidate : Candidate
-        With the beam's estimates.
     solution : Solution or None
         None if the beam model already rules the plate out, or the plate could not be solved.
     why_not : tuple of str
@@ -75,7 +71,6 @@ class Judged:
         Requirements beyond a driver's shipped limits: such a plate requires a plate file.
     """
 
-    candidate: Candidate
     solution: Solution | None
     why_not: tuple[str, ...]
     needs: tuple[str, ...]
@@ -89,19 +84,48 @@ class Judged:
 def solve(brief: Brief, candidate: Candidate, density: Density = QUICK) -> tuple[Modes, Solution]:
     """Return a plate's modes and its response to the drive. Raises UserError."""
     layout = layout_of(brief, candidate)
-    modes = plate_modes(layout, near_hz=candidate.frequency_hz, density=density)
+    found = plate_modes(layout, near_hz=candidate.frequency_hz, density=density)
     voltage_v = brief.requirements.voltage_v
-    edge = harmonic(modes, voltage_v=voltage_v)
-    middle = harmonic(modes, voltage_v=voltage_v, where_mm=(layout.antinode_x_mm, 0.0))
-    return modes, Solution(
-        resonance_hz=float(modes.frequency_hz[modes.driven]),
-        amplitude_middle_um_peak=middle.peak_um_pp / 2,
-        amplitude_edge_um_peak=edge.peak_um_pp / 2,
-        unknowns=int(3 * modes.parts.nodes.shape[1]),
+    x_mm = layout.antinode_x_mm
+    return found, _solution(
+        found,
+        {
+            place: harmonic(found, voltage_v=voltage_v, where_mm=(x_mm, y_mm)).peak_um_pp / 2
+            for place, y_mm in (("middle", 0.0), ("edge", layout.width_mm / 2))
+        },
     )
 
 
-def converged(brief: Brief, candidate: Candidate) -> Solution:
+def solve_drawn(brief: Brief, plate: DrawnPlate, density: Density) -> tuple[Modes, Solution]:
+    """Return a drawn plate's modes and its response to the drive. Raises UserError."""
+    layout = drawn_layout(brief, plate)
+    low_hz, high_hz = plate.band_hz
+    middle_hz, count, reach_hz = (low_hz + high_hz) / 2, MODE_COUNT // 2, 0.0
+    while reach_hz < (high_hz - low_hz) / 2:  # until the modes cover the band
+        count *= 2
+        found = modes(layout, middle_hz, count, density=density)
+        reach_hz = float(np.abs(found.frequency_hz - middle_hz).max())
+    found = replace(found, band_hz=plate.band_hz)
+    resonance_hz = float(found.frequency_hz[found.driven])
+    if not low_hz <= resonance_hz <= high_hz:
+        raise UserError(f"plate {plate.name!r}: no mode is within band_hz, expected a wider band")
+    voltage_v, loss = brief.requirements.voltage_v, 1 / layout.ceramic.quality_factor
+    response = harmonic(found, voltage_v=voltage_v, where_mm=plate.finger_at_mm)
+    _, on_top_um_peak = surface_response_um(found, response.peak_hz, voltage_v, loss)
+    finger = response.peak_um_pp / 2
+    largest = max(finger, float(np.abs(on_top_um_peak).max()))
+    return found, _solution(found, {"finger": finger, "largest": largest})
+
+
+def _solution(found: Modes, amplitude_um_peak: dict[str, float]) -> Solution:
+    return Solution(
+        resonance_hz=float(found.frequency_hz[found.driven]),
+        amplitude_um_peak=amplitude_um_peak,
+        unknowns=int(3 * found.parts.nodes.shape[1]),
+    )
+
+
+def converged(layout: Layout, solved: Callable[[Density], tuple[Modes, Solution]]) -> Solution:
     """Refine the mesh until the solution agrees with the previous one; return the last solution.
 
     Raises
@@ -109,14 +133,12 @@ def converged(brief: Brief, candidate: Candidate) -> Solution:
     UserError
         The plate cannot be solved.
     """
-    layout = layout_of(brief, candidate)
     solution: Solution | None = None
     for brick_mm in BRICKS_MM:
-        _, finer = solve(brief, candidate, density_of(layout, brick_mm))
+        _, finer = solved(density_of(layout, brick_mm))
         if solution is not None:
-            pairs = (
-                (finer.amplitude_middle_um_peak, solution.amplitude_middle_um_peak),
-                (finer.amplitude_edge_um_peak, solution.amplitude_edge_um_peak),
+            pairs = zip(
+                finer.amplitude_um_peak.values(), solution.amplitude_um_peak.values(), strict=True
             )
             uncertainty = max(abs(new - old) / new for new, old in pairs)
             finer = replace(finer, uncertainty=uncertainty)
@@ -132,29 +154,46 @@ def judge(brief: Brief, candidate: Candidate, frequency_min_hz: float) -> Judged
     """Return whether a plate meets the brief; solve it unless the beam model rules it out."""
     if not candidate.beam_admissible:
         return Judged(
-            candidate=candidate,
             solution=None,
             why_not=("its half wave is outside the bounds",),
             needs=(),
         )
     try:
-        solution = converged(brief, candidate)
+        solution = converged(
+            layout_of(brief, candidate), lambda density: solve(brief, candidate, density)
+        )
     except UserError as error:
-        return Judged(candidate=candidate, solution=None, why_not=(str(error),), needs=())
-    return judged(brief, candidate, solution, frequency_min_hz)
+        return Judged(solution=None, why_not=(str(error),), needs=())
+    return judged(brief, solution, frequency_min_hz)
+
+
+def judge_drawn(brief: Brief, plate: DrawnPlate, frequency_min_hz: float) -> Judged:
+    """Return whether a drawn plate meets the brief. Raises UserError if it cannot be solved."""
+    layout = drawn_layout(brief, plate)
+    if not layout.outline.holds(*np.array(plate.finger_at_mm)[:, None])[0]:
+        raise UserError(
+            f"plate {plate.name!r}: finger_at_mm is {list(plate.finger_at_mm)}; expected a place "
+            "on the plate"
+        )
+    solution = converged(layout, lambda density: solve_drawn(brief, plate, density))
+    verdict = judged(brief, solution, frequency_min_hz, place="finger")
+    workspace = Region(size_mm=brief.requirements.workspace_mm)
+    if np.all(layout.outline.holds(*workspace.rim_mm())):
+        return verdict
+    return replace(verdict, why_not=("it does not cover the workspace", *verdict.why_not))
 
 
 def judged(
-    brief: Brief, candidate: Candidate, solution: Solution, frequency_min_hz: float
+    brief: Brief, solution: Solution, frequency_min_hz: float, *, place: str | None = None
 ) -> Judged:
     """Compare a solved plate with the brief and with the driver's shipped limits."""
     wanted, limits = brief.requirements, PlateLimits()
-    amplitude_um_peak = solution.amplitude_um_peak(wanted.finger_place)
+    place = place or wanted.finger_place
+    amplitude_um_peak = solution.amplitude_um_peak[place]
     why_not, needs = [], []
     if amplitude_um_peak < wanted.amplitude_um_peak:
         why_not.append(
-            f"{amplitude_um_peak:.2f} µm peak at the {wanted.finger_place}, "
-            f"{wanted.amplitude_um_peak:g} required"
+            f"{amplitude_um_peak:.2f} µm peak at the {place}, {wanted.amplitude_um_peak:g} required"
         )
     if solution.uncertainty is not None and solution.uncertainty > CONVERGED:
         why_not.append(
@@ -175,6 +214,4 @@ def judged(
         needs.append(
             f"{pp_from_peak(wanted.amplitude_um_peak):g} µm p-p (shipped: up to {limits.level:g})"
         )
-    return Judged(
-        candidate=candidate, solution=solution, why_not=tuple(why_not), needs=tuple(needs)
-    )
+    return Judged(solution=solution, why_not=tuple(why_not), needs=tuple(needs))
