@@ -274,7 +274,7 @@ def complaints(page: Page) -> list[str]:
         found.append(f"serious: {error}")
 
     def answered(response: Response) -> None:
-        if response.status != HTTPStatus.OK:
+        if response.status != HTTPStatus.OK and response.request.method == "GET":
             found.append(f"serious: {response.status} for {response.url}")
 
     page.on("pageerror", raised)

@@ -17,6 +17,7 @@ import anyio
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
+from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
 from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
@@ -133,6 +134,12 @@ class Console:
     def _rendered(self, template: str, values: dict[str, Any]) -> str:
         return self._environment.get_template(template).render(values)
 
+    async def missing(self, request: Request, _: Exception) -> Response:
+        """Return the page for an address that does not exist."""
+        response = await run_in_threadpool(self._page, request, "missing", "not_there.html", {})
+        response.status_code = NOT_THERE
+        return response
+
     async def edit(self, request: Request) -> Response:
         """Return an edited study text after a change, with its errors and form."""
         sent = await request.body()
@@ -227,14 +234,14 @@ class Console:
         """Return one of the console's own files."""
         name = request.path_params["name"]
         if name not in STATIC:
-            return Response(status_code=NOT_THERE)
+            raise HTTPException(NOT_THERE)
         content = files(PACKAGE).joinpath("static", name).read_bytes()
         return Response(content, media_type=STATIC[name])
 
     async def report(self, request: Request) -> Response:
         """Return the page that contains the data set's report."""
         if not (await run_in_threadpool(self.state.now)).seen:
-            return Response(status_code=NOT_THERE)
+            raise HTTPException(NOT_THERE)
         more = {"source": "/data/report.html"}
         return await run_in_threadpool(self._page, request, "data", "report.html", more)
 
@@ -252,7 +259,7 @@ class Console:
         """Return the page that contains a pilot's report."""
         number = request.path_params["number"]
         if self._pilot(number) is None:
-            return Response(status_code=NOT_THERE)
+            raise HTTPException(NOT_THERE)
         more = {"source": f"/pilot/{number}/report.html"}
         return await run_in_threadpool(self._page, request, "pilot", "report.html", more)
 
@@ -268,7 +275,7 @@ class Console:
     async def download(self, _: Request) -> Response:
         """Return the data set as a zip file, without locks and mailboxes."""
         if self.access.read_only:
-            return Response(status_code=NOT_THERE)
+            raise HTTPException(NOT_THERE)
         found = await run_in_threadpool(self.state.now)
         return await run_in_threadpool(_zip, found.defaults.data, "data-set.zip")
 
@@ -278,13 +285,13 @@ class Console:
         for path in () if self.access.read_only else await run_in_threadpool(frozen_plans):
             if path.name == name:
                 return Response(path.read_bytes(), media_type="application/zip")
-        return Response(status_code=NOT_THERE)
+        raise HTTPException(NOT_THERE)
 
     async def export(self, _: Request) -> Response:
         """Return the last export as a zip file, if results may be seen."""
         found = await run_in_threadpool(self.state.now)
         if self.access.read_only or not found.seen:
-            return Response(status_code=NOT_THERE)
+            raise HTTPException(NOT_THERE)
         return await run_in_threadpool(_zip, export_folder(found.defaults.data), "export.zip")
 
     # Actions ------------------------------------------------------------------------------------
@@ -335,8 +342,13 @@ def make_app(access: Access, jobs: Jobs) -> tuple[Starlette, Console]:
         Route("/study/later", console.later, methods=["POST"]),
         Route("/do/{action}", console.do, methods=["POST"]),
     ]
-    guarded = [Middleware(Guard, access=access)]
-    return Starlette(routes=routes, middleware=guarded, lifespan=lifespan), console
+    app = Starlette(
+        routes=routes,
+        middleware=[Middleware(Guard, access=access)],
+        exception_handlers={NOT_THERE: console.missing},
+        lifespan=lifespan,
+    )
+    return app, console
 
 
 def _page_of(console: Console, name: str) -> Any:
@@ -351,7 +363,7 @@ def _result(dataset: Path | None, name: str) -> Response:
     except OSError:
         content = None
     if content is None:
-        return Response(status_code=NOT_THERE)
+        raise HTTPException(NOT_THERE)
     headers = {"content-security-policy": REPORT_POLICY}
     return Response(content, media_type=kinds[name], headers=headers)
 
@@ -359,7 +371,7 @@ def _result(dataset: Path | None, name: str) -> Response:
 def _zip(folder: Path, name: str) -> Response:
     """Return a folder as a zip file; 404 if it does not exist."""
     if not folder.is_dir():
-        return Response(status_code=NOT_THERE)
+        raise HTTPException(NOT_THERE)
     content = zipped(folder)
     headers = {"content-disposition": f'attachment; filename="{name}"'}
     return Response(content, media_type="application/zip", headers=headers)

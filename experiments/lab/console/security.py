@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 LARGEST_BODY = 1_000_000
 TO_THE_PAGES = (
     '<!doctype html><meta http-equiv="refresh" content="0;url={}"><title>Slipscale</title>'
+    '<link rel="icon" href="/static/icon.svg">'  # otherwise the browser requests favicon.ico
 )
 CONNECTIONS = Path("/proc/net/tcp")  # Linux: the owner of each connection
 ESTABLISHED = "01"

@@ -41,6 +41,7 @@ amplitudes_um_pp = [0, 1]
 protocol = "magnitude_estimation"
 practice = 0
 """
+REFUSED = re.compile("status of (?!409)")  # 409: an action that is not possible now
 PATIENCE_MS = 60_000.0
 LOADED = 60  # times that a key is pressed until its screen has come, on a loaded machine
 
@@ -186,6 +187,9 @@ def page(display):
         page = context.new_page()
         page.complaints = []
         page.on("pageerror", lambda error: page.complaints.append(str(error)))
+        page.on(
+            "console", lambda line: REFUSED.search(line.text) and page.complaints.append(line.text)
+        )
         page.requested = []
         page.on("request", lambda request: page.requested.append(request.url))
         yield page

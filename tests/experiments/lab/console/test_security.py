@@ -237,7 +237,8 @@ def test_a_page_may_run_and_load_only_the_consoles_own(visitor, path):
     ],
 )
 def test_no_path_comes_from_the_page(visitor, recorded, path):
-    assert visitor.client.get(path).status_code == 404
+    answer = visitor.client.get(path, headers={"accept-language": "fr"})
+    assert (answer.status_code, "Page introuvable" in answer.text) == (404, True)
 
 
 @pytest.mark.parametrize(
