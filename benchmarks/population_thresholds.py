@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 KEPT = Path(__file__).resolve().parents[1] / "build" / "population_thresholds"
-SIZES, LAPSES = (6, 12, 24), (0.0, 0.02, 0.05)
+SIZES, LAPSES = (6, 12, 24), (0.0, 0.05)
 #: Answers per level, SD of log slopes, and studies that are stored together.
 EACH, SLOPES, BATCH = 10, 0.25, 50
 

@@ -15,9 +15,11 @@ import numpy as np
 import pandas as pd
 
 from slipscale.analysis.reading.cleaning import labels
-from slipscale.analysis.reading.delimited import quantity_of, read_tables
+from slipscale.analysis.reading.delimited import quantity_of, read_bytes, read_tables
+from slipscale.analysis.reading.dialect import decoded
 from slipscale.analysis.reading.trial_tables import set_aside
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.faults.toml_file import toml_table
 
 if TYPE_CHECKING:
     import re
@@ -166,6 +168,17 @@ def read_main_trials(
     practice, voided = set_aside(frame.assign(phase=labels(frame, "phase", "")))
     add_counts(counts, kind, rows=len(frame), practice=practice.sum(), voided=voided.sum())
     return frame[~practice & ~voided].reset_index(drop=True), sources
+
+
+def factors_of(folder: Path) -> tuple[str, ...]:
+    """Return the names of the study's factors: columns of every task's table."""
+    path = folder / "code" / "study.toml"
+    if not path.is_file():
+        return ()
+    text = decoded(read_bytes(path), path)[0].decode("utf-8")
+    stated = toml_table(text, str(path)).get("factors", [])
+    rows = stated if isinstance(stated, list) else []
+    return tuple(str(row["name"]) for row in rows if isinstance(row, dict) and "name" in row)
 
 
 def add_counts(counts: dict[str, int], kind: str, **more: int) -> None:

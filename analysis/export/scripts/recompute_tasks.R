@@ -130,15 +130,17 @@ threshold_of <- function(rows, method, standard, confidence, settings) {
 }
 
 # Everybody's answers in one model: thresholds of people are normal on the curve's axis, and of a
-# person's sessions again; logarithms of their slopes are normal if there is one session, else the
-# slope is shared, as the lapse rate always is. Maximum marginal likelihood, the normal variables
+# person's sessions and conditions again; logarithms of their slopes are normal if there is one, else
+# the slope is shared, as the lapse rate always is. Maximum marginal likelihood, the normal variables
 # summed on grids; intervals of the profile likelihood with Student's quantile.
 population_of <- function(rows, curve, standard, confidence) {
   main <- rows[!rows$catch, ]
   people <- in_code_order(main$participant_id)
   n <- length(people)
   if (n < 3) return(NULL)
-  main$session <- ifelse(is.na(main$session), "", main$session)
+  # A session, and a condition of the study's factors.
+  factors <- main[grepl("^factor: ", names(main))]
+  main$session <- do.call(paste, c(list(ifelse(is.na(main$session), "", main$session)), factors))
   sessions <- in_code_order(main$session)
   levels <- sort(unique(main$level_um_pp))
   x <- curve$at(levels)

@@ -10,9 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.cleaning import clean_estimates, empty_estimates
-from slipscale.analysis.reading.delimited import read_bytes
-from slipscale.analysis.reading.dialect import decoded
-from slipscale.analysis.reading.labelled_tasks import TaskTrials
+from slipscale.analysis.reading.labelled_tasks import TaskTrials, factors_of
 from slipscale.analysis.reading.protocol_tables import read_protocol
 from slipscale.analysis.reading.trial_tables import ESTIMATION, IDENTITY, has_flag, set_aside
 from slipscale.experiments.dataset.schema import (
@@ -21,7 +19,6 @@ from slipscale.experiments.dataset.schema import (
     REPRESENTED,
     TIMED_OUT,
 )
-from slipscale.faults.toml_file import toml_table
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -42,17 +39,6 @@ def read_estimates(
     table = replace(ESTIMATION, words=(*ESTIMATION.words, *factors))
     frame, sources = read_protocol(table, entries, folder, problems)
     return clean_estimates(frame, sources, problems, factors=factors), sources
-
-
-def factors_of(folder: Path) -> tuple[str, ...]:
-    """Return the names of the study's factors: columns of every task's table."""
-    path = folder / "code" / "study.toml"
-    if not path.is_file():
-        return ()
-    text = decoded(read_bytes(path), path)[0].decode("utf-8")
-    stated = toml_table(text, str(path)).get("factors", [])
-    rows = stated if isinstance(stated, list) else []
-    return tuple(str(row["name"]) for row in rows if isinstance(row, dict) and "name" in row)
 
 
 def divide(

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.preprocessing.labels import numbers_first
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.analysis.statistics.holm import holm
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
@@ -34,6 +37,8 @@ if TYPE_CHECKING:
 
 #: A curve describes answers clearly better if its log likelihood is higher by this (AIC by 4).
 CLEARLY = 2.0
+#: Between the names, and the labels, of combined factors.
+COMBINED = ", "
 
 
 def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estimate | NotComputed:
@@ -62,7 +67,7 @@ def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estim
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LevelOfFactor:
-    """The threshold in one group or session."""
+    """The threshold in one group, session or condition."""
 
     name: str
     n: int
@@ -71,7 +76,7 @@ class LevelOfFactor:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contrast:
-    """Comparison of two groups or sessions.
+    """Comparison of two groups, sessions or conditions.
 
     Parameters
     ----------
@@ -91,7 +96,10 @@ class Contrast:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Factor:
-    """Thresholds by group, or by session."""
+    """Thresholds by group, by session, or by a factor of the study.
+
+    ``contrasts`` is empty for combinations of factors.
+    """
 
     name: str
     levels: tuple[LevelOfFactor, ...]
@@ -112,8 +120,8 @@ class PopulationThreshold:
     slope : Estimate or NotComputed
         Slope of the typical participant's curve.
     sd_log_slope : float or NotComputed
-        Between participants, of the slope's natural logarithm. With several sessions, one slope is
-        fitted to all.
+        Between participants, of the slope's natural logarithm. With several sessions or conditions,
+        one slope is fitted to all.
     half_width_um_pp : Estimate or NotComputed
         For comparisons, and for a curve of the level itself: half the distance between 25 and 75 %.
     lapse : float
@@ -123,7 +131,8 @@ class PopulationThreshold:
     participants : Mapping of str to float
         Each threshold in this fit, shrunk towards the population's; µm peak to peak.
     factors : tuple of Factor
-        By group and by session, if there are several.
+        By group, by session, by each factor of the study and by their combinations, if there are
+        several.
     better_curve : str
         For comparisons: the same curve on the other axis, if it describes the answers clearly
         better. A curve on the wrong axis shifts the point of equality, or takes misfit for lapses.
@@ -197,7 +206,7 @@ def population_threshold(
         sd_log_slope=(
             float(fit.best.theta[fit.unlike])
             if fit.slopes_differ
-            else NotComputed("with several sessions, one slope is fitted to all participants")
+            else NotComputed("one slope is fitted to all sessions and conditions")
         ),
         half_width_um_pp=half,
         lapse=float(fit.best.theta[fit.lapse]),
@@ -262,17 +271,27 @@ def _right(catches: pd.DataFrame, method: str) -> tuple[int, int]:
 
 
 def _counted(main: pd.DataFrame, model: Model) -> pd.DataFrame:
-    """Return one row per participant, session and level."""
-    keys = ["who", "session", "level_um_pp"]
+    """Return one row per participant, session, condition and level."""
+    keys = ["who", "session", *_crossed(main), "level_um_pp"]
     counted = main.groupby(keys)["correct"].agg(["sum", "size"]).reset_index()
     u = likelihood.coordinates(model.curve, counted["level_um_pp"].to_numpy(float))
     return counted.assign(u=u)
 
 
+def _crossed(rows: pd.DataFrame) -> list[str]:
+    """Return the columns of the study's factors."""
+    return [name for name in rows.columns if str(name).startswith(FACTOR)]
+
+
+def _combined(rows: pd.DataFrame, names: list[str]) -> pd.Series[str]:
+    """Return the combination of some columns' labels."""
+    return rows[names].astype(str).agg(COMBINED.join, axis=1)
+
+
 def _trials(counted: pd.DataFrame, design: Array, right: tuple[int, int]) -> Trials:
     return Trials(
         person=pd.factorize(counted["who"], sort=True)[0],
-        condition=pd.factorize(counted["session"], sort=True)[0],
+        condition=pd.factorize(_combined(counted, ["session", *_crossed(counted)]))[0],
         design=design,
         u=counted["u"].to_numpy(float),
         yes=counted["sum"].to_numpy(float),
@@ -289,32 +308,61 @@ def _factors(
     confidence: float,
     group_of: Mapping[str, str],
 ) -> Iterator[Factor]:
-    """Yield thresholds by group and by session, if each has enough people for a test."""
-
-    def fitted(some: pd.DataFrame, design: Array, start: Array | None = None) -> HierarchicalFit:
-        return HierarchicalFit(model, _trials(some, design, right), start)
-
-    group = counted["who"].map(group_of)
-    for name, labels in (("group", group), ("session", counted["session"])):
+    """Yield thresholds by group, session and condition, if each has enough people for a test."""
+    names = _crossed(counted)
+    by = {"group": counted["who"].map(group_of), "session": counted["session"]}
+    by |= {name.removeprefix(FACTOR): counted[name].astype(str) for name in names}
+    if len(names) > 1:
+        by[COMBINED.join(name.removeprefix(FACTOR) for name in names)] = _combined(counted, names)
+    for name, labels in by.items():
         there = labels.notna()
         people = counted["who"][there].groupby(labels[there]).nunique()
         if len(people) > 1 and people.min() >= FEWEST:
-            yield _factor(name, labels[there], counted[there], fitted, confidence)
+            others = [
+                each for each in names if each.removeprefix(FACTOR) not in name.split(COMBINED)
+            ]
+            fitted = partial(
+                _fitted, model, right, counted[there], _deviations(counted[there][others])
+            )
+            yield _factor(name, labels[there], counted["who"][there], fitted, confidence)
+
+
+def _fitted(
+    model: Model,
+    right: tuple[int, int],
+    counted: pd.DataFrame,
+    adjusted: Array,
+    design: Array,
+    *start: Array,
+) -> HierarchicalFit:
+    trials = _trials(counted, np.column_stack([design, adjusted]), right)
+    return HierarchicalFit(model, trials, *start)
+
+
+def _deviations(factors: pd.DataFrame) -> Array:
+    """Return columns by which factors shift thresholds around the mean over their levels."""
+    columns = [
+        (factors[name] == level).to_numpy(float) - (factors[name] == levels[0]).to_numpy(float)
+        for name in factors
+        for levels in [sorted(factors[name].unique())]
+        for level in levels[1:]
+    ]
+    return np.array(columns).reshape(len(columns), len(factors)).T
 
 
 def _factor(
     name: str,
     labels: pd.Series[str],
-    counted: pd.DataFrame,
+    who: pd.Series[str],
     fitted: Callable[..., HierarchicalFit],
     confidence: float,
 ) -> Factor:
-    names = sorted(labels.unique())
-    people = counted["who"].nunique()
+    names = sorted(labels.unique(), key=numbers_first)
+    people = who.nunique()
     df = people - (len(names) if name == "group" else 1)
     columns = np.stack([(labels == each).to_numpy(float) for each in names], axis=1)
 
-    of_levels = fitted(counted, columns)
+    of_levels = fitted(columns)
     levels = []
     for place, label in enumerate(names):
         found = of_levels.interval(place, df, confidence)
@@ -323,17 +371,18 @@ def _factor(
         levels.append(
             LevelOfFactor(
                 name=label,
-                n=int(counted["who"][labels == label].nunique()),
+                n=int(who[labels == label].nunique()),
                 threshold_um_pp=estimate(of_levels.model.curve.level(ends), confidence),
             )
         )
-    pairs, changes, ps = list(combinations(range(len(names)), 2)), [], []
+    pairs = [] if COMBINED in name else list(combinations(range(len(names)), 2))
+    changes, ps = [], []
     for first, second in pairs:
         # The first level's column stands for all: the second's is then the change from it.
         design, start = columns.copy(), of_levels.best.theta.copy()
         design[:, first] = 1.0
         start[: len(names)] -= np.where(np.arange(len(names)) == first, 0.0, start[first])
-        fit = fitted(counted, design, start)
+        fit = fitted(design, start)
         low, high = fit.interval(second, df, confidence)[1:]
         change = fit.scale * np.array([fit.best.theta[second], low, high])
         change = np.exp(change) if fit.model.curve.logarithmic else change

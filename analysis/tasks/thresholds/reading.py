@@ -16,10 +16,11 @@ from slipscale.analysis.reading.delimited import quantity_of
 from slipscale.analysis.reading.labelled_tasks import (
     TaskTrials,
     add_counts,
+    factors_of,
     header_of,
     read_main_trials,
 )
-from slipscale.analysis.reading.trial_tables import IDENTITY
+from slipscale.analysis.reading.trial_tables import FACTOR, IDENTITY
 from slipscale.experiments.dataset.schema import INTERVAL, PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
@@ -72,7 +73,8 @@ def read_choices(
     Returns
     -------
     DataFrame, list of Source
-        Columns `COLUMNS`: ``method`` is a key of
+        Columns `COLUMNS`, and one per factor of the study (`FACTOR` and its name): ``method`` is
+        a key of
         `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`; ``catch`` and
         ``correct`` are bool. In a comparison, ``correct`` means that it was judged more slippery.
     """
@@ -100,6 +102,7 @@ def _read(
     """Read tables of one format."""
     level = marks[0]
     third = f"{INTERVAL}3_surface"
+    factors = factors_of(folder)
     frame, sources = read_main_trials(
         entries,
         folder,
@@ -108,6 +111,7 @@ def _read(
         columns=(
             *("trial", "track", "catch", "standard_um_pp", *marks),
             *("response", "response_time", third),
+            *factors,
         ),
         problems=problems,
         counts=counts,
@@ -117,11 +121,14 @@ def _read(
         frame[name] = (
             numbers(frame, read, sources, problems, minimum=0.0) if read in frame else np.nan
         )
+    crossed = [name for name in factors if name in frame]
+    frame = frame.assign(**{FACTOR + name: labels(frame, name, "") for name in crossed})
     told = told_choices(frame, marks, quantity_of(entries[0][0]))
     answered = told["correct"].notna() & told["level_um_pp"].notna()
     kept = told[answered]
     add_counts(counts, "choice", unanswered=(~answered).sum(), analysed=len(kept))
-    return kept.astype({"correct": bool})[list(COLUMNS)].reset_index(drop=True), sources
+    columns = [*COLUMNS, *(FACTOR + name for name in crossed)]
+    return kept.astype({"correct": bool})[columns].reset_index(drop=True), sources
 
 
 def told_choices(

@@ -83,7 +83,7 @@ def blocks(
 
 
 def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
-    """Return the tables of thresholds by group and session, if there are several."""
+    """Return the tables of thresholds by group, session and condition, if there are several."""
     if isinstance(task.population, NotComputed):
         return []
     tables = []
@@ -110,7 +110,8 @@ def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
             ]
             for each in factor.contrasts
         ]
-        tables.append(html.table(list(CONTRASTS), compared, f"Change: {change} of thresholds."))
+        if compared:
+            tables.append(html.table(list(CONTRASTS), compared, f"Change: {change} of thresholds."))
     return tables
 
 

@@ -256,13 +256,17 @@ THRESHOLDS: Statistic[tuple[TaskThresholds, ...]] = Statistic(
     key="thresholds",
     meaning="thresholds of forced choice",
     compute=_compute,
-    families=(Family(name="thresholds by group and session", corrected=True, read=_contrast_ps),),
+    families=(
+        Family(
+            name="thresholds by group, session and condition", corrected=True, read=_contrast_ps
+        ),
+    ),
     methods="Thresholds come from psychometric functions with lapses [[wichmann2001]]. The "
     "population's comes from a hierarchical model of all participants' answers: "
     "participants' thresholds are normally distributed on the curve's axis and "
-    "integrated, as are the logarithms of their slopes if there is one session. The lapse rate is "
-    "shared; catch trials inform it. "
-    "Intervals are profile-likelihood intervals, with Student's quantile. A "
+    "integrated, as are the logarithms of their slopes if there is one session and condition. The "
+    "lapse rate is shared; catch trials inform it. Thresholds by a factor are averaged over the "
+    "other factors. Intervals are profile-likelihood intervals, with Student's quantile. A "
     "participant's own threshold is the median of a posterior.",
     headlines={
         r"([^ ]+)(?: - .+)?\.population\.threshold_um_pp\.value": "{0}: threshold, "

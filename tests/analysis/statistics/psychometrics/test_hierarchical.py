@@ -188,6 +188,26 @@ def test_equal_sessions_do_not_differ_and_people_vary_between_them():
     assert contrast.change.interval.low < 1 < contrast.change.interval.high
 
 
+def test_factors_shift_thresholds_and_one_is_averaged_over_the_other():
+    rows = frame({f"p{i}": (1.0, 0.5) for i in range(3)}, sessions=("fast", "slow"), tau=0.1)
+    side = np.where(np.arange(len(rows)) % 2, "left", "right")
+    rows = rows.assign(session="").assign(
+        **{"factor: speed": rows["session"], "factor: side": side}
+    )
+    found = population_threshold(rows, CHOICES, method="two_interval", curve="weibull")
+    speed, sides, both = found.factors
+    assert [each.name for each in found.factors] == ["speed", "side", "speed, side"]
+    (slower,), (other,) = speed.contrasts, sides.contrasts
+    assert slower.change.value == pytest.approx(0.5, rel=0.3)
+    assert slower.p < 0.01 < other.p
+    names = ["fast, left", "fast, right", "slow, left", "slow, right"]
+    assert [each.name for each in both.levels] == names
+    assert both.contrasts == ()
+    logs = np.log([each.threshold_um_pp.value for each in both.levels]).reshape(2, 2).mean(axis=1)
+    by_speed = [np.log(each.threshold_um_pp.value) for each in speed.levels]
+    assert logs == pytest.approx(by_speed, abs=0.1)
+
+
 def test_each_person_is_drawn_towards_the_population():
     found = population_threshold(
         frame({f"p{i}": (1.0,) for i in range(5)}), CHOICES, method="two_interval", curve="weibull"

@@ -9,6 +9,7 @@ from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
 from slipscale.analysis.tasks.factors.statistics import FACTORS
+from slipscale.analysis.tasks.thresholds.reading import TRIALS
 
 #: By R 4.2.2 of the table below: `anova(lm(M ~ 1), M = ~speed, X = ~1, test = "Spherical")` and so
 #: on; F, p after Greenhouse and Geisser.
@@ -94,10 +95,15 @@ def test_the_factors_of_a_study_are_columns_of_its_data(tmp_path):
         "amplitudes_um_pp = [0.5, 1.2, 2.3]\n"
         '[[factors]]\nname = "hand"\nlevels = ["left", "right"]\n'
         '[[tasks]]\nprotocol = "magnitude_estimation"\nrepetitions = 1\n'
+        '[[tasks]]\nprotocol = "constant_stimuli"\nstandard_um_pp = 1.2\n'
+        "comparisons_um_pp = [0.9, 1.5]\nrepetitions = 2\n"
         '[analysis]\ntests = ["factors"]\n',
         encoding="utf-8",
     )
-    (found,) = slipscale.pilot(study, folder=tmp_path / "d").inference[FACTORS]
+    analysis = slipscale.pilot(study, folder=tmp_path / "d")
+    hands = analysis.dataset.of(TRIALS).groupby("factor: hand").size()
+    assert hands.to_dict() == {"left": 12, "right": 12}
+    (found,) = analysis.inference[FACTORS]
     assert found.factor == "hand"
     assert [each.condition for each in found.conditions] == ["left", "right"]
     assert found.anova.n == 3
