@@ -125,6 +125,8 @@ def sections(
         normalisations(analysis),
         methods(analysis, software),
     ]
+    for section in found:
+        section.gist = _unbroken(section.gist)
     return html.numbered([section for section in found if section.blocks])
 
 

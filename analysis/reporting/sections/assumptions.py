@@ -46,7 +46,9 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             f"Participants without a logarithm at some {quantity.level}, excluded from the "
             f"analysis of variance: {anova.n_incomplete}."
         )
-    section.blocks.append(html.bullets(texts))
+    if texts:
+        section.gist, *rest = texts
+        section.blocks.append(html.bullets(rest))
     section.blocks.append(
         html.figure(
             svgs["residuals"],

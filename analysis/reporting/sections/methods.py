@@ -34,6 +34,7 @@ def normalisations(analysis: Analysis) -> ReportSection:
     section = ReportSection("Other normalisations")
     if not analysis.sensitivity:
         return section
+    section.gist = _invariance(analysis)
     amplitudes, value = list(analysis.sensitivity[0].mean), analysis.dataset.quantity.value
     #: Cells -> the rules with these results.
     rules: dict[tuple[str, ...], list[RuleSummary]] = {}
@@ -47,8 +48,7 @@ def normalisations(analysis: Analysis) -> ReportSection:
                 *(TableColumn(title=value(a), unit="mean (SD)") for a in amplitudes),
             ],
             [[", ".join(row.rule for row in same), *cells] for cells, same in rules.items()],
-            f"Means under every rule that the data allow; the rule in use is highlighted. "
-            f"{_invariance(analysis)}",
+            "Means under every rule that the data allow; the rule in use is highlighted.",
             marked=next(
                 (n for n, same in enumerate(rules.values()) if any(row.used for row in same)), None
             ),

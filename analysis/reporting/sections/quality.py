@@ -50,6 +50,8 @@ def quality(analysis: Analysis) -> ReportSection:
     section.gist = (
         f"{counted(len(flagged), 'participant was', 'participants were')} flagged and "
         f"{len(analysis.excluded)} excluded."
+        if len(flagged) or analysis.excluded
+        else "No participant was flagged or excluded."
     )
     rules = ", ".join(data.choices.exclusions)
     excluded = "; ".join(f"{who} ({', '.join(why)})" for who, why in analysis.excluded.items())

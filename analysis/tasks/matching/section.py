@@ -29,9 +29,8 @@ def blocks(
         written += html.figure_if_drawn(
             svgs,
             f"matching_{task}",
-            "Matches against references. Small: participants' means; large: means of "
-            "participants, from below (blue, pointing up) and from above (red, pointing "
-            "down).",
+            "Matches against references, from below (blue, pointing up) and from above (red, "
+            "pointing down). Small: participants' means; large: their means.",
             "Mean matches: "
             + ", ".join(
                 f"{each.mean_um_pp:.3g} of {quantity.value(each.reference_um_pp)}" for each in rows
@@ -49,8 +48,9 @@ def _matching_table(rows: list[MatchedReference], quantity: Quantity) -> Markup:
         return cell(found, with_interval), cell(found, lambda mean: p_value(mean.p))
 
     head, written = quantity.heading, measured(quantity)
-    titles = (head("Reference"), "Matches", head("Mean"), head("Bias"), "p", head("Own SD"))
-    columns = [TableColumn(title=title) for title in (*titles, head("Above less below"), "p")]
+    titles = [head("Reference"), "Matches", head("Mean"), head("Bias"), "p", head("Own SD")]
+    titles += [head("Above less below"), "p", "Repeated", "Catch trials", head("Catch error")]
+    columns = [TableColumn(title=title) for title in titles]
     return html.table(
         columns,
         [
@@ -61,10 +61,14 @@ def _matching_table(rows: list[MatchedReference], quantity: Quantity) -> Markup:
                 *tested(each.bias_um_pp),
                 written(each.variability_um_pp),
                 *tested(each.direction_um_pp),
+                number(each.felt_again),
+                str(each.catch_trials),
+                written(each.catch_error_um_pp),
             ]
             for each in rows
         ],
-        "Bias: mean match minus reference, one value per participant, with Student's interval "
-        "and test. Own SD: root mean square of participants' standard deviations within a "
-        "direction. The last columns compare matches from above with matches from below.",
+        "Bias: mean match minus reference. Own SD: root mean square of participants' standard "
+        "deviations within a direction. Above less below: matches from above minus matches from "
+        "below. Repeated: how often the reference was presented again per match. Catch error: "
+        "mean distance from the reference in trials that began at it.",
     )

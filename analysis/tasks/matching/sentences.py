@@ -32,9 +32,9 @@ def matching_answer(found: MatchedReference, confidence: float, quantity: Quanti
     bias = found.bias_um_pp
     if isinstance(bias, NotComputed):
         return f"{what}; bias not tested: {bias.reason}."
-    verb = "differed from" if reliable(bias.p, confidence) else "did not differ reliably from"
+    called = "a bias of" if reliable(bias.p, confidence) else "no reliable bias,"
     return (
-        f"{what}, which {verb} it by {quantity.value(written(bias.mean))}, {level_of(confidence)} "
+        f"{what}: {called} {quantity.value(written(bias.mean))}, {level_of(confidence)} "
         f"CI {bracketed(bias.interval, written)}, t({bias.df}) = "
         f"{number(bias.t)}, {p_value(bias.p)}."
     )
@@ -44,21 +44,4 @@ def matching_sentences(
     found: tuple[MatchedReference, ...], confidence: float, quantity: Quantity
 ) -> list[str]:
     """Return one sentence per reference."""
-    return [
-        matching_answer(each, confidence, quantity) + _besides(each, quantity) for each in found
-    ]
-
-
-def _besides(found: MatchedReference, quantity: Quantity) -> str:
-    """Return the results of catch trials and of repeated references, if there are any."""
-    said = ""
-    if found.felt_again:
-        said += f" The reference was presented {number(found.felt_again)} more times per match."
-    if found.catch_error_um_pp is not None:
-        trials = counted(found.catch_trials, "catch trial", "catch trials")
-        said += (
-            f" In {trials}, which began at the reference itself, participants left the plate "
-            f"{quantity.value(measured(quantity)(found.catch_error_um_pp))} away from it on "
-            "average."
-        )
-    return said
+    return [matching_answer(each, confidence, quantity) for each in found]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from statistics import median
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.not_computed import NotComputed, computed, fold
+from slipscale.analysis.statistics.not_computed import NotComputed, all_computed, computed, fold
 from slipscale.analysis.tasks.scales import sentences
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import TableColumn
@@ -58,7 +59,7 @@ def _scale_table(task: TaskScale) -> Markup:
     if task.chosen:
         columns.append(TableColumn(title="Chosen"))
         counts = zip(task.chosen, task.compared, strict=True)
-        cells.append([f"{chosen} of {compared}" for chosen, compared in counts])
+        cells.append([f"{chosen}/{compared}" for chosen, compared in counts])
     for title, found in scales.items():
         if found:
             columns += [TableColumn(title=title), TableColumn(title="CI")]
@@ -71,20 +72,25 @@ def _scale_table(task: TaskScale) -> Markup:
 
 
 def _consistency_table(task: TaskScale) -> Markup:
+    zetas = [each.zeta for each in all_computed(task.consistency.values())]
     rows = [
         [who, *fold(each, _counts, lambda reason: [DASH, DASH, reason])]
         for who, each in task.consistency.items()
     ]
     titles = ("Circular triads", "Consistence ζ", "By chance")
     columns = [TableColumn(title="Participant", left=True), *(TableColumn(title=t) for t in titles)]
-    return html.table(
-        columns,
-        rows,
-        "Circular triads of each participant (A over B, B over C, C over A), Kendall's "
-        "coefficient of consistence, and the probability of so few if every choice were a "
-        "toss of a coin. A pair without a more frequent choice counts half each way.",
+    caption = (
+        "Circular triads (A over B, B over C, C over A; ties count half each way), Kendall's "
+        "coefficient of consistence, and the probability of so few if choices were random."
     )
+    summary = "Consistency of each participant"
+    if zetas:
+        summary += (
+            f": ζ from {number(min(zetas))} to {number(max(zetas))}, median "
+            f"{number(median(zetas))} (1: no circular triads)"
+        )
+    return html.details(summary, [html.table(columns, rows, caption)])
 
 
 def _counts(found: Consistency) -> list[str]:
-    return [f"{found.circular_triads:g} of {found.triads}", number(found.zeta), p_value(found.p)]
+    return [f"{found.circular_triads:g}/{found.triads}", number(found.zeta), p_value(found.p)]

@@ -20,28 +20,31 @@ def title(found: TaskScale) -> str:
 
 def fit(found: TaskScale) -> str:
     """Return the goodness of fit of one scale, for the table's caption."""
-    texts = []
+    texts, fitted = [], []
     for name, scale in (("Bradley-Terry", found.bradley_terry), ("Thurstone V", found.thurstone)):
         if isinstance(scale, NotComputed):
             if found.consistency:
                 texts.append(f"{name}: not computed ({scale.reason}).")
         elif scale.fit:
-            texts.append(
-                f"{name} with Firth's correction: deviance {number(scale.fit.deviance)} with "
-                f"{scale.fit.df} degrees of freedom, {p_value(scale.fit.p)}, treating answers "
-                "as independent."
+            fitted.append(
+                f"{name}, deviance {number(scale.fit.deviance)} (df = {scale.fit.df}, "
+                f"{p_value(scale.fit.p)})"
             )
+    if fitted:
+        texts.append(
+            f"Fit with Firth's correction, treating answers as independent: {'; '.join(fitted)}."
+        )
     if found.transitivity:
         counts = found.transitivity
         texts.append(
-            f"Of {counts.triads} triads of surfaces {counts.weak_violations} violate weak, "
-            f"{counts.moderate_violations} moderate and {counts.strong_violations} strong "
-            "stochastic transitivity."
+            f"Violations of weak, moderate and strong stochastic transitivity in {counts.triads} "
+            f"triads: {counts.weak_violations}, {counts.moderate_violations}, "
+            f"{counts.strong_violations}."
         )
     if found.differences:
         texts.append(
-            f"Maximum likelihood difference scaling of {found.differences.answers} answers; noise "
-            f"{number(found.differences.noise)} of the whole scale, CI "
+            f"Maximum likelihood difference scaling; noise {number(found.differences.noise)} of "
+            "the whole scale, CI "
             f"{bracketed(found.differences.noise_interval)}."
         )
     return " ".join(texts)
@@ -60,9 +63,4 @@ def scale_answer(found: TaskScale, quantity: Quantity) -> str:
         return f"{what}: no scale ({scale.reason}){told}."
     order = sorted(range(len(found.surfaces)), key=lambda place: scale.values[place])
     names = ", ".join(f"{found.surfaces[place]} ({number(scale.values[place])})" for place in order)
-    return f"{what}: from the least to the most {quantity.adjective}, with scale values: {names}."
-
-
-def scale_sentences(found: tuple[TaskScale, ...], quantity: Quantity) -> list[str]:
-    """Return one paragraph per comparison task."""
-    return [f"{scale_answer(task, quantity)} {fit(task)}".strip() for task in found]
+    return f"{what}: scale values, from the least to the most {quantity.adjective}: {names}."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from statistics import median
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import (
@@ -57,29 +58,38 @@ def blocks(
 ) -> list[Markup]:
     """Return the blocks of one task: its figures and tables."""
     caption, alt = _caption(task, level, quantity), _alt(task, quantity)
+    fits = [each.fit for each in task.participants if each.fit]
+    fitted = f" Fit: deviance against {fits[0].simulations} simulated data sets." if fits else ""
     titles = ("Trials", "Correct", quantity.heading("Threshold"), *FIT)
+    each_participant = html.table(
+        [TableColumn(title="Participant", left=True), *(TableColumn(title=t) for t in titles)],
+        [_row(each, task) for each in task.participants],
+        f"{CURVES[task.curve].title}; {FITTED[task.method == COMPARED]}. In the population's fit: "
+        "shrunk towards the population's threshold. Lapses: 1 minus the upper asymptote, at most "
+        f"6 %.{fitted}",
+    )
     return [
         html.heading(apa_thresholds.title(task, quantity)),
         *html.figure_if_drawn(svgs, f"thresholds_{task.task}", caption, alt),
-        html.table(
-            [TableColumn(title="Participant", left=True), *(TableColumn(title=t) for t in titles)],
-            [_row(each, task) for each in task.participants],
-            f"{CURVES[task.curve].title}; {FITTED[task.method == COMPARED]}. Medians and "
-            f"{level:g} % intervals of a posterior in which the lapse rate is integrated. In "
-            "the population's fit: from the model of all participants' answers, shrunk "
-            "towards the population's threshold. Lapses: 1 minus the upper asymptote, at most "
-            "6 %. Fit: the deviance of the most likely curve against 1,000 simulated data "
-            "sets.",
-        ),
+        html.details(_range(task, quantity), [each_participant]),
         *_factors(task, quantity),
         *html.figure_if_drawn(
             svgs,
             f"tracks_{task.task}",
-            "Levels trial by trial, one panel per participant and one colour per track: "
-            "filled if the answer was correct, hollow if it was wrong. Dashed: the threshold.",
+            "Levels trial by trial, one colour per track: filled if the answer was correct, "
+            "hollow if it was wrong. Dashed: the threshold.",
             f"Tracks of {len(task.participants)} participants",
         ),
     ]
+
+
+def _range(task: TaskThresholds, quantity: Quantity) -> str:
+    """Return the smallest, the median and the largest threshold of a participant."""
+    found = [each.function.threshold_um_pp.value for each in task.participants if each.function]
+    if not found:
+        return "Each participant"
+    low, middle, high = map(significant, (min(found), median(found), max(found)))
+    return f"Each participant: {low} to {quantity.value(high)}, median {middle}"
 
 
 def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
@@ -131,12 +141,12 @@ def _caption(task: TaskThresholds, level: float, quantity: Quantity) -> str:
     called = f"Called {quantity.more}"
     text = (
         f"{called if task.method == COMPARED else 'Correct answers'} against the level. Pale: "
-        "participants' psychometric functions; blue: all answers, pooled by level. Below: "
-        f"each participant's threshold with its {level:g} % interval"
+        "participants' psychometric functions; blue: all answers. Below: participants' thresholds "
+        f"with {level:g} % intervals"
     )
     if computed(task.population) is None:
         return f"{text}."
-    return f"{text}; red: the population's, from the model of all participants' answers."
+    return f"{text}; red: the population's."
 
 
 def _alt(task: TaskThresholds, quantity: Quantity) -> str:

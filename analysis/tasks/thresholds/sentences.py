@@ -10,7 +10,6 @@ from slipscale.analysis.statistics.not_computed import NotComputed, missing
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED
 from slipscale.analysis.writing.numbers import (
     bracketed,
-    counted,
     level_of,
     p_value,
     significant,
@@ -23,14 +22,14 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
     from slipscale.stimuli.quantity import Quantity
 
-_HALF_WAY = "of the typical one of {people}, half-way between chance and the best of the curve"
+_HALF_WAY = "for a typical participant of {n}, half-way between chance and best performance"
 #: Description of a threshold, by method: before the number, and after it.
 MEANT = {
-    "two_interval": ("", f"{_HALF_WAY} (two intervals, forced choice)"),
-    "three_interval": ("", f"{_HALF_WAY} (three intervals, forced choice)"),
+    "two_interval": ("", f"{_HALF_WAY} (two-interval forced choice)"),
+    "three_interval": ("", f"{_HALF_WAY} (three-interval forced choice)"),
     COMPARED: (
         "point of subjective equality ",
-        "of the typical one of {people}, where half of the answers are “{q.more}”",
+        "for a typical participant of {n}, where half of the answers are “{q.more}”",
     ),
 }
 COMPARED_CAUTION = (
@@ -63,12 +62,11 @@ def answer(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
     if isinstance(found.population, NotComputed):
         return f"{what}: not estimated for a population ({found.population.reason})."
     threshold = found.population.threshold_um_pp
-    people = counted(found.population.n, "participant", "participants")
     text = (
         f"{what}: {MEANT[found.method][0]}"
         f"{quantity.with_convention(significant(threshold.value))}, {level_of(confidence)} CI "
         f"{bracketed(threshold.interval, significant)}, "
-        f"{MEANT[found.method][1].format(people=people, q=quantity)}"
+        f"{MEANT[found.method][1].format(n=found.population.n, q=quantity)}"
     )
     if found.weber_fraction:
         weber = found.weber_fraction
@@ -106,16 +104,15 @@ def _change(change: float, task: TaskThresholds, quantity: Quantity) -> str:
 def sentences(
     found: tuple[TaskThresholds, ...], confidence: float, quantity: Quantity
 ) -> list[str]:
-    """Return the sentences of a results section, one paragraph per task."""
+    """Return the sentences of a results section: per task the answer, then the rest."""
     texts = []
     for task in found:
-        parts = [answer(task, confidence, quantity)]
+        parts = []
         fits = [each.fit for each in task.participants if each.fit]
         if fits:
             bad = sum(fit.p < 1 - confidence for fit in fits)
             parts.append(
-                f"{bad} of {len(fits)} curves fit badly (deviance against {fits[0].simulations} "
-                f"simulated data sets, p < {unit_number(1 - confidence)})."
+                f"Curves that fit badly (p < {unit_number(1 - confidence)}): {bad} of {len(fits)}."
             )
         catches = sum(each.catch_trials for each in task.participants)
         if catches:
@@ -129,7 +126,7 @@ def sentences(
         if task.population:
             joint = task.population
             parts.append(
-                f"By a hierarchical model of {joint.answers} answers: the lapse rate is "
+                f"Hierarchical model of {joint.answers} answers: the lapse rate is "
                 f"{100 * joint.lapse:.1f} %; {_slopes(joint)}."
             )
             parts += [
@@ -142,5 +139,5 @@ def sentences(
             ]
             if task.method == COMPARED:
                 parts.append(f"{COMPARED_CAUTION}.")
-        texts.append(" ".join(parts))
+        texts += [answer(task, confidence, quantity), *([" ".join(parts)] if parts else [])]
     return texts

@@ -267,7 +267,8 @@ THRESHOLDS: Statistic[tuple[TaskThresholds, ...]] = Statistic(
     "integrated, as are the logarithms of their slopes if there is one session and condition. The "
     "lapse rate is shared; catch trials inform it. Thresholds by a factor are averaged over the "
     "other factors. Intervals are profile-likelihood intervals, with Student's quantile. A "
-    "participant's own threshold is the median of a posterior.",
+    "participant's own threshold is the median of a posterior in which the lapse rate is "
+    "integrated.",
     headlines={
         r"([^ ]+)(?: - .+)?\.population\.threshold_um_pp\.value": "{0}: threshold, "
         "{q.unit_in_short}",

@@ -1,12 +1,14 @@
 """Matching: bias, variability and direction against plain NumPy and SciPy."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
 from scipy import stats
 
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.matching.sentences import matching_sentences
+from slipscale.analysis.tasks.matching.section import blocks
 from slipscale.analysis.tasks.matching.statistics import matching
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
@@ -113,10 +115,8 @@ def test_how_often_the_reference_was_felt_again_is_a_mean_over_matches():
     assert matching(matches())[0].felt_again is None
 
 
-def test_the_sentence_tells_of_both():
+def test_the_table_shows_repeated_references_and_catch_trials():
     frame = with_catch_trials(matches().assign(felt_again=1.5), 0.7)
-    first, second = matching_sentences(matching(frame), 0.95, PLATE_AMPLITUDE)
-    assert "The reference was presented 1.50 more times per match. In 1 catch trial, which" in first
-    assert first.endswith("0.100 µm away from it on average.")
-    assert "catch" not in second
-    assert "more times" not in matching_sentences(matching(matches()), 0.95, PLATE_AMPLITUDE)[0]
+    (table,) = blocks(matching(frame), {}, 95, PLATE_AMPLITUDE)
+    first, second = re.findall(r"<td[^>]*>1.50</td>\s*<td[^>]*>(.*?)</td>\s*<td[^>]*>(.*?)<", table)
+    assert (first, second) == (("1", "0.100"), ("0", "–"))
