@@ -19,6 +19,7 @@ from slipscale.experiments.dataset.journals import journals
 from slipscale.faults import UserError
 
 KNOWN = Path("sourcedata", "backups.json")
+NO_BACKUP = "NO BACKUP of this run"  # begins the warning about it
 
 
 def back_up(dataset: Path, journal: Path, folder: Path) -> Path:

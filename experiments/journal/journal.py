@@ -50,6 +50,7 @@ if TYPE_CHECKING:
 # Modes of a new file: readable by its owner only, or as the system's umask decides.
 OWNER_ONLY, AS_USUAL = 0o600, 0o666
 FALLBACK = "slipscale-kept"
+MOVED = "The journal's original location is missing"  # begins what a session prints at its end
 # What to do if a record cannot be written.
 REMEDIES = {errno.ENOSPC: "free some space", errno.EDQUOT: "free some of your quota"}
 CHECK_DISK = "check the disk and its cable"

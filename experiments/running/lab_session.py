@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from slipscale.experiments.dataset.backup import back_up, why_no_backup
+from slipscale.experiments.dataset.backup import NO_BACKUP, back_up, why_no_backup
 from slipscale.experiments.dataset.bids import build_dataset
-from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.journal import MOVED, Journal
 from slipscale.experiments.journal.plan_and_progress import (
     consent_was_taken_back,
     dataset_of,
@@ -242,7 +242,7 @@ def _perform(
     """Open the remaining equipment on the stack, and run."""
     clock = journal.clock
     missing = why_no_backup(dataset, setting.backup) if setting.backup else ""
-    warnings = (f"NO BACKUP of this run unless you correct this: {missing}",) if missing else ()
+    warnings = (f"{NO_BACKUP} unless you correct this: {missing}",) if missing else ()
     for warning in warnings:
         print(harmless(warning), file=sys.stderr)
     spec = with_plate_file(setting.plate, plan.study.plate.file)
@@ -338,7 +338,7 @@ def _leave(
         return
     if journal.lost:
         print(
-            f"The journal's original location is missing ({journal.lost}): the complete run "
+            f"{MOVED} ({journal.lost}): the complete run "
             f"is in {journal.path}. Copy it back once the disk or folder is available again.",
             file=sys.stderr,
         )
@@ -357,7 +357,7 @@ def _leave(
             copy = back_up(dataset, journal.path, setting.backup)
             print(harmless(f"backup: {copy}"), file=sys.stderr)
         except UserError as fault:
-            print(harmless(f"NO BACKUP of this run: {fault}"), file=sys.stderr)
+            print(harmless(f"{NO_BACKUP}: {fault}"), file=sys.stderr)
     if error is not None:
         print(f"All answers so far are saved. {how_to_resume(journal.path)}", file=sys.stderr)
 

@@ -17,6 +17,8 @@ from pathlib import Path
 from threading import Thread
 from typing import Literal, get_args
 
+from slipscale.experiments.dataset.backup import NO_BACKUP
+from slipscale.experiments.journal.journal import MOVED
 from slipscale.faults import UserError, harmless
 
 Kind = Literal[
@@ -38,7 +40,7 @@ Kind = Literal[
 KINDS: tuple[Kind, ...] = get_args(Kind)
 LONGEST = 20_000  # characters read from the end of a job's output
 # Prefixes of the warnings at a session's end; earlier warnings are in its status.
-WARNS = ("NO BACKUP of this run:", "The journal's own place has gone")
+WARNS = (f"{NO_BACKUP}:", MOVED)
 HOLDING = "slipscale.experiments.lab.console.held"
 STEP = "step: "  # prefix of a line with which a command reports its current step
 LOOK_S = 0.2

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
@@ -28,20 +28,41 @@ def page_texts(language: str) -> Mapping[str, str]:
 
 
 @cache
-def sentences(language: str) -> tuple[tuple[re.Pattern[str], str], ...]:
-    """Return Slipscale's sentences with their translations, the longest first.
+def sentences(language: str) -> dict[str, str]:
+    """Return Slipscale's sentences with their translations, by length, the longest first.
 
-    Notices, replies and remedies are made elsewhere, in English; a page translates what it shows.
+    Notices, replies, remedies and descriptions are made elsewhere, in English; a page translates
+    what it shows.
     """
-    source = files(PACKAGE).joinpath("texts", f"sentences.{language}.toml")
-    if not source.is_file():
-        return ()
-    known = tomllib.loads(source.read_text(encoding="utf-8"))
-    by_length = sorted(known, key=len, reverse=True)
+    known: dict[str, str] = {}
+    for name in ("sentences", "study"):
+        source = files(PACKAGE).joinpath("texts", f"{name}.{language}.toml")
+        if source.is_file():
+            known |= tomllib.loads(source.read_text(encoding="utf-8"))
+    return {each: known[each] for each in sorted(known, key=len, reverse=True)}
+
+
+@cache
+def _patterns(language: str) -> tuple[tuple[re.Pattern[str], str], ...]:
+    """Return patterns of the sentences in which something is inserted, with their translations."""
     return tuple(
-        (re.compile(re.escape(each).replace(r"\{\}", "(.*?)"), re.DOTALL), known[each])
-        for each in by_length
+        (re.compile(re.escape(each).replace(r"\{\}", "(.*?)"), re.DOTALL), text)
+        for each, text in sentences(language).items()
+        if "{}" in each
     )
+
+
+@lru_cache(maxsize=2000)
+def _translated(sentence: str, language: str) -> str:
+    if text := sentences(language).get(sentence):
+        return text
+    for pattern, text in _patterns(language):
+        if found := pattern.fullmatch(sentence):
+            return text.format(*(_translated(each, language) for each in found.groups()))
+    first, several, rest = sentence.partition("; ")
+    if not several or not sentences(language):
+        return sentence
+    return f"{_translated(first, language)} ; {_translated(rest, language)}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,13 +78,12 @@ class Words:
     def say(self, sentence: str) -> str:
         """Return one of Slipscale's sentences in this language; an unknown one as it is.
 
+        Of several sentences, joined by semicolons, each is translated.
+
         >>> Words("fr").say("copied 2 runs to disk"), Words("en").say("saved: a.toml")
         ('2 passages copiés vers disk', 'saved: a.toml')
         """
-        for pattern, text in sentences(self.language):
-            if found := pattern.fullmatch(sentence):
-                return text.format(*map(self.say, found.groups()))
-        return sentence
+        return _translated(sentence, self.language)
 
     def task(self, options: Options, protocol: Protocol) -> str:
         """Return a task's title; that of an external protocol is the same in every language."""

@@ -4,10 +4,8 @@ import ast
 import inspect
 import re
 import shutil
-import tomllib
 import zipfile
 from dataclasses import replace
-from importlib.resources import files
 from io import BytesIO
 from types import SimpleNamespace
 from typing import get_args
@@ -18,11 +16,10 @@ from slipscale.experiments.dataset.schema import FLAGS
 from slipscale.experiments.lab.blind_summary import EVENTS
 from slipscale.experiments.lab.console import jobs as jobs_file
 from slipscale.experiments.lab.console import notices
-from slipscale.experiments.lab.console import page_texts as page_texts_file
 from slipscale.experiments.lab.console.actions import bench, data, desk, folder, sessions
 from slipscale.experiments.lab.console.actions import table as table_file
 from slipscale.experiments.lab.console.jobs import Job, Jobs
-from slipscale.experiments.lab.console.page_texts import LANGUAGES, page_texts
+from slipscale.experiments.lab.console.page_texts import LANGUAGES, page_texts, sentences
 from slipscale.experiments.lab.console.plots import scatter
 from slipscale.experiments.lab.folder import LabFile
 from slipscale.experiments.lab.unblinding import unblinded
@@ -31,10 +28,13 @@ from slipscale.experiments.protocols.steps import Ask, EndBlock, NumberQuestion,
 from slipscale.experiments.running import preflight
 from slipscale.experiments.running.preflight import CHECKS
 from slipscale.experiments.running.screen_check import SHOWN
+from slipscale.experiments.session import interruptions, operator_answers
 from slipscale.experiments.session.operator import Request, SessionStatus
 from slipscale.experiments.study.file import shipped_studies, study_text
 from slipscale.experiments.study.schema import UNITS, study_schema
 from slipscale.faults import UserError
+from slipscale.faults.validation import OTHER, SENTENCES
+from slipscale.hardware.errors import FAULTS, PlateFault
 
 OURS = ["magnitude_estimation", "descending_difference", "oddity", "similarity", "category_scale"]
 OURS += ["identification", "limits", "same_different", "sorting", *shipped_studies()]
@@ -68,41 +68,70 @@ def template(node):
     return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else None
 
 
+def telling(node):
+    """Return what a node of a module's syntax returns, raises or gives to be shown."""
+    if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
+        return node.exc.args[0]
+    if isinstance(node, ast.Return | ast.Yield) or (
+        isinstance(node, ast.keyword) and node.arg in ("remedy", "detail")
+    ):
+        return node.value
+    if isinstance(node, ast.Call) and getattr(node.func, "attr", "") in ("start", "say"):
+        return ast.Tuple(node.args)
+    named = isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "")
+    return node.value if named in ("about", "told", "textures") else None
+
+
 def said_in(module):
-    """Yield the sentences that a module returns, raises or gives as a remedy."""
+    """Yield the sentences that a module shows, without the parts that semicolons join to others."""
     for node in ast.walk(ast.parse(inspect.getsource(module))):
-        value = None
-        if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
-            value = node.exc.args[0]
-        elif isinstance(node, ast.Return) or (
-            isinstance(node, ast.keyword) and node.arg == "remedy"
-        ):
-            value = node.value
-        elif isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "start" and node.args:
-            value = node.args[1]  # what the job concerns
-        elif isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "about":
-            value = node.value
-        if (said := template(value)) and " " in said:
-            yield said
+        value = telling(node)
+        inserted = {
+            each
+            for whole in ast.walk(value or ast.Tuple([]))
+            if isinstance(whole, ast.JoinedStr)
+            for each in whole.values
+        }
+        for part in ast.walk(value or ast.Tuple([])):
+            said = None if part in inserted else template(part)
+            if said and re.search("[a-z]{3} |[a-z] [a-z]{3}", said):
+                yield said.removeprefix("; ")
 
 
-SAYING = (bench, data, desk, folder, sessions, table_file, notices, jobs_file, preflight)
+SAYING = (
+    *(bench, data, desk, folder, sessions, table_file, notices, jobs_file),
+    *(preflight, interruptions, operator_answers),
+)
+# Refusals of commands and of the laboratory's own protocols are shown in English.
+ENGLISH_ONLY = ("--only", "{}: no header")
+PLAIN = {"{}", "expected {}", "{} x {}"}  # nothing but what is inserted
 
 
-def test_replies_notices_and_remedies_have_a_french_translation():
-    source = files(page_texts_file.PACKAGE).joinpath("texts/sentences.fr.toml")
-    known = tomllib.loads(source.read_text(encoding="utf-8"))
+def test_what_the_console_says_has_a_french_translation():
     said = {each for module in SAYING for each in said_in(module)}
-    ours = {each for each in said if not each.startswith(("--only", "{}: no header"))}
-    assert ours - set(known) == set()
-    requests = {
+    said |= {f"{{}}. {kind.remedy}" for kind in (PlateFault, *FAULTS.values())}
+    said |= {
         what.replace("_", " ") for what in get_args(sessions.Ask.model_fields["what"].annotation)
     }
-    assert requests - set(known) == set()
-    assert {each for each in known if " " in each} - said - requests == {"included again"}
+    said |= {re.sub(r"\{\w+\}", "{}", each) for each in (*SENTENCES.values(), OTHER)}
+    known = sentences("fr")
+    assert {each for each in said if not each.startswith(ENGLISH_ONLY)} - {*known, *PLAIN} == set()
     for english, french in known.items():
         places = [f"{{{number}}}" for number in range(english.count("{}"))]
         assert sorted(re.findall(r"\{\d\}", french)) == places
+
+
+def test_every_key_of_a_study_is_described_in_french():
+    def described(schema):
+        tables = schema.values() if isinstance(schema, dict) else schema
+        if isinstance(schema, dict) and isinstance(schema.get("description"), str):
+            yield schema["description"]
+        for inner in tables if isinstance(schema, dict | list) else ():
+            yield from described(inner)
+
+    schema = study_schema()
+    wanted = {each for part in (schema["properties"], schema["$defs"]) for each in described(part)}
+    assert wanted - set(sentences("fr")) == set()
 
 
 def test_a_french_page_answers_in_french(visitor, recorded):
