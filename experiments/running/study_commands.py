@@ -107,10 +107,10 @@ def validate(name: str) -> str:
     plan = _plan(name, study, text)
     check_ways(plan)
     check_screens(plan)
-    textures = f", {len(study.textures)} textures" if study.textures else ""
+    textures = f", textures: {len(study.textures)}" if study.textures else ""
     said = (
-        f"{name}: no faults ({len(study.tasks)} tasks, {len(study.levels)} "
-        f"{study.quantity.levels}{textures})"
+        f"{name}: no faults (tasks: {len(study.tasks)}, {study.quantity.levels}: "
+        f"{len(study.levels)}{textures})"
     )
     return "\n".join([said, *_textures(study), *balance(name, study, text)])
 

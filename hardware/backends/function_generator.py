@@ -11,8 +11,10 @@ SPEC: ``scpi:RESOURCE,option=value,...`` where RESOURCE is a VISA resource
                   gain and channel
 ``channel``       the generator's channel, 1 or 2 (1)
 ``dialect``       the make, see `generator_dialects` (default: from ``*IDN?``)
-``frequency``,    for a plate file in another quantity than µm, instead of a
-``per_volt``      calibration: see `drive_of_level`
+``frequency``     of the sine, Hz: for a plate file in another quantity than µm, in
+                  place of a calibration
+``per_volt``      the level per V peak at the plate, your own measurement at that
+                  frequency; not for a plate in volts
 ================  ===============================================================
 
 **All volts in this file are V peak at the plate**, after the amplifier, except for values sent to

@@ -12,8 +12,10 @@ SPEC: ``sound:DEVICE,option=value,...`` where DEVICE is a number or a part of a 
 ``channel``       1 (left, the default) or 2; the other is silent
 ``attention``     seconds (5); if a session neither commands nor checks for this
                   long, it is assumed to hang and the carrier stops; 0: never
-``frequency``,    for a plate file in another quantity than µm, instead of a
-``per_volt``      calibration: see `slipscale.hardware.backends.drive_of_level`
+``frequency``     of the sine, Hz: for a plate file in another quantity than µm, in
+                  place of a calibration
+``per_volt``      the level per V peak at the plate, your own measurement at that
+                  frequency; not for a plate in volts
 ================  ===============================================================
 
 At the end of a session, the carrier is ramped down. If this process is killed, the operating

@@ -76,3 +76,15 @@ def test_a_vibrometers_noise_alone_never_breaks_a_surface():
         for _ in range(500):
             plate.clock.sleep(0.1)
             surface.confirm()
+
+
+def test_after_an_adjustment_an_interruption_brings_back_the_final_level():
+    surface, plate = staged(1.2)
+    final = VirtualSurface(level=1.7)
+    surface.turn(final)
+    surface.adjusted(final)
+    surface.interrupt()
+    plate.silence()
+    ((step, made),) = surface.restore(lambda _: None)
+    assert (step.surface, surface.level) == (final, 1.7)
+    assert made.readback_level == pytest.approx(1.7, rel=0.05)
