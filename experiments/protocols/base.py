@@ -1,8 +1,8 @@
 """The parts of a protocol: options, steps, columns and simulated answers.
 
-A protocol is declared once, as a `Protocol`; `registry` finds it by its entry point. It takes all
-random numbers from its `Context`, so the same seed and labels give the same run. `building_blocks`
-contains parts that several protocols share.
+A protocol is declared once, as a `Protocol`; `registry` finds it by its entry point. It draws all
+random numbers from its `Context`, so the same seed and labels produce the same run.
+`building_blocks` contains parts that several protocols share.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ Kind = Literal["number", "label", "text"]
 # Version of the rule that generates orders; stored in every journal
 # (docs/decisions/random-orders.md).
 ORDER_VERSION = 2
-EVERYBODY = "every participant"  # cannot be a participant's label, which has no spaces
+EVERYBODY = "every participant"  # cannot be a participant label: labels contain no spaces
 
 # Strict: "3", 3.0 and true are not accepted as 3, because TOML has types.
 Seed = Annotated[int, Field(strict=True, ge=0)]
-# More than a thousand of anything is too much for a participant, so it must be a typing error.
+# No participant can do more than a thousand of anything, so a larger number must be a typo.
 Count = Annotated[int, Field(strict=True, ge=0, le=1000)]
 AtLeastOne = Annotated[int, Field(strict=True, ge=1, le=1000)]
 Switch = Annotated[bool, Field(strict=True)]
@@ -49,27 +49,27 @@ Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
 Amplitude = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False), AfterValidator(abs)]
 Words = Annotated[str, Field(strict=True, min_length=1)]
 Label = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
-# A part of file names (BIDS entity): letters and digits only.
+# Part of a file name (BIDS entity): letters and digits only.
 EntityLabel = Annotated[str, Field(strict=True, pattern="^[A-Za-z0-9]+$")]
 
 
 class Options(BaseModel):
-    """The options of a protocol that a study can set; unknown keys are faults."""
+    """Protocol options that a study can set; unknown keys are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    protocol: Words = Field(description="Name of the protocol, as an entry point gives it.")
+    protocol: Words = Field(description="Name of the protocol's entry point.")
     label: EntityLabel | None = Field(
         default=None,
-        description="Label of the task in file names, letters and digits; default: the "
-        "protocol's. If a study uses a protocol several times, each task needs "
-        "its own label.",
+        description="Task label for file names (letters and digits only); default: the protocol's "
+        "label. If a study uses a protocol several times, each task needs its own "
+        "label.",
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Context:
-    """The information about a run that its protocol receives.
+    """Information about a run that is passed to its protocol.
 
     Parameters
     ----------
@@ -78,11 +78,11 @@ class Context:
     participant : str
         The participant's label.
     row : int
-        The participant's place in the counterbalancing: 0, 1, ...
+        The participant's position in the counterbalancing: 0, 1, ...
     visit : int
         Index of the run among the participant's planned runs: 0, 1, ...
     advance : bool
-        Whether each visit takes the next place in the counterbalancing.
+        Whether each visit takes the next position in the counterbalancing.
     session, run : str
         The run's labels. Each run has its own orders.
     levels : tuple of float
@@ -94,11 +94,11 @@ class Context:
     textures : tuple of Grating
         The study's textures.
     varied : Varied or None
-        The stimulus of which the levels are one parameter; None: levels are amplitudes.
+        The stimulus that has the levels as one of its parameters; None: levels are amplitudes.
     condition : str
-        The combination of the study's factors; each has its own orders.
+        The combination of factor levels; each combination has its own orders.
     task : str
-        The task's label, for its trials and its random numbers.
+        The task label, used for its trials and its random numbers.
     """
 
     seed: int
@@ -122,21 +122,21 @@ class Context:
         return (*(self.surface(amplitude) for amplitude in self.levels), *self.textures)
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return this run's random numbers for one purpose."""
+        """Return this run's random number stream for one purpose."""
         condition = (self.condition,) if self.condition else ()
         return Stream(self.seed, self.participant, self.session, self.run, *condition, *purpose)
 
     def shared_stream(self, *purpose: str | int) -> Stream:
-        """Return random numbers for one purpose that are the same for all participants."""
+        """Return a random number stream for one purpose, identical for all participants."""
         return Stream(self.seed, EVERYBODY, *purpose)
 
     @property
     def place(self) -> Place:
-        """The run's place in the counterbalancing."""
+        """The run's position in the counterbalancing."""
         return Place(row=self.row, visit=self.visit, advance=self.advance)
 
     def surface(self, level: float) -> Stimulus:
-        """Return the surface of an amplitude, with a label that does not reveal it."""
+        """Return the surface with a given amplitude, under a label that does not reveal it."""
         known = self.levels
         label = f"S{known.index(level) + 1}" if level in known else UNLISTED
         if self.varied is not None:
@@ -144,7 +144,7 @@ class Context:
         return VirtualSurface(level=level, label=label)
 
     def own_or_listed(self, own: tuple[float, ...] | None) -> tuple[float, ...]:
-        """Return a task's own levels; left out, the study's. Raises `UserError` if it has none."""
+        """Return the task's own levels or the study's. Raises `UserError` if neither exists."""
         if not (own or self.levels):
             raise UserError(f"the study lists no {self.quantity.levels} and the task has none")
         return own or self.levels
@@ -162,11 +162,11 @@ class IntervalRecord:
 
 @dataclass(slots=True, kw_only=True)
 class TrialRecord:
-    """A trial as recorded in the journal, for one row of the data set.
+    """A trial as recorded in the journal; it becomes one row of the data set.
 
     In a trial without intervals, ``surface``, ``readback_level``, ``onset_s`` and
     ``exploration_time_s`` describe its surface. In a trial with intervals, ``intervals`` contains
-    these by number.
+    them, keyed by number.
     """
 
     trial: Trial
@@ -190,20 +190,20 @@ class TrialRecord:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
-    """A column of the data set: its value for a trial, and its meaning for the sidecar.
+    """A column of the data set: how to get its value for a trial, and its sidecar description.
 
     Parameters
     ----------
     value : callable
         Returns the column's value for a trial; None is written as missing.
     kind : {"number", "label", "text"}
-        Type of the cells: a number, one of a few words (or a name), or free text.
+        Cell type: a number, one of a few words (or a name), or free text.
     description : str
         For readers of the data set.
     units : str
-        The unit in BIDS notation; empty for a number without one.
+        The unit in BIDS notation; empty for a dimensionless number.
     levels : Mapping
-        All possible labels and their meanings; empty if they are not known in advance.
+        All possible labels and their meanings; empty if not known in advance.
     """
 
     value: Callable[[TrialRecord], Value]
@@ -217,8 +217,9 @@ class Column:
 class Protocol:
     """A method of asking a participant about surfaces.
 
-    `slipscale.experiments.dataset.schema.columns` creates the data set's table from it. The table
-    has the columns common to all tasks, and the protocol's own in the three places defined here.
+    `slipscale.experiments.dataset.schema.columns` uses it to create the trial table, which
+    contains the columns common to all tasks and, in the three positions defined here, the
+    protocol's own.
 
     Parameters
     ----------
@@ -237,39 +238,39 @@ class Protocol:
     steps : callable
         The generator of steps, from the options and the context.
     answer : str
-        The column of the trial's main answer, which defines the row's response time.
+        The column for the trial's main answer, which defines the row's response time.
     instructions : str
-        The key of the text that instructs the participant (quoted in the data set).
+        The key of the participant instructions (quoted in the data set).
     simulated : Mapping
-        For the name of each question, the function that answers it in a pilot
+        Maps each question name to the function that answers it in a pilot
         (`slipscale.experiments.protocols.simulated_answers`). If one is missing, pilots are
         refused.
     texts : Mapping
-        The protocol's texts: for each language a mapping from key to text. Keys begin with the
+        The protocol's texts: for each language, a mapping from key to text. Keys begin with the
         protocol's name and a dot. The texts of shipped protocols are in
         `slipscale.experiments.languages`.
     design : Mapping
-        Columns after the trial's number: the trial's place (block, series, ...).
+        Columns after the trial number that locate the trial (block, series, ...).
     stimulus : Mapping
-        Columns before the amplitude: other properties of the stimulus (texture, surface before,
+        Columns before the amplitude: other stimulus properties (texture, previous surface,
         ...).
     response : Mapping
-        Columns after the readback: every answer, by the name of its question, and values needed
+        Columns after the readback: every answer, by question name, and values needed
         to interpret it.
     intervals : callable, optional
         Returns the number of intervals per trial, from the options. Each interval has its own
         columns, which replace those of a single surface. By default a trial presents one surface.
     amplitudes : tuple of str
-        The options that contain an amplitude, which the plate must be able to produce. These are
-        all options with names that end in ``_level`` or ``_levels``.
+        The options that contain an amplitude that the plate must be able to produce. These are
+        all options whose names end in ``_level`` or ``_levels``.
     possible_levels : callable, optional
-        Returns every amplitude (or the smallest and the largest) that could be presented for any
-        answers, µm peak to peak, from the options and the context. By default, the amplitudes that
-        occur in a rehearsal.
+        Returns every amplitude (or the smallest and the largest) that could be presented, whatever
+        the answers, in µm peak to peak, from the options and the context. By default, the
+        amplitudes that occur in a rehearsal.
     finest_level : callable, optional
-        Returns the smallest difference of amplitudes that matters to the task, and the amplitude
-        at which it occurs, µm peak to peak, from the options and the context. The plate must hold
-        an amplitude better than that.
+        Returns the smallest amplitude difference that matters to the task, and the amplitude at
+        which it occurs, in µm peak to peak, from the options and the context. The plate must hold
+        its amplitude more precisely than that.
     check : callable, optional
         Raises `UserError` if options and context are incompatible.
     textures : bool
@@ -278,7 +279,7 @@ class Protocol:
     interval_columns : int
         Number of intervals for which the table has columns; set by `for_task`.
     package : str
-        The package that provides the protocol, empty for Slipscale; set by
+        The package that provides the protocol; empty for Slipscale; set by
         `registry.load_protocol`.
 
     Raises
@@ -315,7 +316,10 @@ class Protocol:
         named = {key for key in self.options.model_fields if in_um(key) != key}
         names = (*own, *self.options.model_fields)
         wrong = (
-            (not re.fullmatch("[A-Za-z0-9]+", self.task), "the task has letters and digits only"),
+            (
+                not re.fullmatch("[A-Za-z0-9]+", self.task),
+                "the task contains letters and digits only",
+            ),
             (self.answer not in self.response, f"'{self.answer}' is a column of the response"),
             (len(set(own)) < len(own), "each column is declared once"),
             (any(in_code(name) != name for name in names), "a level's name ends in _level"),
@@ -330,17 +334,17 @@ class Protocol:
 
     @property
     def named(self) -> str:
-        """Its name in messages: its task, and the package that provides it."""
+        """The protocol's name in messages: its task, and the package that provides it."""
         return f"protocol '{self.task}'" + (
             f" of the package {self.package}" if self.package else ""
         )
 
     def titled(self, quantity: Quantity = PLATE_AMPLITUDE) -> str:
-        """Return the title with the words of what is judged."""
+        """Return the title, with the judged attribute filled in."""
         return self.title.format(q=quantity) if "{q." in self.title else self.title
 
     def for_task(self, options: Options) -> Protocol:
-        """Return the protocol with the label and the number of intervals of a study's task."""
+        """Return the protocol with the label and the number of intervals for a study task."""
         shown = self.intervals(options) if self.intervals else 0
         return replace(self, task=options.label or self.task, interval_columns=shown)
 
@@ -350,15 +354,15 @@ class Protocol:
 
 
 def protocol_texts(protocol: Protocol, language: str) -> Mapping[str, str]:
-    """Return the texts that a protocol provides in a language: none for a shipped protocol.
+    """Return the texts that a protocol provides in a language; empty for a shipped protocol.
 
-    For a language that the study adds, texts in English or in any other language are returned; the
+    If the study adds the language, the texts are returned in English or another language, and the
     study replaces them.
 
     Raises
     ------
     UserError
-        If the language is shipped, and the protocol has texts, but none in it.
+        If the language ships with Slipscale and the protocol has texts, but none in that language.
     """
     if protocol.texts and language not in (*protocol.texts, *languages()):
         return protocol.texts.get(ENGLISH) or next(iter(protocol.texts.values()))

@@ -1,4 +1,4 @@
-"""Category scale: each surface is put into one of a few ordered categories with own labels."""
+"""Category scale: each surface is rated in one of a few ordered, labelled categories."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ if TYPE_CHECKING:
 
 
 class CategoryScale(RatedOptions):
-    """Options for ratings in categories, in addition to their order and pace."""
+    """Options for category ratings, in addition to the order and pacing options."""
 
     repetitions: AtLeastOne = Field(
         default=3,
-        description="Number of ratings of each surface.",
+        description="Number of ratings per surface.",
         json_schema_extra={"unit": "ratings per surface"},
     )
     labels: Annotated[
         tuple[Words, ...], Field(min_length=FEWEST_ANSWERS, max_length=NUMBER_KEYS)
     ] = Field(
-        description="Labels of the categories on the screen, from the lowest to the highest, in "
-        "the study's language."
+        description="Category labels shown on the screen, from the lowest to the highest, in the "
+        "study's language."
     )
 
 
@@ -86,7 +86,7 @@ def _rating(record: TrialRecord) -> float | None:
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> str:
-    """Choose the category at the place that the person would mark on a line."""
+    """Choose the category that corresponds to the person's mark on a line."""
     options = step.question.options if isinstance(step.question, ChoiceQuestion) else ()
     place = int(person.rating(0.0) / 100 * len(options))
     return options[min(place, len(options) - 1)][0]

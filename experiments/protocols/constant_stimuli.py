@@ -1,8 +1,8 @@
-"""Constant stimuli: a standard is compared with each of several fixed amplitudes, equally often.
+"""Constant stimuli: each of several fixed amplitudes is compared with a standard, equally often.
 
 In the forced-choice form, the participant chooses the more slippery of two intervals; each
-comparison comes first and second equally often. In the yes-no form, the comparison always comes
-second, and the participant answers whether it was more slippery than the first.
+comparison surface comes first and second equally often. In the yes-no form, the comparison always
+comes second, and the participant answers whether it was more slippery than the first.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ class ConstantStimuli(ComparingOptions):
     standard_level: Amplitude = Field(default=1.2, description="Amplitude of the standard.")
     comparison_levels: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = Field(
         default=None,
-        description="Amplitudes that are compared with the standard, equally often each; "
-        "default: the study's.",
+        description="Amplitudes compared with the standard, each equally often; default: the "
+        "study's.",
     )
     question: Literal["forced_choice", "yes_no"] = Field(
         default="forced_choice",
@@ -51,7 +51,7 @@ class ConstantStimuli(ComparingOptions):
     )
     repetitions: AtLeastOne = Field(
         default=20,
-        description="Number of presentations of each comparison.",
+        description="Number of presentations per comparison.",
         json_schema_extra={"unit": "trials per comparison"},
     )
 
@@ -108,7 +108,7 @@ def steps(options: ConstantStimuli, context: Context) -> Steps:
     def easy(phase: Phase, comparison: float) -> Shown:
         return _shown(options, context, phase, comparison, 1 + places.below(2), catch=True)
 
-    # In yes-no, the standard is compared with itself: "yes" then shows a bias.
+    # In yes-no trials the standard is compared with itself: "yes" then indicates a bias.
     caught = options.standard_level if options.question == "yes_no" else furthest
     run = Comparing(
         options,
@@ -126,7 +126,7 @@ def steps(options: ConstantStimuli, context: Context) -> Steps:
 
 
 def _main(options: ConstantStimuli, context: Context) -> list[Shown]:
-    """Return the main trials: each repetition has all comparisons in its own random order."""
+    """Return the main trials: each repetition contains all comparisons in a new random order."""
     comparisons = options.comparisons(context)
     stream = context.stream(context.task, "main")
     begins = [stream.below(2) for _ in comparisons]  # alternates with each repetition
@@ -162,7 +162,7 @@ def _shown(
 
 
 def _response(record: TrialRecord) -> str | None:
-    """Return the answer as given: the interval's number, yes, or no."""
+    """Return the answer as given: the interval number, yes, or no."""
     answer = record.answer("response")
     if isinstance(answer, bool):
         return "yes" if answer else "no"
@@ -178,7 +178,7 @@ def _comparison_more(record: TrialRecord) -> str | None:
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> Value:
-    """Answer either question according to which surface seemed more slippery."""
+    """Answer either form of the question, based on which surface seemed more slippery."""
     if isinstance(step.question, YesNoQuestion):
         sign = 1 if step.question.seeks == "most" else -1
         return person.pick([sign * each for each in person.impressions]) == 1
@@ -198,8 +198,8 @@ PROTOCOL = Protocol(
     task="constantstimuli",
     title="Constant stimuli",
     description=(
-        "A standard is compared with each of several fixed {q.levels}, equally often: which "
-        "of two surfaces was {q.more}, or whether the second was."
+        "Each of several fixed {q.levels} is compared with a standard, equally often: which of "
+        "two surfaces was {q.more}, or whether the second was."
     ),
     options=ConstantStimuli,
     trials=trials,

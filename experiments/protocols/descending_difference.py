@@ -1,9 +1,9 @@
 """The descending-difference protocol (Biet 2007, Section IV-B, first experiment).
 
-The amplitude steps down. After each step the participant reports whether they feel a difference
-and, if so, what has been removed. In a catch step nothing changes: without catch steps, "yes"
-cannot be distinguished from a response bias. A study's textures are not presented, because they
-have no place in the descending order of amplitudes.
+The amplitude decreases in steps. After each step the participant reports whether they feel a
+difference and, if so, what has been removed. In a catch step nothing changes: without catch steps,
+"yes" cannot be distinguished from a response bias. The study's textures are not presented, because
+they cannot be ordered by amplitude.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ TASK = "descendingdifference"
 
 
 class DescendingDifference(PacedOptions):
-    """Options for the descending-difference protocol, in addition to its pace."""
+    """Options for the descending-difference protocol, in addition to the pacing options."""
 
     series: AtLeastOne = Field(
         default=1,
@@ -64,12 +64,12 @@ class DescendingDifference(PacedOptions):
     )
     catch_steps: Count = Field(
         default=1,
-        description="Steps per series at which nothing changes.",
+        description="Number of catch steps per series, at which nothing changes.",
         json_schema_extra={"unit": "steps per series"},
     )
     start_level: Amplitude | None = Field(
         default=None,
-        description="Amplitude at which a series starts; default: the study's largest.",
+        description="Starting amplitude of a series; default: the study's largest amplitude.",
     )
     confidence: Switch = Field(
         default=False, description="Whether to ask how certain the participant is."
@@ -159,7 +159,7 @@ class _Run(Repeating[_Step]):
             factors={"series": condition.series, "step": condition.step},
             repeats=repeats,
         )
-        # Already felt, unless a fault, a pause or a void came between.
+        # Already felt, unless a fault, a pause or a voided trial intervened.
         lead_in = (Present(surface=self.context.surface(condition.before)), self.explore("start"))
         yield Present(surface=self.context.surface(condition.after), trial=trial, lead_in=lead_in)
         yield self.explore("explore", trial)
@@ -168,7 +168,7 @@ class _Run(Repeating[_Step]):
         return voided.trials if isinstance(voided, Voided) else ()
 
     def questions(self, trial: Trial) -> Steps:
-        """Yield the questions of a step."""
+        """Yield the questions for a step."""
         texts = self.context.texts
         reply = yield Ask(
             name="difference_felt",
@@ -258,7 +258,7 @@ PROTOCOL = Protocol(
         "verbal_report": Column(
             value=lambda record: record.answer("verbal_report"),
             kind="text",
-            description="Answer to: what has been removed? In the participant's words",
+            description="Answer to: what has been removed? In the participant's own words",
         ),
         "confidence": Column(
             value=lambda record: record.answer("confidence"),

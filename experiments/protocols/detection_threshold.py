@@ -1,7 +1,7 @@
 """Detection threshold by forced choice: the smallest vibration that can be felt.
 
 In each trial the plate vibrates in one of two or three intervals and is at rest in the others. The
-participant chooses the most slippery interval. A rule selects the amplitudes.
+participant chooses the most slippery interval. An adaptive rule selects the amplitudes.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ def check(options: DetectionThreshold, context: Context) -> None:
 
 
 def possible_levels(options: DetectionThreshold, _context: Context) -> tuple[float, ...]:
-    """Return the amplitude of the plate at rest, and the lowest and the highest amplitude."""
+    """Return the amplitude of the plate at rest, and the lowest and highest amplitudes."""
     return REST_UM_PP, options.lowest_level, options.highest_level
 
 
 def finest_level(options: DetectionThreshold, _context: Context) -> tuple[float, float]:
-    """Return the lowest amplitude, both as difference and as the amplitude to be held."""
+    """Return the lowest amplitude, both as the difference and as the amplitude to be held."""
     return options.lowest_level, options.lowest_level
 
 

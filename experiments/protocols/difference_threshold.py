@@ -1,8 +1,8 @@
 """Difference threshold by forced choice: the smallest change of amplitude that can be felt.
 
 In each trial, the surface in one of two or three intervals is a *level* above (or below) the
-standard. The participant chooses the one that was more (or less) slippery. A rule selects the
-levels.
+standard. The participant chooses the one that was more (or less) slippery. An adaptive rule
+selects the levels.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ class DifferenceThreshold(ForcedChoiceOptions):
     """Options for a difference threshold."""
 
     standard_level: Amplitude = Field(
-        default=1.2, description="Amplitude of the standard, with which the others are compared."
+        default=1.2,
+        description="Amplitude of the standard, to which the other surfaces are compared.",
     )
     comparison: Literal["more", "less"] = Field(
         default="more",
@@ -61,7 +62,7 @@ def check(options: DifferenceThreshold, context: Context) -> None:
 
 
 def possible_levels(options: DifferenceThreshold, _context: Context) -> tuple[float, ...]:
-    """Return the amplitudes of the standard, and of the nearest and the furthest target."""
+    """Return the amplitudes of the standard and of the nearest and furthest targets."""
     levels = (0.0, options.lowest_level, options.highest_level)
     return tuple(options.compared_level(level) for level in levels)
 

@@ -1,7 +1,6 @@
-"""Identification: each surface has a number, which the participant learns and then names.
+"""Identification: the participant learns a number for each surface and then names the surfaces.
 
-The table of presented and named surfaces gives the information transferred (Miller 1956, Psychol.
-Rev. 63, 81-97).
+The confusion matrix yields the information transferred (Miller 1956, Psychol. Rev. 63, 81-97).
 """
 
 from __future__ import annotations
@@ -42,20 +41,20 @@ FEWEST = 2
 
 
 class Identification(RatedOptions):
-    """Options for identification, in addition to its order and pace."""
+    """Options for identification, in addition to the order and pacing options."""
 
     repetitions: AtLeastOne = Field(
         default=10,
-        description="Number of presentations of each surface.",
+        description="Number of presentations per surface.",
         json_schema_extra={"unit": "trials per surface"},
     )
     learning: Count = Field(
         default=2,
-        description="How often each surface is presented with its number before the trials.",
+        description="Number of times each surface is presented with its number before the trials.",
         json_schema_extra={"unit": "presentations per surface"},
     )
     feedback: Literal["none", "practice", "always"] = Field(
-        default="practice", description="When the participant learns the correct number."
+        default="practice", description="When the participant is shown the correct number."
     )
     feedback_s: Positive = Field(default=1.5, description="Duration of the feedback.")
 
@@ -106,7 +105,7 @@ class _Run(RatedSurfaces):
         """Yield one trial; return the numbers of the trials to be repeated."""
         options, texts, levels = self.options, self.context.texts, self.context.levels
         trial = self.numbered(condition, number, repeats, factors={})
-        # The code is the surface's name in the data; the participant sees its number.
+        # The code is the surface name in the data; the participant sees its number.
         coded = tuple((f"{level:g}", str(place)) for place, level in enumerate(levels, start=1))
         reply = yield from self.asked(
             condition,
@@ -124,7 +123,7 @@ class _Run(RatedSurfaces):
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> str:
-    """Name the surface whose usual strength is nearest to the impression."""
+    """Name the surface whose usual strength is closest to the impression."""
     question = step.question
     if not isinstance(question, ChoiceQuestion):
         raise TypeError(f"'{step.name}' is not a choice")

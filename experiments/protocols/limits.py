@@ -1,4 +1,4 @@
-"""Method of limits: series of levels that approach or leave a standard, until the answer changes.
+"""Method of limits: levels move towards or away from a standard until the answer changes.
 
 In each trial the participant feels the standard, then the surface of a level, and says whether they
 differ. An ascending series begins at the lowest level and ends with the first "yes", a descending
@@ -51,10 +51,12 @@ class Limits(RestedOptions):
         default=0.0, description="Amplitude of the standard; 0, the plate at rest, for detection."
     )
     lowest_level: Amplitude = Field(
-        default=0.05, description="Level at which ascending series begin, and descending ones end."
+        default=0.05,
+        description="Lowest level: ascending series begin here, descending ones end here.",
     )
     highest_level: Positive = Field(
-        default=0.6, description="Level at which descending series begin, and ascending ones end."
+        default=0.6,
+        description="Highest level: descending series begin here, ascending ones end here.",
     )
     step_level: Positive = Field(default=0.05, description="Distance between adjacent levels.")
     series: AtLeastOne = Field(
@@ -64,8 +66,8 @@ class Limits(RestedOptions):
     )
     start_steps: Count = Field(
         default=2,
-        description="Each series begins at most this many levels further inside the range, drawn "
-        "for each series.",
+        description="Maximum number of levels by which a series starts further inside the range; "
+        "drawn at random for each series.",
         json_schema_extra={"unit": "levels"},
     )
 
@@ -77,7 +79,7 @@ class Limits(RestedOptions):
 
 
 class OneSeries(NamedTuple):
-    """A series: its number from 1, its direction, and its levels in order."""
+    """A series: its number (from 1), its direction, and its levels in order."""
 
     number: int
     ascending: bool
@@ -85,7 +87,7 @@ class OneSeries(NamedTuple):
 
 
 class Place(NamedTuple):
-    """The definition of a trial: its series, its place in it, and the trial that it repeats."""
+    """The definition of a trial: its series, its position in it, and the trial it repeats."""
 
     series: OneSeries
     place: int
@@ -123,7 +125,7 @@ def finest_level(options: Limits, _context: Context) -> tuple[float, float]:
 
 
 class _Run(IntervalTask[Place]):
-    """The trials of a run. A voided trial, and those after it in its series, are done again."""
+    """The trials of a run. A voided trial and the later trials in its series are repeated."""
 
     def __init__(self, options: Limits, context: Context) -> None:
         super().__init__(most_trials(options, context), options, context)
@@ -155,7 +157,7 @@ class _Run(IntervalTask[Place]):
         return None
 
     def again(self, numbers: Iterable[int]) -> deque[Repetition[Place]]:
-        """Take back voided trials with those after them in their series."""
+        """Discard voided trials, and later trials in their series, so that they are repeated."""
         for number in numbers:
             series = self._known[number].series.number
             self.answers[series] = [each for each in self.answers[series] if each[0] < number]

@@ -1,8 +1,8 @@
 """Magnitude estimation of slipperiness (Biet 2007, Section IV-B, second experiment).
 
-The surfaces, including textures, are presented in random order. After exploring each, the
-participant types a number for its slipperiness. A trial that the operator voids is repeated at the
-end of its block under a new number, and so is a trial that times out if the study requests it.
+The surfaces, including textures, are presented in random order. After exploring each surface, the
+participant types a number for its slipperiness. A trial voided by the operator is repeated under a
+new number at the end of its block, as is a timed-out trial if the study requests it.
 """
 
 from __future__ import annotations
@@ -39,15 +39,15 @@ TASK = "magnitudeestimation"
 
 
 class MagnitudeEstimation(RatedOptions):
-    """Options for magnitude estimation, in addition to its order and pace.
+    """Options for magnitude estimation, in addition to the order and pacing options.
 
-    After the longest exploration the surface is silenced.
+    When the maximum exploration time is over, the surface is switched off.
     """
 
     scale_top: Literal["none", "declared"] = Field(
         default="none",
-        description="declared: the participant states beforehand which number the most "
-        "slippery surface would get.",
+        description="declared: the participant states beforehand what number they would give the "
+        "most slippery surface.",
     )
     standard_level: Amplitude | None = Field(
         default=None,
@@ -157,7 +157,7 @@ PROTOCOL = Protocol(
         "estimate": Column(
             value=lambda record: record.answer("estimate"),
             kind="number",
-            description="Magnitude estimate of {q.judged} as typed, on the participant's scale",
+            description="Magnitude estimate of {q.judged} as typed, on the participant's own scale",
         ),
         "scale_top": Column(
             value=lambda record: record.run_answers.get("scale_top"),

@@ -1,9 +1,9 @@
 """Magnitude production: the participant adjusts the plate to be as slippery as a given number.
 
 This is the counterpart of magnitude estimation, in which the surface is given and the number is
-the answer. People shorten the range of the variable that they control (Stevens and Greenbaum 1966,
-Percept. Psychophys. 1, 439-446). The two exponents therefore differ, and the true one is between
-them.
+the answer. People compress the range of the variable that they control (Stevens and Greenbaum
+1966, Percept. Psychophys. 1, 439-446). The two exponents therefore differ, and the true one lies
+between them.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 Began = Literal["low", "high"]
 BEGAN: tuple[Began, ...] = ("low", "high")
-#: Part of the plate's range, at its lower or upper end, in which the start level is drawn.
+#: Fraction of the plate's range, at its lower or upper end, from which the start level is drawn.
 START_SHARE = 0.25
 
 
@@ -56,8 +56,8 @@ class MagnitudeProduction(StandardOptions):
     """Options for magnitude production."""
 
     numbers: Annotated[tuple[Positive, ...], Field(min_length=2)] = Field(
-        description="Numbers that are shown to the participant, all different; the standard "
-        "is the modulus.",
+        description="Numbers shown to the participant, all different; the standard represents the "
+        "modulus.",
         json_schema_extra={"unit": "the modulus's scale"},
     )
     modulus: Positive = Field(
@@ -67,14 +67,14 @@ class MagnitudeProduction(StandardOptions):
     )
     practice: Count = Field(
         default=1,
-        description="Number of practice productions per number and side, before the main "
-        "trials; recorded, not analysed.",
+        description="Number of practice productions per number and starting side, before the main "
+        "trials; recorded but not analysed.",
         json_schema_extra={"unit": "trials per number and starting side"},
     )
     repetitions: AtLeastOne = Field(
         default=2,
-        description="Number of productions per number from a low starting point, and equally "
-        "many from a high one.",
+        description="Number of productions per number from a low starting point, and the same "
+        "number from a high one.",
         json_schema_extra={"unit": "trials per number and starting side"},
     )
     step_level: Positive = Field(
@@ -169,7 +169,7 @@ class _Run(AgainstStandard):
     def _production(
         self, context: Context, number: float, began: Began
     ) -> tuple[Stimulus, dict[str, Value]]:
-        """Return the surface at which a trial begins, and the trial's columns."""
+        """Return the initial surface of a trial, and the trial's columns."""
         low, high = self.options.lowest_level, self.options.highest_level
         away = START_SHARE * (high - low) * self._starts.uniform()
         start = rounded(low + away if began == "low" else high - away)
@@ -224,7 +224,7 @@ PROTOCOL = Protocol(
     title="Magnitude production of {q.judged}",
     description=(
         "The participant feels a standard with a given number, is shown another number, and "
-        "adjusts the plate until it feels as {q.adjective} as that number."
+        "adjusts the plate until it feels as {q.adjective} as that number indicates."
     ),
     options=MagnitudeProduction,
     trials=trials,

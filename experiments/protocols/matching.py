@@ -1,8 +1,8 @@
 """Matching: the participant adjusts the plate until it feels like a reference felt before.
 
-The plate begins above or below the reference, equally often. The difference between settings from
+The plate starts above or below the reference, equally often. The difference between settings from
 above and below is the participant's hysteresis; their mean is the point of subjective equality. A
-catch trial begins at the reference itself.
+catch trial starts at the reference itself.
 """
 
 from __future__ import annotations
@@ -63,14 +63,12 @@ class Matching(RestedOptions):
     )
     repetitions: AtLeastOne = Field(
         default=3,
-        description=(
-            "Number of matches of each reference from below, and equally many from above."
-        ),
+        description="Number of matches per reference from below, and the same number from above.",
         json_schema_extra={"unit": "trials per reference and direction"},
     )
     practice: Count = Field(
         default=2,
-        description="Practice trials before the main trials; recorded, not analysed.",
+        description="Number of practice trials before the main trials; recorded but not analysed.",
         json_schema_extra={"unit": "trials"},
     )
     step_level: Positive = Field(
@@ -78,27 +76,27 @@ class Matching(RestedOptions):
     )
     nearest_start_level: Positive = Field(
         default=0.3,
-        description=("Smallest distance between the plate's starting point and the reference."),
+        description="Smallest distance between the plate's starting point and the reference.",
     )
     furthest_start_level: Positive = Field(
         default=0.6,
-        description=("Largest distance between the plate's starting point and the reference."),
+        description="Largest distance between the plate's starting point and the reference.",
     )
     lowest_level: Amplitude = Field(default=0.0, description="Lower limit of the adjustment.")
     highest_level: Positive = Field(default=2.3, description="Upper limit of the adjustment.")
     catch_trials: Count = Field(
         default=0,
-        description="Catch trials that start at the reference itself: a match far away "
-        "indicates a lapse of attention or memory. Not analysed as matches.",
+        description="Number of catch trials, which start at the reference itself: a match far "
+        "from it indicates a lapse of attention or memory. Not analysed as matches.",
         json_schema_extra={"unit": "trials"},
     )
     reference_again: Switch = Field(
         default=False,
-        description="Whether a key presents the reference again during the adjustment, any "
-        "number of times; the number is recorded.",
+        description="Whether a key presents the reference again during the adjustment, as often "
+        "as the participant wants; the number of times is recorded.",
     )
     repeat_timed_out: Switch = Field(
-        default=True, description="Whether a timed-out trial is repeated, once."
+        default=True, description="Whether a timed-out trial is repeated once."
     )
 
     def references(self, context: Context) -> tuple[float, ...]:
@@ -176,7 +174,7 @@ class _Run(IntervalTask[_Match]):
         self._starts = context.stream(context.task, "starts")
 
     def match(self, phase: Phase, reference: float, direction: Direction) -> _Match:
-        """Return a trial with its own random start."""
+        """Return a trial with a random starting point."""
         options = self.options
         span = options.furthest_start_level - options.nearest_start_level
         if direction == EQUAL:
@@ -278,7 +276,7 @@ PROTOCOL = Protocol(
                 else None
             ),
             kind="number",
-            description=("Number of times the reference was presented again during the adjustment"),
+            description="Number of times the reference was presented again during the adjustment",
         ),
     },
     intervals=lambda _: TURNED,

@@ -1,7 +1,7 @@
-"""Oddity: three surfaces, one of which differs; the participant says which.
+"""Oddity: the participant identifies which of three surfaces differs from the other two.
 
-No attribute is named, so a difference of any kind counts (the triangle test). The surface to be
-found has more or less of the level than the two others; a rule selects by how much.
+No attribute is named, so a difference of any kind counts (the triangle test). The target surface
+has a higher or lower level than the other two; an adaptive rule selects the difference.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 
 class Oddity(DifferenceThreshold):
-    """What a study may set for oddity: as for a difference threshold, with three intervals."""
+    """Options for oddity: those of a difference threshold, with three intervals."""
 
     intervals: Literal[3] = Field(
         default=3,
-        description="How many surfaces a trial has, one of them to be found.",
+        description="Number of surfaces in a trial, one of which is the target.",
         json_schema_extra={"unit": "intervals"},
     )
 
@@ -48,8 +48,8 @@ PROTOCOL = replace(
     task="oddity",
     title="Difference threshold by oddity",
     description=(
-        "Three surfaces are stroked, one of which has more (or less) {q.name} than the two others; "
-        "the participant says which one was different. A rule chooses the differences."
+        "The participant strokes three surfaces, one of which has more (or less) {q.name} than "
+        "the other two, and says which one was different. A rule chooses the differences."
     ),
     options=Oddity,
     steps=steps,

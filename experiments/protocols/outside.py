@@ -1,8 +1,8 @@
-"""Protocols of other packages: report their exceptions and wrong return values as messages.
+"""Protocols from other packages: report their exceptions and wrong return values as messages.
 
 Slipscale's own protocols are covered by its tests, but another package's code may fail in the
 middle of a session. Each function of such a protocol is called through this module, so that the
-message contains the package and the line.
+message names the package and the line.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ OVER = object()  # marks the end of the steps
 
 
 def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
-    """Return another package's protocol with all its functions watched."""
+    """Return another package's protocol with all its functions wrapped."""
     named = protocol.named
 
     def watched(function: Callable[..., Any], what: str) -> Callable[..., Any]:
@@ -55,7 +55,7 @@ def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
         if getattr(protocol, name) is not None
     }
     if (possible := protocol.possible_levels) is not None:
-        # As a tuple, so that a generator's exceptions are raised here.
+        # Converted to a tuple, so that a generator's exceptions are raised here.
         optional["possible_levels"] = watched(
             lambda *told: tuple(possible(*told)), "possible_levels"
         )

@@ -1,4 +1,4 @@
-"""Paired comparison: every surface is compared with every other; one is the more slippery.
+"""Paired comparison: each pair of surfaces is compared; the participant picks the more slippery.
 
 With ``triads``, three surfaces are presented in rising or falling order, and the participant
 judges which of the two steps between them is larger. These judgements give a difference scale
@@ -48,14 +48,14 @@ class PairedComparison(ComparingOptions):
     )
     repetitions: AtLeastOne = Field(
         default=2,
-        description="Number of presentations of each pair or triad; if it is even, each order "
-        "is equally frequent.",
+        description="Number of presentations per pair or triad; if even, each order is equally "
+        "frequent.",
         json_schema_extra={"unit": "trials per pair or triad"},
     )
 
 
 def compared_surfaces(options: PairedComparison, context: Context) -> tuple[Stimulus, ...]:
-    """Return the surfaces to compare: plain ones in rising order; for pairs, then the textures."""
+    """Return the surfaces to compare: plain ones in ascending order; for pairs, also textures."""
     plain = tuple(context.surface(each) for each in sorted(context.levels))
     return plain if options.form == "triads" else (*plain, *context.textures)
 

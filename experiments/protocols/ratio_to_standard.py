@@ -1,7 +1,7 @@
-"""Ratio judgements: the participant judges how many times as slippery as a standard a surface is.
+"""Ratio judgements: participants judge how many times as slippery as a standard a surface is.
 
-The answer is already a ratio, so it needs no normalisation; analyses use its logarithm. The
-surfaces come in random order, together with catch trials in which the standard is compared with
+The answer is already a ratio, so it needs no normalisation; analyses use its logarithm. Surfaces
+are presented in random order, mixed with catch trials in which the standard is compared with
 itself.
 """
 
@@ -88,7 +88,7 @@ class _Run(AgainstStandard):
     def _compared(
         self, condition: Presentation, trial: Trial, explore: str, question: NumberQuestion
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the surface after the standard, then the question when both are over."""
+        """Yield the surface after the standard, then the question after both."""
         yield Present(surface=condition.surface, trial=trial, interval=JUDGED)
         yield self.order.explore(explore, trial, interval=JUDGED)
         yield Silence(trial=trial, interval=JUDGED)

@@ -1,8 +1,8 @@
-"""Same–different: two surfaces that are the same or not; the participant says which.
+"""Same–different: the participant judges whether two surfaces are the same.
 
-No attribute is named, so a difference of any kind counts. As many trials present the same surface
-twice as present different ones, so that answers give the sensitivity of the differencing model
-(Macmillan and Creelman 2005, Detection Theory, chapter 9).
+No attribute is named, so a difference of any kind counts. Half of the trials present the same
+surface twice, so that the answers yield the sensitivity in the differencing model (Macmillan and
+Creelman 2005, Detection Theory, chapter 9).
 """
 
 from __future__ import annotations
@@ -39,8 +39,9 @@ class SameDifferent(ComparingOptions):
 
     repetitions: AtLeastOne = Field(
         default=10,
-        description="Number of presentations of each pair of different surfaces; as many trials "
-        "present one surface of the pair twice. Even numbers balance orders and surfaces.",
+        description="Number of presentations per pair of different surfaces; the same number of "
+        "trials presents one surface of the pair twice. Even numbers balance orders "
+        "and surfaces.",
         json_schema_extra={"unit": "trials per pair"},
     )
 
@@ -55,7 +56,7 @@ def steps(options: SameDifferent, context: Context) -> Steps:
     """Yield the steps of a run."""
     pairs = list(combinations(context.surfaces, PAIR))
     different = in_both_orders(pairs, options.repetitions, context)
-    # Orders alternate, so that each surface of a pair comes twice equally often.
+    # Orders alternate, so that each surface of a pair is presented twice in a trial equally often.
     same = [Shown("main", (each.surfaces[0],) * PAIR, each.factors) for each in different]
     ends = (context.surfaces[0], context.surfaces[-1])
     run = Comparing(
@@ -77,8 +78,8 @@ PROTOCOL = Protocol(
     task="samedifferent",
     title="Same–different",
     description=(
-        "The participant strokes two surfaces, which are the same or not, and says whether they "
-        "were different."
+        "The participant strokes two surfaces, which are the same or different, and says whether "
+        "they were different."
     ),
     options=SameDifferent,
     trials=trials,

@@ -1,8 +1,9 @@
-"""Similarity rating: every surface with every other, how different the two are.
+"""Similarity rating: for each pair of surfaces, the participant rates how different they are.
 
-The rating is a mark on a line from identical to completely different: dissimilarities for a map of
-the surfaces by multidimensional scaling, as Hollins and others (1993, Percept. Psychophys. 54,
-697-705) made of textures. No attribute is named, so people decide what differs.
+The rating is a mark on a line from identical to completely different. The dissimilarities yield a
+map of the surfaces by multidimensional scaling, as in Hollins et al. (1993, Percept. Psychophys.
+54, 697-705) for textures. No attribute is named, so participants decide what counts as a
+difference.
 """
 
 from __future__ import annotations
@@ -37,28 +38,27 @@ RESOLUTION = 1.0
 
 
 class Similarity(ComparingOptions):
-    """What a study may set for similarity rating."""
+    """Options for similarity rating."""
 
     repetitions: AtLeastOne = Field(
         default=2,
-        description="How often each pair is rated; it stands in both orders equally often where "
-        "that is even.",
+        description="Number of ratings per pair; if even, both orders are equally frequent.",
         json_schema_extra={"unit": "trials a pair"},
     )
     identical_pairs: Switch = Field(
-        default=False, description="Whether each surface is rated against itself as well."
+        default=False, description="Whether each surface is also paired with itself."
     )
 
 
 def pairs(options: Similarity, context: Context) -> list[tuple[Stimulus, ...]]:
-    """Return every pair of the study's surfaces, textures among them."""
+    """Return all pairs of the study's surfaces, including textures."""
     surfaces = context.surfaces
     same = [(each, each) for each in surfaces] if options.identical_pairs else []
     return [*combinations(surfaces, PAIR), *same]
 
 
 def trials(options: Similarity, context: Context) -> int:
-    """Return how many trials a run has, practice and catch trials included."""
+    """Return the number of trials in a run, practice and catch trials included."""
     main = options.repetitions * len(pairs(options, context))
     return options.practice + options.catch_trials + main
 

@@ -1,6 +1,6 @@
 """Functions that answer a protocol's questions for simulated participants.
 
-In a pilot nobody is at the plate. For each of its questions, a protocol names a function that
+In a pilot there is no participant. For each of its questions, a protocol names a function that
 returns the answer of a person who felt these surfaces (`base.Protocol.simulated`). The function
 has access only to a `SimulatedPerson`, not to the protocol's plan or the correct answer.
 """
@@ -28,11 +28,11 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.ordering.randomisation import Stream
     from slipscale.experiments.protocols.steps import Ask, Value
 
-ASKS_AGAIN = 0.5  # share of matches that repeat the reference before the end: our assumption
+ASKS_AGAIN = 0.5  # proportion of matches that repeat the reference before the end: our assumption
 
 
 class SimulatedPerson(Protocol):
-    """The information about a simulated participant that a protocol can use.
+    """Information about a simulated participant that a protocol can use.
 
     All of it depends on (seed, participant, trial) and on what the plate did, never on the number
     of calls.
@@ -48,7 +48,7 @@ class SimulatedPerson(Protocol):
 
     @property
     def rises(self) -> bool:
-        """Whether what is judged grows with the level."""
+        """Whether the judged attribute increases with the level."""
 
     @property
     def turned(self) -> int:
@@ -70,7 +70,7 @@ class SimulatedPerson(Protocol):
         """Return the usual strength of a level, 0 to 100, as the person has learned it."""
 
     def pick(self, strengths: Sequence[float]) -> int:
-        """Return the index of the strength that the person judges to be the largest.
+        """Return the index of the strength that the person judges largest.
 
         This includes lapses and a bias towards one of the intervals.
         """
@@ -82,19 +82,20 @@ class SimulatedPerson(Protocol):
         """Return a magnitude estimate of the last surface, on this person's own scale."""
 
     def rating(self, start: float) -> float:
-        """Return the rating of the last surface on a line from 0 to 100.
+        """Return a rating of the last surface on a line from 0 to 100.
 
-        ``start`` is the initial position of the mark, which attracts the ratings of some people.
+        ``start`` is the initial position of the mark, towards which some people's ratings are
+        biased.
         """
 
     def ratio(self) -> float:
         """Return the ratio of the last surface's strength to the standard's, above 0."""
 
     def reaches(self, ratio: float) -> bool:
-        """Return whether the last surface is ``ratio`` times as strong as the standard, or more."""
+        """Return whether the last surface is at least ``ratio`` times as strong as the standard."""
 
     def lapses(self) -> bool:
-        """Return whether this person does not attend to this question."""
+        """Return whether this person lapses on this question."""
 
     def notices(self) -> bool:
         """Return whether the last two surfaces seem different."""
@@ -103,7 +104,7 @@ class SimulatedPerson(Protocol):
         """Return this person's description of what has been removed."""
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return this person's random numbers for one purpose in this trial."""
+        """Return this person's random number stream for one purpose in this trial."""
 
 
 #: Answers a question. For an `Adjust` it is called after each notch and returns 1 (up), -1 (down),
@@ -125,13 +126,13 @@ def compared(step: Ask, person: SimulatedPerson) -> float:
 
 
 def notices_difference(_step: Ask, person: SimulatedPerson) -> bool:
-    """Answer whether two surfaces were different: by how far the impressions are apart."""
+    """Answer whether two surfaces were different, from the distance between impressions."""
     first, second = person.impressions
     return person.says_yes(abs(first - second))
 
 
 def any_choice(step: Ask, person: SimulatedPerson) -> Value:
-    """Answer a `ChoiceQuestion` with a random option; for questions without a correct answer."""
+    """Answer a `ChoiceQuestion` with a random option. For questions without a correct answer."""
     if isinstance(step.question, ComparisonQuestion):
         raise UserError(f"'{step.name}' compares surfaces: a pilot cannot answer it by chance")
     options = getattr(step.question, "options", ())
@@ -140,7 +141,7 @@ def any_choice(step: Ask, person: SimulatedPerson) -> Value:
 
 
 def until_equal(step: Adjust, person: SimulatedPerson) -> int | str:
-    """Turn until the current surface seems to have reached the one felt first.
+    """Adjust until the current surface seems to have reached the one felt first.
 
     If the reference can be repeated, half of the matches repeat it once before the end.
     """
@@ -158,7 +159,7 @@ def _has_reached(reference: float, now: float, turned: int) -> bool:
 
 
 def until_number(step: Adjust, person: SimulatedPerson) -> int:
-    """Turn until the surface seems to have reached the number shown, or the end of the range."""
+    """Adjust until the surface seems to have reached the number shown, or the end of the range."""
     number, modulus = (step.trial.factors[name] for name in ("number", "modulus"))
     if not (isinstance(number, float) and isinstance(modulus, float)):
         raise TypeError(f"'{step.name}' shows no number and has no modulus")
@@ -182,7 +183,7 @@ def _notches(step: Adjust, value: object) -> bool:
     return whole or (step.again is not None and value == FEEL_AGAIN)
 
 
-#: Kind of question -> the test of a valid answer, and its description.
+#: Question type -> test for a valid answer, and its description.
 ANSWERS: Mapping[type, tuple[Callable[[Any, Any], bool], str]] = {
     NumberQuestion: (_number, "a number of 0 or more"),
     WholeNumberQuestion: (
@@ -214,7 +215,7 @@ ANSWERS: Mapping[type, tuple[Callable[[Any, Any], bool], str]] = {
 def misfit(step: Ask | Adjust, value: object) -> str | None:
     """Return why a value is not a valid answer to a question, or None if it is valid.
 
-    Values are not checked for unknown kinds of questions.
+    Values are not checked for unknown question types.
     """
     question = step if isinstance(step, Adjust) else step.question
     fits, words = ANSWERS.get(type(question), (lambda *_: True, ""))

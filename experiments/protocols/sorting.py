@@ -1,8 +1,8 @@
 """Free sorting: the participant puts every surface into a group of those that feel alike.
 
-Surfaces are presented one by one, each several times in new orders; the last group of a surface
-counts. The share of people who separate two surfaces is their dissimilarity, as Hollins and others
-(1993, Percept. Psychophys. 54, 697-705) made it from sorted textures.
+Surfaces are presented one by one, in several rounds with new orders; the last group chosen for a
+surface counts. The dissimilarity of two surfaces is the proportion of participants who put them in
+different groups, as in Hollins et al. (1993, Percept. Psychophys. 54, 697-705) for textures.
 """
 
 from __future__ import annotations
@@ -34,11 +34,13 @@ FEWEST = 3
 
 
 class Sorting(RatedOptions):
-    """Options for free sorting, in addition to its order and pace."""
+    """Options for free sorting, in addition to the order and pacing options."""
 
     repetitions: AtLeastOne = Field(
         default=2,
-        description="Number of rounds, in each of which every surface is sorted; the last counts.",
+        description=(
+            "Number of rounds; every surface is sorted once per round, and the last round counts."
+        ),
         json_schema_extra={"unit": "rounds"},
     )
     practice: Count = Field(
@@ -96,7 +98,7 @@ class _Run(RatedSurfaces):
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> float:
-    """Choose the group by the strength of the impression, in equal parts of the range."""
+    """Choose the group by impression strength, dividing the range into equal parts."""
     question = step.question
     if not isinstance(question, WholeNumberQuestion):
         raise TypeError(f"'{step.name}' is not a whole number")
@@ -132,7 +134,7 @@ PROTOCOL = Protocol(
         "group": Column(
             value=lambda record: record.answer("group"),
             kind="number",
-            description="Number of the participant's group; numbers have no order",
+            description="Number of the participant's group; group numbers have no order",
         ),
     },
     textures=True,

@@ -2,7 +2,7 @@
 
 A protocol is a plain generator: it yields a `Step`, and receives the reply listed in the table
 below. It has no access to clock, screen, plate or files. Steps are recorded in the journal, so
-each is plain data. What a participant is shown never contains an amplitude.
+each is plain data. Texts shown to the participant never contain an amplitude.
 
 ============  =====================================================  ==============
 step          what the session does                                  reply
@@ -40,18 +40,18 @@ Phase = Literal["practice", "main"]
 #: What a comparison asks for; odd: the one that differs from the others.
 Sought = Literal["most", "least", "odd"]
 Value = str | float | bool | None
-# The name of the question for the participant's consent: "yes" or "no".
+# Name of the question that asks for the participant's consent: "yes" or "no".
 CONSENT = "informed_consent"
-# The reply to a question about a sound that could not be played.
+# Reply to a question about a sound that could not be played.
 NO_SOUND = "no_sound"
-# The participant's reply to an `Adjust` that requests the reference.
+# Participant's reply to an `Adjust` step to request the reference.
 FEEL_AGAIN = "feel again"
-# The participant's reply to a question that returns to the one before: no text contains it.
+# Participant's reply that returns to the previous question; it cannot occur in a text.
 BACK = "\b"
 
 
 def factor_level(value: Value) -> str:
-    """Return a factor's level as keys name it.
+    """Return a factor level as written in keys.
 
     >>> factor_level(50.0), factor_level("left")
     ('50', 'left')
@@ -68,7 +68,7 @@ class Trial:
     task : str
         The data set's task label, letters and digits only ("magnitudeestimation").
     number : int
-        1, 2, ... in the order of presentation within the task; a repeated trial has its own.
+        1, 2, ... in order of presentation within the task; a repeated trial gets a new number.
     total : int
         Expected number of trials in the task, practice included.
     phase : {"practice", "main"}
@@ -76,7 +76,7 @@ class Trial:
     factors : Mapping
         The protocol's own columns of the data set ("block", "series", ...).
     repeats : int or None
-        The number of the voided trial that this one repeats.
+        Number of the voided trial that this one repeats.
     """
 
     task: str
@@ -91,7 +91,7 @@ class Trial:
 class NumberQuestion:
     """Any number of 0 or more, decimals allowed, on the participant's own scale.
 
-    ``positive`` excludes 0 as well (the top of a scale cannot be 0).
+    ``positive`` also excludes 0 (the top of a scale cannot be 0).
     """
 
     prompt: str
@@ -105,7 +105,7 @@ class YesNoQuestion:
     In a comparison, ``seeks`` selects whether yes means the more or the less slippery surface.
     """
 
-    #: Left out of a record at its default.
+    #: Omitted from a record if it has its default value.
     LATER: ClassVar[tuple[str, ...]] = ("seeks",)
     prompt: str
     seeks: Sought = "most"
@@ -138,10 +138,11 @@ class WholeNumberQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComparisonQuestion:
-    """Asks which of the presented surfaces it was; the reply's value is its number, 1, 2, ...
+    """Asks which of the presented surfaces fits; the reply's value is its number, 1, 2, ...
 
     ``options`` are the words on the screen, in the order of presentation ("the first", ...).
-    ``seeks`` selects whether the most or the least slippery surface is asked for, or the odd one.
+    ``seeks`` selects whether the question asks for the most slippery, the least slippery or the
+    odd surface.
     """
 
     prompt: str
@@ -151,7 +152,7 @@ class ComparisonQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VisualAnalogueQuestion:
-    """A mark on a line between two words; the reply's value is its place, 0 (left) to 100 (right).
+    """A mark on a line between two words; the value is its position, 0 (left) to 100 (right).
 
     Parameters
     ----------
@@ -160,9 +161,9 @@ class VisualAnalogueQuestion:
     left, right : str
         The words at the line's ends.
     resolution, key_step : float
-        Distance between possible places of the mark, and its movement per press of an arrow key.
+        Distance between possible positions of the mark, and its movement per arrow key press.
     start : float
-        The place from which keys move the mark.
+        The position from which keys move the mark.
     start_shown : bool
         Whether the mark is shown there before the first press or click.
     """
@@ -176,7 +177,7 @@ class VisualAnalogueQuestion:
     start_shown: bool
 
     def nearest(self, place: float) -> float:
-        """Return the nearest possible place of the mark, limited to the line's ends."""
+        """Return the nearest possible position of the mark, limited to the ends of the line."""
         held = min(max(place, 0.0), 100.0)
         # Rounded, so that three tenths are exactly 0.3.
         return round(round(held / self.resolution) * self.resolution, 6)
@@ -213,7 +214,7 @@ class Instruct:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Explore:
-    """Stroke the surface until the participant continues; the minimum time is ``minimum_s``.
+    """Exploration of the surface until the participant continues, for at least ``minimum_s``.
 
     If ``maximum_s`` is set, a countdown is shown, and the step then ends automatically.
     """
@@ -229,8 +230,8 @@ class Explore:
 class Present:
     """Present a surface on the plate.
 
-    ``lead_in`` is the surface that must be felt first, with its exploration, when the question is
-    about a difference. The session performs it unless the plate already presents that surface.
+    ``lead_in`` is the surface to be felt first, with its exploration, if the question is about a
+    difference. The session performs it unless the plate already presents that surface.
     """
 
     surface: Stimulus
@@ -241,13 +242,13 @@ class Present:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ask:
-    """A question; ``name`` is the data set's column for the answer.
+    """A question; ``name`` is the data set column for the answer.
 
-    Outside a trial, ``task`` is the task to which the answer belongs; without a task it is about
-    the participant. ``by`` defines who enters the answer; the operator types what the participant
-    says, or makes a decision. ``played`` is a sound to play first; if no sound can be played, the
-    reply is `NO_SOUND`. With ``back``, the participant can return to the question before: then the
-    reply is `BACK`.
+    Outside a trial, ``task`` is the task to which the answer belongs; without a task, the question
+    is about the participant. ``by`` defines who enters the answer; the operator types what the
+    participant says, or makes a decision. ``played`` is a sound to play first; if no sound can be
+    played, the reply is `NO_SOUND`. With ``back``, the participant can return to the previous
+    question, and the reply is then `BACK`.
     """
 
     name: str
@@ -270,19 +271,19 @@ class Silence:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Adjust:
-    """Adjust the amplitude of the last surface as ``text`` asks.
+    """Adjustment of the last surface's amplitude, as instructed by ``text``.
 
     Parameters
     ----------
     name : str
-        The data set's column for the final amplitude, µm peak to peak.
+        The data set column for the final amplitude, in µm peak to peak.
     text : str
         The instruction; it contains no amplitude.
     trial : Trial
     interval : int
         The interval in which the surface to be adjusted was presented.
     step_level : float
-        The change per notch of the wheel, or per press of a key.
+        The change per notch of the wheel or per key press.
     lowest_level, highest_level : float
         The limits of the adjustment.
     time_limit_s : float or None
@@ -309,7 +310,7 @@ class Adjust:
         return min(max(aim_level, self.lowest_level), self.highest_level)
 
     def with_less_time(self, spent_s: float) -> Adjust:
-        """Return the step with its time limit, if any, reduced by the time spent."""
+        """Return the step with its time limit, if any, reduced by the elapsed time."""
         if self.time_limit_s is None:
             return self
         return replace(self, time_limit_s=max(self.time_limit_s - spent_s, 0.0))
@@ -344,7 +345,7 @@ class EndTrial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EndBlock:
-    """The last trial before a text or a break is over, but may still be voided.
+    """The last trial before a text or a break is complete, but may still be voided.
 
     The participant reads ``screen``. The reply contains the trials that the operator voids
     meanwhile, so that the protocol can repeat them before it continues.
@@ -365,11 +366,12 @@ class Reply:
     Parameters
     ----------
     value : str, float, bool or None
-        The answer; None if nothing was asked or the time ran out.
+        The answer; None if there was no question or the time ran out.
     onset_s : float
         When the screen was shown, on the session's clock.
     response_time_s : float or None
-        From the screen to the key that completed the answer; None if the time ran out.
+        Time from screen onset to the key press that completed the answer; None if the time ran
+        out.
     time_source : str
         Where the time was taken: "ptb" (the key event's own time stamp), "window" (when the window
         received it), "operator" (when the operator submitted the answer), "simulated", "scripted".
@@ -396,7 +398,7 @@ class Adjusted(Reply):
     readback_level : float or None
         The plate's readback at the end.
     trace : tuple of pairs
-        Each amplitude on the way, and when it had settled: (seconds from the beginning, µm peak
+        Each amplitude on the way, and when it settled: (seconds from the beginning, µm peak
         to peak); the first pair is the start.
     again_s : tuple of float
         When the reference was requested, in seconds from the beginning.
@@ -412,8 +414,8 @@ class Presented:
     """What the plate did; commanded and readback levels are stored separately.
 
     For a texture, both are the mean, at which the plate settles before it plays. ``readback_kind``
-    describes the reliability of the readback (see `slipscale.hardware.records.Readback`).
-    Voltage at the plate and temperature are None if they are not known.
+    describes the reliability of the readback (see `slipscale.hardware.records.Readback`). Plate
+    voltage and temperature are None if unknown.
     """
 
     commanded_level: float

@@ -1,8 +1,8 @@
 """Rating of slipperiness on a visual analogue scale: a mark on a line between two words.
 
-The place of the mark, 0 to 100, is bounded and has no unit, so ratios of ratings have no meaning.
-The mark's initial place, and whether it is visible there, attract the answers. The study therefore
-chooses both, and every row of the data contains them.
+The position of the mark, 0 to 100, is bounded and has no unit, so ratios of ratings are
+meaningless. Answers are biased by the mark's initial position and its visibility. The study
+therefore sets both, and every row of the data contains them.
 """
 
 from __future__ import annotations
@@ -32,42 +32,42 @@ if TYPE_CHECKING:
 
 LENGTH = 100.0
 Start = Literal["left", "middle", "right", "random"]
-#: The mark's initial place.
+#: The mark's initial position.
 PLACES: dict[Start, float] = {"left": 0.0, "middle": LENGTH / 2, "right": LENGTH}
 
 
 class VisualAnalogueScale(RatedOptions):
-    """Options for ratings on a line, in addition to their order and pace."""
+    """Options for ratings on a line, in addition to the order and pacing options."""
 
     resolution: Annotated[float, Field(strict=True, ge=0.1, le=10, allow_inf_nan=False)] = Field(
         default=1.0,
-        description="Distance between adjacent places of the mark on the line of 100: 1 gives "
-        "101 places. Must divide 100 without a remainder.",
+        description="Distance between adjacent mark positions on the 100-point line: 1 gives 101 "
+        "positions. Must divide 100 without a remainder.",
         json_schema_extra={"unit": "hundredths of the line"},
     )
     key_step: Annotated[float, Field(strict=True, gt=0, le=50, allow_inf_nan=False)] = Field(
         default=1.0,
         validate_default=True,
-        description="Distance that one press of an arrow key moves the mark, a multiple of "
-        "the resolution; the page keys move it five times as far, Home and End to "
-        "the line's ends.",
+        description="Distance that one arrow key press moves the mark, a multiple of the "
+        "resolution; the page keys move it five times as far, Home and End move it to "
+        "the ends of the line.",
         json_schema_extra={"unit": "hundredths of the line"},
     )
     cursor_start: Start = Field(
         default="random",
         description="Position from which keys move the mark. random: anywhere, drawn for each "
-        "trial, so that the effect of the start is spread over the line and can "
+        "trial, so that the effect of the start is distributed over the line and can "
         "be estimated.",
     )
     cursor_shown: Switch = Field(
         default=False,
-        description="Whether the mark is visible at its start before the first press or "
-        "click; otherwise the line is empty until then.",
+        description="Whether the mark is visible at its initial position before the first press "
+        "or click; otherwise the line is empty until then.",
     )
     catch_trials: Count = Field(
         default=0,
-        description="Catch trials on the bare plate, without vibration, to check attention; "
-        "not analysed with the other trials.",
+        description="Number of catch trials on the bare plate, without vibration, to check "
+        "attention; not analysed with the other trials.",
         json_schema_extra={"unit": "trials"},
     )
 
@@ -95,7 +95,7 @@ def trials(options: VisualAnalogueScale, context: Context) -> int:
 
 
 def possible_levels(options: VisualAnalogueScale, context: Context) -> tuple[float, ...]:
-    """Return all levels that could be presented, including the catch trials' plate at rest."""
+    """Return all levels that could be presented, including the plate at rest for catch trials."""
     bare = (0.0,) if options.catch_trials else ()
     return *(surface.level for surface in context.surfaces), *bare
 
@@ -162,18 +162,18 @@ class _Run(RatedSurfaces):
         )
 
     def _start(self, number: int) -> float:
-        """Return the mark's initial place in a trial."""
+        """Return the mark's initial position in a trial."""
         options = self.options
         if options.cursor_start != "random":
             return PLACES[options.cursor_start]
-        # Drawn as a whole number, to be the same on every machine.
+        # Drawn as an integer, so that it is the same on every machine.
         stream = self.context.stream(self.context.task, "cursor", number)
         place = stream.below(round(LENGTH / options.resolution) + 1)
         return round(place * options.resolution, 6)
 
 
 def rated(step: Ask, person: SimulatedPerson) -> float:
-    """Return the mark of a simulated person, at the resolution of the line."""
+    """Return a simulated person's mark, at the resolution of the line."""
     question = step.question
     if not isinstance(question, VisualAnalogueQuestion):
         raise TypeError(f"'{step.name}' is not a visual analogue scale")
@@ -201,18 +201,18 @@ PROTOCOL = Protocol(
         "rating": Column(
             value=lambda record: record.answer("rating"),
             kind="number",
-            description="Place of the mark on the line: 0 is its left end (the least "
-            "{q.adjective}), 100 its right end",
+            description="Position of the mark on the line: 0 is the left end (the least "
+            "{q.adjective}), 100 the right end",
         ),
         "resolution": Column(
             value=lambda record: record.trial.factors["resolution"],
             kind="number",
-            description="Distance between adjacent places of the mark",
+            description="Distance between adjacent mark positions",
         ),
         "cursor_start": Column(
             value=lambda record: record.trial.factors["cursor_start"],
             kind="number",
-            description="Place from which keys moved the mark, 0 to 100",
+            description="Position from which keys moved the mark, 0 to 100",
         ),
         "cursor_shown": Column(
             value=lambda record: truth(record.trial.factors["cursor_shown"]),

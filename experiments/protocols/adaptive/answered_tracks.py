@@ -1,4 +1,4 @@
-"""Interleaved tracks that support taking back answers of trials that are voided later."""
+"""Interleaved tracks whose answers can be taken back if a trial is voided later."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Answered(NamedTuple):
 class AnsweredTracks:
     """Tracks, with the answers by trial.
 
-    A trial that is voided while it runs, or times out, gives no answer: its track repeats the
+    A trial that is voided while it runs or that times out has no answer, so its track repeats the
     level. If an answer is taken back later, its track is recomputed from its other answers, at
     their original levels, as if that answer had not been given.
 
@@ -38,12 +38,12 @@ class AnsweredTracks:
         self.now = start
 
     def answer(self, trial: int, *, correct: bool) -> None:
-        """Store the answer of a trial at the current level."""
+        """Store the answer to a trial at the current level."""
         self._answers[trial] = Answered(self.now.current, self.now.level, correct)
         self.now = self.now.answered(correct=correct)
 
     def take_back(self, trials: Iterable[int]) -> None:
-        """Take back the answers of trials; trials without an answer are ignored."""
+        """Take back the answers to trials; trials without an answer are ignored."""
         gone = [self._answers.pop(trial) for trial in trials if trial in self._answers]
         if gone:
             again = tuple(answered.track for answered in gone)

@@ -1,4 +1,4 @@
-"""Many simultaneous QUEST+ runs for simulations, with one matrix product per trial.
+"""Many simultaneous QUEST+ runs for simulations, using one matrix product per trial.
 
 Each run selects the same levels as a `QuestPlusTrack` with the same answers.
 """

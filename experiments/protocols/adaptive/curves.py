@@ -1,9 +1,10 @@
 """Psychometric functions: the proportion of correct (or "yes") answers at a level.
 
 All are ``guess + (1 - guess - lapse) G(slope (u(x) - u(threshold)))``, where ``u`` is the level or
-its natural logarithm and ``G`` a distribution function (Wichmann and Hill 2001, Percept.
-Psychophys. 63, 1293-1313, equation 1). Slopes are per µm, or dimensionless for the logarithmic
-functions. At the threshold, ``G`` is 1 - 1/e for the Weibull function and one half for the others.
+its natural logarithm and ``G`` is a cumulative distribution function (Wichmann and Hill 2001,
+Percept. Psychophys. 63, 1293-1313, equation 1). Slopes are per µm, or dimensionless for the
+logarithmic functions. At the threshold, ``G`` is 1 - 1/e for the Weibull function and one half for
+the others.
 """
 
 from __future__ import annotations
@@ -76,9 +77,9 @@ class Curve:
     Parameters
     ----------
     title : str
-        Name for readers.
+        Display name.
     logarithmic : bool
-        Whether it is a function of the level's logarithm. If so, 0 µm gives the guess rate.
+        Whether it is a function of the log level. If so, the value at 0 µm is the guess rate.
     distribution, inverse, density : callable
         ``G``, its inverse and its derivative, for arrays of any shape.
     """
@@ -90,7 +91,7 @@ class Curve:
     density: Callable[[Array], Array]
 
     def coordinate(self, level: npt.ArrayLike) -> Array:
-        """Return ``u`` of levels in µm peak to peak; minus infinity for 0 if logarithmic."""
+        """Return ``u`` for levels in µm peak to peak; minus infinity for 0 if logarithmic."""
         level = np.asarray(level, float)
         if not self.logarithmic:
             return level
@@ -120,7 +121,7 @@ class Curve:
         slope : array_like
             Above 0; per µm, or dimensionless for a logarithmic curve.
         guess, lapse : array_like
-            Lower asymptote, and 1 minus the upper.
+            Lower asymptote, and 1 minus the upper asymptote.
         """
         guess, lapse = np.asarray(guess, float), np.asarray(lapse, float)
         z = np.asarray(slope) * (self.coordinate(level) - self.coordinate(threshold_level))
@@ -154,5 +155,5 @@ CURVES: dict[str, Curve] = {
     "normal": _curve("cumulative normal function", "normal", logarithmic=False),
 }
 _PAIRS = (("weibull", "gumbel"), ("log_logistic", "logistic"), ("log_normal", "normal"))
-#: Each curve's counterpart on the other axis: of the level instead of its logarithm, or reversed.
+#: Each curve's counterpart on the other axis: linear instead of logarithmic, or vice versa.
 OTHER_AXIS = dict(_PAIRS) | {level: logarithm for logarithm, level in _PAIRS}

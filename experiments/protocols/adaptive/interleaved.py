@@ -21,7 +21,7 @@ Order = Literal["alternating", "shuffled"]
 class Interleaved:
     """Tracks that take turns until each is over.
 
-    In each round, every unfinished track has one trial. A voided trial passes no answer on, so the
+    In each round, every unfinished track has one trial. A voided trial passes on no answer, so the
     track repeats its level.
 
     Parameters
@@ -31,10 +31,10 @@ class Interleaved:
     stopping : Stopping
         The rule that ends a track.
     stream : callable
-        Returns random numbers for a round, given its number; the same number gives the same
+        Returns the random numbers for a round, given its number; the same number gives the same
         stream.
     order : {"alternating", "shuffled"}
-        Tracks in their order, or in a new order each round.
+        Tracks in a fixed order, or in a new order each round.
     left : tuple of int
         Tracks that still have a trial in this round, in order.
     round_number : int
@@ -43,7 +43,7 @@ class Interleaved:
     Raises
     ------
     UserError
-        If there are no tracks, or the stopping rule is not compatible with one of them.
+        If there are no tracks, or the stopping rule is incompatible with one of them.
     """
 
     tracks: tuple[Track, ...]
@@ -101,9 +101,10 @@ class Interleaved:
         return sum(most - track.progress.trials for track in self.tracks if self._goes_on(track))
 
     def taken_back(self, tracks: tuple[Track, ...], again: tuple[int, ...]) -> Self:
-        """Return the block with ``tracks``, the tracks without the answers taken back.
+        """Return the block with ``tracks``, from which the answers have been removed.
 
-        ``again`` contains the tracks of these answers. Each has another trial in this round.
+        ``again`` contains the tracks that these answers belonged to. Each has another trial in
+        this round.
         """
         going = tuple(number for number in again if self._goes_on(tracks[number]))
         return replace(self, tracks=tracks, left=(*self.left, *going))

@@ -2,7 +2,7 @@
 
 Watson 2017, J. Vis. 17(3):10, doi:10.1167/17.3.10. The expected decrease of the posterior's
 entropy is the mutual information of answer and parameters: the entropy of the predicted answer,
-minus the mean entropy of the answer given the parameters. Both are a product of a fixed table and
+minus the mean entropy of the answer given the parameters. Both are products of a fixed table and
 the posterior.
 """
 
@@ -26,15 +26,15 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-#: Levels times combinations of parameters: four tables of 8 bytes each, 64 MB in all. Each trial
-#: reads two of them, in less than a frame at 60 Hz (0.37 of a frame).
+#: Levels times parameter combinations: four tables of 8-byte values, 64 MB in total. Each trial
+#: reads two of them, which takes 0.37 of a frame at 60 Hz.
 LARGEST_GRID = 2_000_000
-#: With a larger lapse rate, the observer does not do the task.
+#: An observer with a larger lapse rate is not doing the task.
 LARGEST_LAPSE = 0.5
 
 
 def entropy(share: Array) -> Array:
-    """Return the entropy of a yes-no answer with probability ``share``, in nats."""
+    """Return the entropy of a binary answer with probability ``share``, in nats."""
     with np.errstate(divide="ignore", invalid="ignore"):
         terms = share * np.log(share) + (1 - share) * np.log1p(-share)
     return np.where((share > 0) & (share < 1), -terms, 0.0)
@@ -47,7 +47,7 @@ class QuestPlus:
     Parameters
     ----------
     levels : tuple of float
-        Levels that may be presented, µm peak to peak, ascending.
+        Levels that can be presented, in µm peak to peak, ascending.
     threshold_levels, slopes, lapses : tuple of float
         Grid of the psychometric function's parameters (`curves.Curve`), each ascending; thresholds
         in µm peak to peak.
@@ -140,7 +140,7 @@ class QuestPlus:
 
     @cached_property
     def log10_thresholds(self) -> Array:
-        """Logarithm of each combination's threshold, decades, shape (combinations,)."""
+        """Log10 threshold of each combination, in decades, shape (combinations,)."""
         decades = np.log10(self.threshold_levels)
         return _frozen(np.broadcast_to(decades[:, None, None], self.shape).flatten())
 
@@ -179,12 +179,12 @@ class QuestPlusTrack:
 
     @property
     def progress(self) -> Progress:
-        """Trials, and the posterior's standard deviation of the threshold."""
+        """Number of trials, and the posterior standard deviation of the threshold."""
         return Progress(trials=self.trials, threshold_sd_log10=self.threshold_sd_log10)
 
     @property
     def threshold_log10(self) -> float:
-        """Posterior mean of the threshold's logarithm (decades of µm peak to peak)."""
+        """Posterior mean of the log10 threshold (decades of µm peak to peak)."""
         return float(self.posterior @ self.rule.log10_thresholds)
 
     @property
@@ -194,7 +194,7 @@ class QuestPlusTrack:
         return float(round(squares**0.5, DECIMALS))
 
     def answered(self, *, correct: bool, at_level: float | None = None) -> Self:
-        """Return the track after an answer at the next level, or at another one of its levels."""
+        """Return the track after an answer at the next level, or at another available level."""
         if at_level is None:
             return self.told(self.level_index, correct=correct)
         levels = [rounded(level) for level in self.rule.levels]
@@ -222,7 +222,7 @@ class QuestPlusTrack:
 
 
 def information_gain(rule: QuestPlus, posteriors: Array) -> Array:
-    """Return the expected decrease of the posteriors' entropies, rounded.
+    """Return the expected decrease in posterior entropy, rounded.
 
     Parameters
     ----------
@@ -234,7 +234,7 @@ def information_gain(rule: QuestPlus, posteriors: Array) -> Array:
     array, shape (runs, levels)
         Nats, rounded to `track.DECIMALS` decimals.
     """
-    predicted = np.clip(posteriors @ rule.proportion.T, 0.0, 1.0)  # a sum may exceed 1 by rounding
+    predicted = np.clip(posteriors @ rule.proportion.T, 0.0, 1.0)  # rounding may push a sum above 1
     return np.round(entropy(predicted) - posteriors @ rule.answer_entropy.T, DECIMALS)
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.adaptive.track import Track
 
     Array = NDArray[np.float64]
-    #: Levels, µm peak to peak, and whether each was answered correctly.
+    #: Levels in µm peak to peak, and whether each answer was correct.
     Run = tuple[Array, NDArray[np.bool_]]
 
 
@@ -29,14 +29,14 @@ def simulated_runs(
     runs: int,
     rng: np.random.Generator,
 ) -> list[Run]:
-    """Return the trials of many runs, with the tracks of each run one after the other.
+    """Return the trials of many runs; within each run, the tracks follow one another.
 
     Parameters
     ----------
     block : Interleaved
         Tracks before their first trial, with the rule that stops them.
     proportion : callable
-        Returns the proportion of correct answers at levels, µm peak to peak.
+        Returns the proportion of correct answers at given levels, in µm peak to peak.
     runs : int
         Number of runs.
     rng : Generator

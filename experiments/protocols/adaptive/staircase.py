@@ -1,6 +1,6 @@
 """The transformed staircase: k correct answers in a row step down, one error steps up.
 
-Equal steps do not converge to Levitt's proportions (70.7 % for two down, one up): the proportion
+Equal steps do not converge to Levitt's proportions (70.7 % for two-down one-up): the proportion
 depends on the step size. With the ratios below it does not (García-Pérez 1998, Vision Res. 38,
 1861-1881, doi:10.1016/S0042-6989(97)00340-4, abstract).
 """
@@ -26,7 +26,7 @@ def staircase(
     down_to_up: float | None = None,
     until_first_error: bool = False,
 ) -> UpDown:
-    """Return the k-down-1-up rule, by default with García-Pérez's ratio of steps.
+    """Return the k-down-1-up rule, by default with García-Pérez's step ratio.
 
     For the other parameters and the errors raised, see `UpDown`.
 

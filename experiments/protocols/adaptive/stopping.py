@@ -10,7 +10,7 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.adaptive.track import Progress, Track
 
-#: More trials in one track are too much for a participant.
+#: More trials per track are too many for a participant.
 MOST_TRIALS = 1000
 
 
@@ -25,7 +25,7 @@ class Stopping:
     reversals : int or None
         Number of changes of direction.
     threshold_sd_log10 : float or None
-        Standard deviation of the threshold's posterior, decades.
+        Posterior standard deviation of the threshold, in decades.
     least_trials : int
         Reversals and certainty are ignored before this number of answers.
 
@@ -56,7 +56,7 @@ class Stopping:
             raise UserError(
                 f"stopping: threshold_sd_log10 is {self.threshold_sd_log10}, expected above 0"
             )
-        # The first step has no direction to change: n reversals take at least n + 1 steps.
+        # The first step cannot be a reversal, so n reversals take at least n + 1 steps.
         if self.reversals is not None and self.reversals >= self.most_trials:
             raise UserError(
                 f"stopping: {self.reversals} reversals take at least {self.reversals + 1} trials, "

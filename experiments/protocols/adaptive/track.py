@@ -21,16 +21,16 @@ DECIMALS = 9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Progress:
-    """The progress of a track, for the rules that stop it.
+    """The progress of a track, for the stopping rules.
 
     Parameters
     ----------
     trials : int
         Number of answers so far.
     reversals : int or None
-        How often the level changed its direction; None for a method without directions.
+        Number of times the level changed direction; None for a method without directions.
     threshold_sd_log10 : float or None
-        Standard deviation of the threshold's posterior, in decades; None without a posterior.
+        Posterior standard deviation of the threshold, in decades; None without a posterior.
     """
 
     trials: int
@@ -61,7 +61,7 @@ class Track(Protocol):
 
 
 def rounded(level: float) -> float:
-    """Return a level, µm peak to peak, at the precision of its presentation.
+    """Return a level, in µm peak to peak, rounded to the precision of presentation.
 
     >>> rounded(0.1 + 0.2)
     0.3

@@ -1,8 +1,8 @@
 """Fixed-step up-down methods: the level falls after correct answers and rises after an error.
 
 All such methods converge to the level at which steps down and up balance. With ``k`` correct
-answers in a row for a step down of size d, and one error for a step up of size u, that is where
-``p**k d = (1 - p**k) u`` (Kaernbach 1991, Percept. Psychophys. 49, 227-229, for k = 1;
+answers in a row for a step down of size d, and one error for a step up of size u, this is the
+level where ``p**k d = (1 - p**k) u`` (Kaernbach 1991, Percept. Psychophys. 49, 227-229, for k = 1;
 García-Pérez 1998, Vision Res. 38, 1861-1881, for the ratios at which finite steps converge to it).
 """
 
@@ -96,7 +96,7 @@ class UpDown:
 
     @property
     def target(self) -> float:
-        """Proportion correct at the level where steps down and up balance."""
+        """Proportion correct at the level where steps down and steps up balance."""
         return float((1 / (1 + self.down_to_up)) ** (1 / self.down_after))
 
     def start(self) -> UpDownTrack:
@@ -143,7 +143,7 @@ class UpDownTrack:
 
     @property
     def progress(self) -> Progress:
-        """Trials and reversals so far."""
+        """Number of trials and reversals so far."""
         return Progress(trials=self.trials, reversals=len(self.reversal_levels))
 
     def answered(self, *, correct: bool, at_level: float | None = None) -> Self:  # noqa: ARG002

@@ -1,7 +1,7 @@
 """The weighted up-down method: every answer moves the level, with different steps down and up.
 
 Kaernbach 1991, Percept. Psychophys. 49, 227-229, doi:10.3758/BF03214307: the level converges to
-``down p = up (1 - p)``, so the ratio is three to one for 75 % correct.
+``down p = up (1 - p)``, so the ratio is 3:1 for 75 % correct.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Options for the rule that selects the levels of a threshold task."""
+"""Options for the rule that selects the levels in a threshold task."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ TrialCap = Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)]
 
 
 class AdaptiveOptions(RestedOptions):
-    """Options for a rule and its levels; the levels are those of one track."""
+    """Options for a rule and its levels, which apply to each track."""
 
     rule: Rule = Field(
         default="staircase",
-        description="Rule that chooses the next level. staircase: one step down after "
-        "down_after correct answers in a row, one step up after a wrong answer, "
-        "with step sizes in García-Pérez's ratios; weighted: one step after every "
-        "answer, with step sizes in the ratio that converges at target; "
-        "quest_plus: the level with the most informative answer.",
+        description="Rule that chooses the next level. staircase: one step down after down_after "
+        "correct answers in a row, one step up after a wrong answer, with "
+        "García-Pérez's step-size ratios; weighted: one step after every answer, with "
+        "step sizes whose ratio converges on target; quest_plus: the level with the "
+        "most informative answer.",
     )
     start_level: Positive = Field(
         default=0.5, description="Level of a track's first trial; quest_plus chooses its own."
@@ -52,33 +52,33 @@ class AdaptiveOptions(RestedOptions):
     )
     target: Annotated[float, Field(strict=True, gt=0, lt=1)] = Field(
         default=0.75,
-        description="Proportion of correct answers at which a weighted rule converges.",
+        description="Proportion of correct answers on which a weighted rule converges.",
         json_schema_extra={"unit": "share, 0 to 1"},
     )
     steps_up: Some = Field(
         default=(0.2, 0.1),
-        description="Step sizes upwards: until the first reversal, until the second, and so "
-        "on; the last size remains.",
+        description="Upward step sizes: until the first reversal, until the second, and so on; "
+        "the last size is kept.",
         json_schema_extra={"unit": "decades; µm peak to peak on the linear scale"},
     )
     down_to_up: Positive | None = Field(
         default=None,
         description="Size of a step down relative to the step up, in a staircase; 1: equal steps, "
-        "as Levitt (1971) has them. Left out: García-Pérez's ratio for down_after.",
+        "as in Levitt (1971). Default: García-Pérez's ratio for down_after.",
         json_schema_extra={"unit": "none"},
     )
     until_first_error: Switch = Field(
         default=False,
-        description="Whether each right answer is a step down until the first error, in a "
-        "staircase.",
+        description="Whether every correct answer leads to a step down until the first error, in "
+        "a staircase.",
     )
     scale: Scale = Field(
         default="log10", description="Whether steps multiply the level (log10) or add to it."
     )
     quest_levels: AtLeastOne = Field(
         default=40,
-        description="Number of levels from which quest_plus chooses, and of thresholds that "
-        "it considers, in equal ratios from the lowest to the highest.",
+        description="Number of levels that quest_plus chooses from and of thresholds that it "
+        "considers, log-spaced from the lowest to the highest.",
         json_schema_extra={"unit": "levels"},
     )
     quest_slopes: Some = Field(
@@ -95,7 +95,7 @@ class AdaptiveOptions(RestedOptions):
     )
     tracks: Annotated[int, Field(strict=True, ge=1, le=8)] = Field(
         default=2,
-        description="Number of tracks that take turns, each with the same rule.",
+        description="Number of interleaved tracks, each with the same rule.",
         json_schema_extra={"unit": "tracks"},
     )
     track_order: Order = Field(
@@ -107,12 +107,12 @@ class AdaptiveOptions(RestedOptions):
     )
     most_trials: TrialCap = Field(
         default=40,
-        description="Number of answers after which a track always ends.",
+        description="Maximum number of answers per track.",
         json_schema_extra={"unit": "trials a track"},
     )
     least_trials: TrialCap = Field(
         default=1,
-        description=("Number of answers before which neither reversals nor certainty end a track."),
+        description="Minimum number of answers before reversals or certainty can end a track.",
         json_schema_extra={"unit": "trials a track"},
     )
     reversals: AtLeastOne | None = Field(
@@ -124,8 +124,8 @@ class AdaptiveOptions(RestedOptions):
     )
     threshold_sd_log10: Positive | None = Field(
         default=None,
-        description="Certainty of the threshold, as the posterior's standard deviation, at "
-        "which a track of quest_plus ends; default: certainty does not end it.",
+        description="Posterior standard deviation of the threshold at which a quest_plus track "
+        "ends; default: certainty does not end it.",
         json_schema_extra={"unit": "decades"},
     )
 
@@ -137,7 +137,7 @@ class AdaptiveOptions(RestedOptions):
         guess : float
             Proportion of correct answers by guessing.
         stream : callable
-            Returns random numbers for the order of the tracks in a round, given its number.
+            Returns the random numbers for the track order in a round, given the round number.
 
         Raises
         ------

@@ -1,6 +1,6 @@
-"""Trials with judgements against a standard, which is felt in each trial or less often.
+"""Trials in which surfaces are judged against a standard, presented in each trial or less often.
 
-If it is felt in each trial, the standard is the trial's first interval. Otherwise it is presented
+If presented in each trial, the standard is the trial's first interval. Otherwise it is presented
 outside the trials: before the first trial of a block, after each rest, and then after a fixed
 number of trials.
 """
@@ -31,22 +31,22 @@ STANDARD, JUDGED = 1, 2
 
 
 class StandardOptions(RatedOptions):
-    """Options for tasks with a standard, in addition to their order and pace."""
+    """Options for tasks with a standard, in addition to the order and pacing options."""
 
     standard_level: Annotated[Amplitude, Field(gt=0)] = Field(
-        description="Amplitude of the standard, with which all surfaces are compared."
+        description="Amplitude of the standard to which all surfaces are compared."
     )
     standard_every_trials: AtLeastOne = Field(
         default=1,
-        description="The standard is presented before each group of this many trials; 1: "
-        "first in each trial. Otherwise also at the beginning of each block and "
-        "after each rest.",
+        description="Number of trials after which the standard is presented again; 1: first in "
+        "each trial. If larger, the standard is also presented at the start of each "
+        "block and after each rest.",
         json_schema_extra={"unit": "trials"},
     )
     catch_trials: Count = Field(
         default=0,
-        description="Catch trials in which the correct answer is the standard itself, to "
-        "check attention; not analysed with the other trials.",
+        description="Number of catch trials, in which the correct answer is the standard itself, "
+        "to check attention; not analysed with the other trials.",
         json_schema_extra={"unit": "trials"},
     )
 
@@ -79,7 +79,7 @@ class AgainstStandard(RatedSurfaces):
         super().__init__(options, context, planned)
         self.against = options
         self._words = words
-        self._left = 0  # trials until the standard is due
+        self._left = 0  # trials until the standard is due again
 
     def start(self) -> Steps:
         """Make the standard due before the next trial."""
@@ -87,7 +87,7 @@ class AgainstStandard(RatedSurfaces):
         yield from ()
 
     def between(self) -> Steps:
-        """Yield the rest if it is due; the standard is then due, too."""
+        """Yield a rest if one is due; the standard is then also due."""
         if self.rest_due:
             self._left = 0
         yield from super().between()

@@ -1,6 +1,6 @@
-"""Trials that present surfaces in intervals: the common parts of comparison tasks.
+"""Trials that present surfaces in intervals: code shared by comparison tasks.
 
-`Comparing` runs a fixed plan of trials with one question each. The protocols `constant_stimuli`
+`Comparing` runs a fixed plan of trials, each with one question. The protocols `constant_stimuli`
 and `paired_comparison` define the comparisons.
 """
 
@@ -57,17 +57,19 @@ class ComparingOptions(RestedOptions):
 
     practice: Count = Field(
         default=3,
-        description="Practice trials before the main trials, with surfaces that are easily "
-        "distinguished; recorded, not analysed.",
+        description="Number of practice trials before the main trials, with easily distinguished "
+        "surfaces; recorded but not analysed.",
         json_schema_extra={"unit": "trials"},
     )
     catch_trials: Count = Field(
         default=0,
-        description="Catch trials with surfaces that are easily distinguished, to check attention.",
+        description=(
+            "Number of catch trials, with easily distinguished surfaces, to check attention."
+        ),
         json_schema_extra={"unit": "trials"},
     )
     repeat_timed_out: Switch = Field(
-        default=True, description="Whether a timed-out trial is repeated, once."
+        default=True, description="Whether a timed-out trial is repeated once."
     )
 
 
@@ -82,7 +84,7 @@ class Shown(NamedTuple):
 def with_catch_trials(
     planned: Sequence[Condition], catch_trials: Sequence[Condition], stream: Stream
 ) -> list[Condition]:
-    """Return the plan with catch trials at random places; all choices are equally likely."""
+    """Return the plan with catch trials at random positions; all placements are equally likely."""
     marks = stream.shuffled([False] * len(planned) + [True] * len(catch_trials))
     trials, catches = iter(planned), iter(catch_trials)
     return [next(catches) if catch else next(trials) for catch in marks]
@@ -91,7 +93,7 @@ def with_catch_trials(
 def in_both_orders(
     groups: Sequence[tuple[Stimulus, ...]], repetitions: int, context: Context
 ) -> list[Shown]:
-    """Return main trials: each repetition has all groups, shuffled, in alternating orders."""
+    """Return the main trials: all groups per repetition, shuffled, in alternating orders."""
     stream = context.stream(context.task, "main")
     begins = [stream.below(2) for _ in groups]  # the order in odd repetitions
     return [
@@ -108,24 +110,24 @@ def in_both_orders(
 def the_two_ends(
     easy: tuple[Stimulus, ...], context: Context, phase: Phase, count: int
 ) -> list[Shown]:
-    """Return trivially easy trials: a group from the ends of the range, in random orders."""
+    """Return trivially easy trials: surfaces from the two ends of the range, in random orders."""
     stream = context.stream(context.task, "easy", phase)
     turned = [stream.below(2) for _ in range(count)]
     return [Shown(phase, easy[::-1] if turn else easy, {"catch": True}) for turn in turned]
 
 
 def name_of(surface: Stimulus) -> str:
-    """Return what the data call a surface: a texture's name, or its level."""
+    """Return the name of a surface in the data: the texture name, or its level."""
     return surface.name if isinstance(surface, Grating) else f"{surface.level:g}"
 
 
 def sought(quantity: Quantity, sign: int = 1) -> Sought:
-    """Return what a question seeks to find the surface with more (1) or less (-1) of the level."""
+    """Return a question's ``seeks`` for the surface with the higher (1) or lower (-1) level."""
     return "least" if (sign < 0) != quantity.falls else "most"
 
 
 def surface_names(*names: str) -> dict[str, Column]:
-    """Return columns with the names of the surfaces in intervals 1, 2, ..."""
+    """Return the columns with the surface names for intervals 1, 2, ..."""
 
     def column(interval: int) -> Column:
         def name(record: TrialRecord) -> str | None:
@@ -169,7 +171,7 @@ class IntervalTask(Repeating[Condition]):
         self.context = context
 
     def between(self) -> Steps:
-        """Yield the rest if it is due."""
+        """Yield a rest if one is due."""
         if self.number % self._pace.rest_every_trials == 0 and self.number < self.total:
             text = self.context.texts["session.rest"]
             yield self._pace.rest(text, done=self.number, total=self.total)
@@ -181,7 +183,7 @@ class IntervalTask(Repeating[Condition]):
         yield Silence(trial=trial, interval=number)
 
     def exploration(self, trial: Trial, number: int) -> Explore:
-        """Return the exploration of an interval's surface."""
+        """Return the exploration step for an interval's surface."""
         text = self.context.texts["comparing.explore"].format(number=number)
         return self._pace.explore(text, trial, interval=number)
 
@@ -262,11 +264,11 @@ class Comparing(IntervalTask[Shown]):
 
 
 def truth(value: Value) -> str | None:
-    """Return a yes or no as the cell of a table."""
+    """Return a yes/no value as a table cell."""
     return None if value is None else "true" if value else "false"
 
 
-#: The design's column of tasks with a plan.
+#: The design column for tasks with a plan.
 DESIGN: Mapping[str, Column] = {
     "catch": Column(
         value=lambda record: truth(record.trial.factors["catch"]),

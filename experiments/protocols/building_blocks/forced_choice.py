@@ -1,6 +1,6 @@
-"""Trials with a target surface in one of a few intervals.
+"""Trials that present a target surface in one of a few intervals.
 
-This is the common part of `difference_threshold` and `detection_threshold`, which define their own
+This code is shared by `difference_threshold` and `detection_threshold`, which define their own
 levels.
 """
 
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 
 class ForcedChoiceOptions(AdaptiveOptions):
-    """Options for a forced choice with adaptive levels."""
+    """Options for a forced-choice task with adaptive levels."""
 
     intervals: Literal[2, 3] = Field(
         default=2,
@@ -56,19 +56,20 @@ class ForcedChoiceOptions(AdaptiveOptions):
     practice: Count = Field(
         default=3,
         description=(
-            "Practice trials at the highest level, before the main trials; recorded, not analysed."
+            "Number of practice trials at the highest level, before the main trials; recorded but "
+            "not analysed."
         ),
         json_schema_extra={"unit": "trials"},
     )
     catch_trials: Count = Field(
         default=4,
-        description="Catch trials at the highest level, to check attention; the tracks ignore "
-        "them.",
+        description="Number of catch trials at the highest level, to check attention; the tracks "
+        "ignore them.",
         json_schema_extra={"unit": "trials"},
     )
     feedback: Literal["none", "practice", "always"] = Field(
         default="practice",
-        description=("When the participant learns whether the answer was correct."),
+        description="When the participant learns whether the answer was correct.",
     )
     feedback_s: Positive = Field(default=0.8, description="Duration of the feedback.")
 
@@ -98,11 +99,12 @@ class ForcedChoice(IntervalTask[Choice]):
     texts : str
         Prefix of the keys of the task's own texts.
     standard_level : float
-        Amplitude of the surfaces other than the target, µm peak to peak.
+        Amplitude of the non-target surfaces, in µm peak to peak.
     sign : {1, -1}
         Whether the target's level is added to the standard or subtracted.
     seeks : {"most", "least", "odd"}, optional
-        What is asked for; default: the most or the least of the attribute, by the sign.
+        What the question asks for; default: the most or the least of the attribute, depending on
+        the sign.
     """
 
     def __init__(
@@ -128,7 +130,7 @@ class ForcedChoice(IntervalTask[Choice]):
         drawn = context.stream(context.task, "catch").shuffled(range(options.expected_trials))
         self._catch_at = sorted(drawn[: options.catch_trials])  # number of answers before each
         self._missed = 0  # trials without an answer
-        self._again: dict[int, int] = {}  # track -> the trial that its next trial repeats
+        self._again: dict[int, int] = {}  # track -> trial to be repeated by its next trial
         self._practice_left = options.practice
         self._repetitions_left = 0
 
@@ -159,7 +161,7 @@ class ForcedChoice(IntervalTask[Choice]):
         return Choice("main", now.level, now.current, repeats=repeats)
 
     def again(self, numbers: Iterable[int]) -> deque[Repetition[Choice]]:
-        """Schedule repetitions of voided trials; a track's trial gets the track's next level."""
+        """Schedule repetitions of voided trials; an adaptive trial gets its track's next level."""
         numbers = list(numbers)
         self.tracks.take_back(numbers)
         tracks = {number: self._known[number].track for number in numbers}
@@ -223,7 +225,7 @@ class ForcedChoice(IntervalTask[Choice]):
     def end(
         self, trial: Trial, condition: Choice, chosen: Value, *, correct: bool
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a trial's end and pass on its answer; return the trials to be repeated."""
+        """Yield the end of a trial and pass on its answer; return the trials to be repeated."""
         number, now = trial.number, self.tracks.now
         if condition.track is not None and chosen is not None:
             now = now.answered(correct=correct)
@@ -258,7 +260,7 @@ DESIGN: Mapping[str, Column] = {
     "track": Column(
         value=lambda record: record.trial.factors["track"],
         kind="number",
-        description="Track that chose the level, from 1; n/a in practice and catch trials",
+        description="Track that chose the level, numbered from 1; n/a in practice and catch trials",
     ),
     "catch": Column(
         value=lambda record: truth(record.trial.factors["catch"]),

@@ -1,4 +1,4 @@
-"""Options for the duration of exploration, answers and rests, shared by protocols."""
+"""Options for exploration, answer and rest durations, shared by protocols."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class PacedOptions(Options):
-    """Options for all protocols in which surfaces are explored and judged."""
+    """Options for all protocols in which participants explore and judge surfaces."""
 
     exploration_minimum_s: Seconds = Field(
         default=0.0, description="Shortest time for stroking a surface before the question."
@@ -41,7 +41,7 @@ class PacedOptions(Options):
     def explore(
         self, text: str, trial: Trial | None = None, *, interval: int | None = None
     ) -> Explore:
-        """Return the exploration of the current surface."""
+        """Return the exploration step for the current surface."""
         return Explore(
             text=text,
             trial=trial,
@@ -60,6 +60,6 @@ class RestedOptions(PacedOptions):
 
     rest_every_trials: AtLeastOne = Field(
         default=25,
-        description="A rest after every group of this many trials.",
+        description="Number of trials between rests.",
         json_schema_extra={"unit": "trials"},
     )

@@ -1,7 +1,7 @@
-"""The common parts of tasks that present surfaces one by one in random order for rating.
+"""Code shared by tasks in which surfaces are rated one by one in random order.
 
-The order is generated in blocks, practice first. A trial that the operator voids is repeated at
-the end of its block under a new number, and so is a trial that times out if the study requests it.
+The order is generated in blocks, practice first. A trial voided by the operator is repeated under
+a new number at the end of its block, as is a timed-out trial if the study requests it.
 """
 
 from __future__ import annotations
@@ -42,34 +42,34 @@ class RatedOptions(PacedOptions):
 
     repetitions: AtLeastOne = Field(
         default=1,
-        description="Number of ratings of each surface.",
+        description="Number of ratings per surface.",
         json_schema_extra={"unit": "ratings per surface"},
     )
     practice: Count = Field(
         default=1,
         description=(
-            "Number of practice ratings of each surface, before the main trials; recorded, "
-            "not analysed."
+            "Number of practice ratings per surface, before the main trials; recorded but not "
+            "analysed."
         ),
         json_schema_extra={"unit": "ratings per surface"},
     )
     randomisation: Rule = Field(
         default="blocked",
-        description="Order of the surfaces. simple: all trials are shuffled together; "
-        "blocked: each repetition is shuffled separately; williams: rows of a "
-        "Williams square, in which the surfaces' succession is balanced.",
+        description="Order of the surfaces. simple: all trials are shuffled together; blocked: "
+        "each repetition is shuffled separately; williams: rows of a Williams square, "
+        "which balances first-order carry-over.",
     )
     no_immediate_repeat: Switch = Field(
         default=True,
-        description="Whether the same surface never follows itself, including the step from "
-        "the last practice trial to the first main trial.",
+        description="Whether a surface is never presented twice in a row, including between the "
+        "last practice trial and the first main trial.",
     )
     repeat_timed_out: Switch = Field(
-        default=True, description="Whether a timed-out trial is repeated, once."
+        default=True, description="Whether a timed-out trial is repeated once."
     )
     rest_every_trials: AtLeastOne | None = Field(
         default=None,
-        description="A rest after every group of this many trials; default: after each block.",
+        description="Number of trials between rests; default: a rest after each block.",
         json_schema_extra={"unit": "trials"},
     )
 
@@ -87,7 +87,7 @@ Blocks = list[tuple["Phase", list[int]]]
 
 
 def order_blocks(conditions: int, options: RatedOptions, context: Context) -> Blocks:
-    """Return the order of a number of conditions, block by block, practice first."""
+    """Return the order of the conditions, block by block, practice first."""
     main = presentation_order(
         conditions,
         options.repetitions,
@@ -112,7 +112,7 @@ def order_blocks(conditions: int, options: RatedOptions, context: Context) -> Bl
 def surface_blocks(
     surfaces: Sequence[Stimulus], options: RatedOptions, context: Context
 ) -> list[list[Presentation]]:
-    """Return the order of surfaces, block by block, practice first."""
+    """Return the order of the surfaces, block by block, practice first."""
     order = order_blocks(len(surfaces), options, context)
     return [
         [Presentation(number, phase, surfaces[each]) for each in block]
@@ -123,11 +123,11 @@ def surface_blocks(
 def with_catch_trials(
     planned: list[list[Presentation]], catches: Sequence[Presentation], context: Context
 ) -> list[list[Presentation]]:
-    """Return the plan with catch trials at random places, and mark each trial in a column.
+    """Return the plan with catch trials at random positions, and mark each trial in a column.
 
-    A catch trial is not part of the plan and tests the participant's attention. Catch trials can
-    occur anywhere among the main trials, and all choices of places are equally likely. A catch
-    trial belongs to the block in which it occurs.
+    Catch trials test attention and are not part of the plan. They can occur anywhere among the
+    main trials, and all placements are equally likely. A catch trial belongs to the block in which
+    it occurs.
     """
     main = sum(each.phase == "main" for block in planned for each in block)
     stream = context.stream(context.task, "catch")
@@ -178,17 +178,17 @@ class RatedSurfaces(Repeating[Presentation]):
 
     @property
     def rest_due(self) -> bool:
-        """Whether a rest follows the trial that is over."""
+        """Whether a rest follows the completed trial."""
         every = self.order.rest_every_trials
         return every is not None and self.number % every == 0 and self.number < self.total
 
     def between(self) -> Steps:
-        """Yield the rest if it is due."""
+        """Yield a rest if one is due."""
         if self.rest_due:
             yield self.rest()
 
     def steps(self, *, practice: str, main: str) -> Steps:
-        """Yield all blocks, with the texts before practice and before the main trials."""
+        """Yield all blocks, with the texts shown before practice and before the main trials."""
         texts, planned = self.context.texts, self.planned
         if planned[0][0].phase == "practice":
             yield Instruct(text=practice)
@@ -209,7 +209,7 @@ class RatedSurfaces(Repeating[Presentation]):
         repeats: int | None,
         factors: Mapping[str, Value],
     ) -> Trial:
-        """Return a trial with its block and its other columns of the data set."""
+        """Return a trial with its block and its other data set columns."""
         return Trial(
             task=self.context.task,
             number=number,
@@ -255,7 +255,7 @@ class RatedSurfaces(Repeating[Presentation]):
             trial=trial,
             time_limit_s=options.response_time_limit_s,
         )
-        # Silence between surfaces, so that the participant does not feel the change itself.
+        # Silence between surfaces, so that the participant does not feel the transition.
         yield Silence(trial=trial)
         return reply
 
@@ -280,6 +280,8 @@ TEXTURE = {
     "texture": Column(
         value=lambda r: r.surface.name if isinstance(r.surface, Grating) else None,
         kind="label",
-        description="Name of the texture in the study file; n/a for a surface of one {q.name}",
+        description=(
+            "Name of the texture in the study file; n/a for a surface with a single {q.name}"
+        ),
     ),
 }

@@ -1,4 +1,4 @@
-"""The numbered trials of a task; a voided trial is repeated under a new number."""
+"""The numbered trials of a task; voided trials are repeated under new numbers."""
 
 from __future__ import annotations
 
@@ -56,12 +56,12 @@ class Repeating(ABC, Generic[Condition]):
         yield from ()
 
     def block(self, conditions: Iterable[Condition]) -> Steps:
-        """Yield a block's trials, and at its end those to be repeated."""
+        """Yield a block's trials, then the ones to be repeated."""
         rest = iter(conditions)
         yield from self.drawn(lambda: next(rest, None))
 
     def drawn(self, draw: Callable[[], Condition | None]) -> Steps:
-        """Yield a block's trials; call ``draw`` for each one when the trial before it is over.
+        """Yield a block's trials; ``draw`` selects each one after the previous trial is over.
 
         A condition may therefore depend on all earlier answers; None ends the block. ``draw`` is
         called once more if a trial is voided during the screen after the block.
@@ -99,5 +99,5 @@ class Repeating(ABC, Generic[Condition]):
 
 
 def part_over(texts: Texts) -> Instruct:
-    """Return the screen at a task's end; until it closes, the last trial can be repeated."""
+    """Return the screen at the end of a task; until it closes, the last trial can be repeated."""
     return Instruct(title=texts["session.part_over_title"], text=texts["session.part_over"])

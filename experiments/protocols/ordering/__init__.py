@@ -1,1 +1,1 @@
-"""Orders of surfaces: the rules, their designs, and their random numbers."""
+"""Presentation orders of surfaces: rules, designs and random numbers."""

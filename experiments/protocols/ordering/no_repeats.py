@@ -1,8 +1,8 @@
-"""Orders without immediate repetitions, generated uniformly from all possible ones.
+"""Orders without immediate repetitions, drawn uniformly from all possible ones.
 
-An order of several copies of each kind without equal neighbours is known as a Smirnov word. These
-are counted by inclusion and exclusion over blocks of equal items (Flajolet and Sedgewick, Analytic
-Combinatorics, 2009, Example III.24), in exact integers.
+An order of several copies of each kind without equal neighbours is known as a Smirnov word.
+Smirnov words are counted by inclusion-exclusion over blocks of equal items (Flajolet and
+Sedgewick, Analytic Combinatorics, 2009, Example III.24), in exact integers.
 """
 
 from __future__ import annotations
@@ -24,23 +24,25 @@ ALONE = (
     "no_immediate_repeat: a single surface must follow itself; use more surfaces, or "
     "no_immediate_repeat = false"
 )
-# Four hours of trials; generating one order takes a second.
+# Four hours of trials; generating an order of this size takes a second.
 MOST = 1200
 
 
 def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
-    """Return ``each`` copies of 0 ... kinds - 1, uniform over all orders without equal neighbours.
+    """Return ``each`` copies of 0 ... kinds - 1 in a random order without equal neighbours.
 
-    The kinds are inserted one after the other. A kind's copies are cut into groups, which separate
-    equal neighbours and are also inserted elsewhere. The numbers of groups are drawn with the
-    exact number of orders to which each choice leads; the rest are shuffles. Once the counts are
-    known (they are cached), the time is linear in the number of copies.
+    All such orders are equally likely. The kinds are inserted one after the other. A kind's copies
+    are cut into groups, which separate equal neighbours and are also inserted elsewhere. The
+    numbers of groups are drawn with probabilities proportional to the exact number of orders to
+    which each choice leads; the rest are shuffles. Once the counts are cached, the time is linear
+    in the number of copies.
 
     Raises
     ------
     UserError
-        If there is only one kind, which must follow itself; or if there are too many copies to
-        generate an order in a second, because the exact counts have more digits with more copies.
+        If there is only one kind, which would have to follow itself; or if there are too many
+        copies to generate an order in a second, because the exact counts have more digits with
+        more copies.
     """
     if kinds == 1 and each > 1:
         raise UserError(ALONE)
@@ -67,7 +69,7 @@ def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
 
 
 def _some(items: Sequence[int], number: int, stream: Stream) -> list[int]:
-    """Return ``number`` of the items in their order; every choice is equally likely."""
+    """Return ``number`` of the items in their order; all selections are equally likely."""
     marks = stream.shuffled([True] * number + [False] * (len(items) - number))
     return [item for item, mark in zip(items, marks, strict=True) if mark]
 
@@ -79,7 +81,7 @@ def _counts(each: int, kinds: int) -> _Counts:
 
 @dataclass(slots=True)
 class _Counts:
-    """Counts the orders without equal neighbours that extend an order of the first few kinds."""
+    """Counts of orders without equal neighbours that extend an order of the first few kinds."""
 
     each: int
     kinds: int
@@ -100,8 +102,8 @@ class _Counts:
             Number of equal pairs of neighbours in the order.
         """
         if (placed, equal) not in self._known:
-            # Blocks of the other kinds go between the items, in C(items + blocks - equal,
-            # blocks - equal) ways, because every equal pair must get one.
+            # Blocks of the other kinds go between the items, in C(items + blocks - equal, blocks -
+            # equal) ways, because every equal pair must be separated by one.
             signed = self._signed[self.kinds - placed]
             total, ways = 0, 1
             for blocks in range(equal, len(signed)):
@@ -140,7 +142,7 @@ class _Counts:
 
 
 def _ring(centre: tuple[int, int], distance: int) -> list[tuple[int, int]]:
-    """Return the points of a grid at a Chebyshev distance from the centre."""
+    """Return the grid points at a given Chebyshev distance from the centre."""
     span = range(-distance, distance + 1)
     column, row = centre
     return [(column + x, row + y) for x in span for y in span if max(abs(x), abs(y)) == distance]
@@ -149,7 +151,7 @@ def _ring(centre: tuple[int, int], distance: int) -> list[tuple[int, int]]:
 def _signed_blocks(each: int, most: int) -> list[list[int]]:
     """Return the signed numbers of orders of blocks of equal items, for 0 ... ``most`` kinds.
 
-    They are listed by the number of blocks. Each item beyond the first of its block changes the
+    They are indexed by the number of blocks. Each item beyond the first of its block changes the
     sign, so that all orders with equal neighbours cancel by inclusion and exclusion.
     """
     scale = math.factorial(each)

@@ -1,8 +1,9 @@
-"""The order in which surfaces are presented, according to the study's rule.
+"""The presentation order of surfaces, according to the study's rule.
 
-All orders are uniform over those that the rule allows. They are generated with integers only, so
-they are the same on every machine. Any change to them requires a new `ORDER_VERSION`, because a
-run can only be resumed with its original orders (docs/decisions/random-orders.md).
+Orders are drawn uniformly from those that the rule allows. They are generated with integer
+arithmetic only, so they are the same on every machine. Any change to them requires a new
+`ORDER_VERSION`, because a run can only be resumed with its original orders
+(docs/decisions/random-orders.md).
 """
 
 from __future__ import annotations
@@ -46,12 +47,13 @@ def presentation_order(
     stream : Stream
         The run's own random numbers.
     shared : callable
-        Returns, given group and turn (see `Place.within`), the random numbers that all runs of the
-        group share. They generate the design that is divided among these runs, for "williams".
+        Returns, for a group and turn (see `Place.within`), the random numbers that all runs of the
+        group share. They generate the design that these runs divide among themselves, for
+        "williams".
     place : Place
         The run's place in the counterbalancing, for "williams".
     no_immediate_repeat : bool
-        Whether no surface may follow itself, also across blocks.
+        Whether immediate repetitions are forbidden, also across blocks.
 
     Returns
     -------
@@ -101,7 +103,7 @@ def practice_order(
     if following is not None and conditions == 1 and repetitions:
         raise UserError(ALONE)
     blocks: list[list[int]] = []
-    # From the end, so that the practice adapts to the analysed order, not the other way round.
+    # Generated backwards, so that the practice adapts to the analysed order and not vice versa.
     for _ in range(repetitions):
         block = stream.shuffled(range(conditions))
         while following is not None and block[-1] == following:

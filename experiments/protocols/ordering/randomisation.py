@@ -33,7 +33,7 @@ class Stream:
     """
 
     def __init__(self, *key: str | int) -> None:
-        # The separator cannot occur in a key's part, so different keys stay different.
+        # The separator cannot occur in a part of a key, so different keys stay different.
         parts = [str(part).replace("\x1f", "\x1f\x1f") for part in key]
         self._key = "\x1f|".join(parts).encode()
         self._count = 0
@@ -74,7 +74,7 @@ class Stream:
         return NormalDist().inv_cdf(self.uniform())
 
     def shuffled(self, items: Sequence[Item]) -> list[Item]:
-        """Return the items in uniformly random order (Fisher and Yates)."""
+        """Return the items in uniformly random order (Fisher–Yates shuffle)."""
         order = list(items)
         for last in range(len(order) - 1, 0, -1):
             other = self.below(last + 1)
@@ -91,8 +91,8 @@ def with_catch_steps(
 ) -> list[tuple[float, float]]:
     """Return the steps of a descending series as (before, after), with catch steps shuffled in.
 
-    In a catch step nothing changes: before and after are equal. It may be anywhere, including
-    first and last; all choices of places are equally likely.
+    In a catch step nothing changes: before and after are equal. It may occur anywhere, including
+    first and last; all placements are equally likely.
 
     >>> with_catch_steps([2.3, 1.2, 0.5], 0, Stream(1))
     [(2.3, 1.2), (1.2, 0.5)]

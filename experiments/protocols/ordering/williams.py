@@ -1,7 +1,7 @@
-"""Williams designs: orders in which every surface follows every other equally often.
+"""Williams designs: orders in which every surface follows every other surface equally often.
 
-A design is generated for a group of runs that fill whole squares together, and divided among them.
-Labels and the order of the rows are random; the balance is exact.
+A design is generated for a group of runs that together fill whole squares, and is divided among
+them. Labels and the order of the rows are random; the balance is exact.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 def williams_square(size: int) -> list[list[int]]:
     """Return orders of ``size`` conditions balanced for first-order carry-over.
 
-    Every condition follows every other equally often, and occurs in every position equally often.
-    The square has ``size`` rows for an even size, twice as many for an odd one (Williams 1949,
-    doi:10.1071/CH9490149).
+    Every condition follows every other condition equally often, and occurs in every position
+    equally often. The square has ``size`` rows for an even size, twice as many for an odd one
+    (Williams 1949, doi:10.1071/CH9490149).
 
     Returns
     -------
@@ -37,16 +37,16 @@ def williams_square(size: int) -> list[list[int]]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Place:
-    """A run's place in the counterbalancing over participants and visits.
+    """A run's position in the counterbalancing across participants and visits.
 
     Parameters
     ----------
     row : int
-        The participant's place: 0, 1, ...
+        The participant's position: 0, 1, ...
     visit : int
         Index of the run among the participant's runs: 0, 1, ...
     advance : bool
-        Whether each visit takes the next place; otherwise all visits have the participant's place.
+        Whether each visit takes the next position; otherwise all visits have the same one.
     """
 
     row: int
@@ -54,10 +54,10 @@ class Place:
     advance: bool = True
 
     def within(self, size: int) -> tuple[int, int, int]:
-        """Return group, turn and place in a design for ``size`` participants.
+        """Return the group, turn and position in a design for ``size`` participants.
 
-        If visits advance, each participant of the group takes each place once per turn. The next
-        turn has a new random design.
+        If visits advance, each participant in the group takes each position once per turn. The
+        next turn has a new random design.
         """
         group, place = divmod(self.row, size)
         turn, step = divmod(self.visit, size) if self.advance else (self.visit, 0)
@@ -65,7 +65,7 @@ class Place:
 
 
 def williams_group(conditions: int, repetitions: int, *, no_immediate_repeat: bool) -> int:
-    """Return the number of runs that fill whole Williams squares together, with their blocks."""
+    """Return the number of runs whose blocks together fill whole Williams squares."""
     rows = len(williams_square(conditions))
     return rows // math.gcd(rows, _rows_drawn(conditions, repetitions, no_immediate_repeat))
 
