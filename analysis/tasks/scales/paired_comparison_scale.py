@@ -144,9 +144,12 @@ def _likeliest(model: Model, pooled: Array) -> _Fit | NotComputed:
         relative = np.asarray(curve.density(z) / (p * (1 - p)))
         weight = trials * relative * curve.density(z)
         # The information about sum-zero values is a graph's Laplacian; its pseudo-inverse is
-        # their covariance.
+        # their covariance. Equal values are what it does not determine: a cut-off of small
+        # eigenvalues would not recognise them if choices are nearly certain.
         laplacian = np.diag(weight.sum(axis=1)) - weight
-        covariance = np.asarray(np.linalg.pinv(laplacian, hermitian=True), np.float64)
+        equal = np.full_like(laplacian, np.trace(laplacian) / len(laplacian) ** 2)
+        undetermined = 1 / (len(laplacian) ** 2 * equal)
+        covariance = np.asarray(np.linalg.inv(laplacian + equal) - undetermined, np.float64)
         own = np.diagonal(covariance)
         leverage = weight * (own[:, None] + own[None, :] - 2 * covariance)
         prior = leverage * (log_density_slope(z, p) - relative * (1 - 2 * p) / 2)

@@ -56,6 +56,16 @@ def test_every_study_of_few_choices_has_a_scale_without_bias():
     assert abs(ends.mean() - 1.5) < 2 * ends.std(ddof=1) / len(ends) ** 0.5
 
 
+@pytest.mark.parametrize("scale", [bradley_terry, thurstone])
+@pytest.mark.parametrize("answers", [16, 100, 400])
+def test_a_scale_of_choices_that_never_differ_is_centred(scale, answers):
+    """A pseudo-inverse took rounding errors for information about the mean."""
+    values = scale(np.tril(np.full((4, 4), float(answers)), -1)).values
+    assert sum(values) == pytest.approx(0, abs=1e-9)
+    assert values == pytest.approx(-np.array(values[::-1]))
+    assert np.all(np.diff(values) > 0)
+
+
 def test_people_who_all_choose_alike_get_an_interval_with_a_width():
     same = np.broadcast_to([[0, 1, 1], [0, 0, 1], [0, 0, 0]], (5, 3, 3))
     for low, high in bradley_terry(same).intervals:
