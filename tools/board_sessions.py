@@ -76,7 +76,7 @@ def felt(board: EmulatorProcess) -> float:
     """
     state = board.state()
     if state["state"] == "LIST":  # at any point of its swing
-        return round(OF_A_TEXTURE + 10 * float(state["target_um_pp"]), 1)
+        return round(OF_A_TEXTURE + 10 * float(state["target_level"]), 1)
     return round(10 * float(state["amplitude_um_pp"]), 1)
 
 

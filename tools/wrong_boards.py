@@ -82,18 +82,18 @@ class Operator:
         self._twin.amplitude_um_pp(self._line.now())
         self._twin.finger = LOAD if on else NO_FINGER
 
-    def amplitude_um_pp(self) -> float:
+    def level(self) -> float:
         """Return the true amplitude."""
         return self._twin.amplitude_um_pp(self._line.now())
 
-    def swing_um_pp(self, duration_s: float) -> tuple[float, float]:
+    def swing(self, duration_s: float) -> tuple[float, float]:
         """Return the smallest and the largest true amplitude while time passes."""
         seen = []
         for tick in range(math.ceil(duration_s / TICK_S)):
             self._line.sleep(TICK_S)
             if tick % ALIVE_TICKS == 0:
                 self._bench.status()
-            seen.append(self.amplitude_um_pp())
+            seen.append(self.level())
         return min(seen), max(seen)
 
     def volts_peak(self) -> float:
@@ -197,7 +197,7 @@ class FakesSilenceAndReading(FakesSilence):
 
     def status(self, now_s: float) -> BoardStatus:
         status = super().status(now_s)
-        return replace(status, amplitude_um_pp=0.0) if self.faked else status
+        return replace(status, level=0.0) if self.faked else status
 
 
 class DeafToStopInOpen(Variant):
@@ -212,30 +212,30 @@ class DeafToStopInOpen(Variant):
 class FalseHold(Variant):
     """HOLD follows the ramp, whatever the sensor measures."""
 
-    def _settled(self, measured_um_pp: float, *, was_limited: bool) -> str:
-        super()._settled(measured_um_pp, was_limited=was_limited)
+    def _settled(self, measured_level: float, *, was_limited: bool) -> str:
+        super()._settled(measured_level, was_limited=was_limited)
         return "HOLD"
 
 
 class WideHold(Variant):
     """HOLD within 10 %, without any correction inside that band."""
 
-    def _settled(self, measured_um_pp: float, *, was_limited: bool) -> str:
-        if abs(measured_um_pp - self.target_um_pp) <= 0.1 * self.target_um_pp:
+    def _settled(self, measured_level: float, *, was_limited: bool) -> str:
+        if abs(measured_level - self.target_level) <= 0.1 * self.target_level:
             return "HOLD"
-        return super()._settled(measured_um_pp, was_limited=was_limited)
+        return super()._settled(measured_level, was_limited=was_limited)
 
-    def _correct(self, measured_um_pp: float, largest_um_pp: float) -> bool:
-        if abs(measured_um_pp - self.target_um_pp) <= 0.1 * self.target_um_pp:
+    def _correct(self, measured_level: float, largest_level: float) -> bool:
+        if abs(measured_level - self.target_level) <= 0.1 * self.target_level:
             return True
-        return super()._correct(measured_um_pp, largest_um_pp)
+        return super()._correct(measured_level, largest_level)
 
 
 class NoSaturation(Variant):
     """Reports HOLD although the voltage is insufficient."""
 
-    def _settled(self, measured_um_pp: float, *, was_limited: bool) -> str:
-        state = super()._settled(measured_um_pp, was_limited=was_limited)
+    def _settled(self, measured_level: float, *, was_limited: bool) -> str:
+        state = super()._settled(measured_level, was_limited=was_limited)
         return "HOLD" if state == "SAT" or was_limited else state
 
 
@@ -246,10 +246,10 @@ class FrozenReadback(Variant):
 
     def status(self, now_s: float) -> BoardStatus:
         status = super().status(now_s)
-        reading = status.amplitude_um_pp or 0.0
+        reading = status.level or 0.0
         if self._frozen is None and self.state == "HOLD" and reading > 0.1:  # noqa: PLR2004
             self._frozen = reading
-        return replace(status, amplitude_um_pp=self._frozen or reading)
+        return replace(status, level=self._frozen or reading)
 
 
 class EchoedReadback(Variant):
@@ -257,7 +257,7 @@ class EchoedReadback(Variant):
 
     def status(self, now_s: float) -> BoardStatus:
         status = super().status(now_s)
-        return replace(status, amplitude_um_pp=status.target_um_pp)
+        return replace(status, level=status.target_level)
 
 
 class FakedReadback(EchoedReadback):
@@ -265,20 +265,20 @@ class FakedReadback(EchoedReadback):
 
     def __init__(self, twin: Twin, *, boot: int) -> None:
         super().__init__(twin, boot=boot)
-        self._nominal_volts_per_um *= 2
-        self._volts_per_um = self._nominal_volts_per_um
+        self._nominal_volts_per_level *= 2
+        self._volts_per_level = self._nominal_volts_per_level
 
-    def _settled(self, measured_um_pp: float, *, was_limited: bool) -> str:
-        return super()._settled(self.target_um_pp + 0 * measured_um_pp, was_limited=was_limited)
+    def _settled(self, measured_level: float, *, was_limited: bool) -> str:
+        return super()._settled(self.target_level + 0 * measured_level, was_limited=was_limited)
 
-    def _correct(self, measured_um_pp: float, largest_um_pp: float) -> bool:  # noqa: ARG002
+    def _correct(self, measured_level: float, largest_level: float) -> bool:  # noqa: ARG002
         return True
 
     def status(self, now_s: float) -> BoardStatus:
         status = super().status(now_s)
-        um_pp = status.voltage_v / self._nominal_volts_per_um
+        um_pp = status.voltage_v / self._nominal_volts_per_level
         off_hz = abs(status.frequency_hz - self.twin.conditions(now_s).resonance_hz)
-        return replace(status, amplitude_um_pp=um_pp if off_hz < 100 else um_pp / 20)  # noqa: PLR2004
+        return replace(status, level=um_pp if off_hz < 100 else um_pp / 20)  # noqa: PLR2004
 
 
 class StepsInsteadOfRamp(Variant):
@@ -288,7 +288,7 @@ class StepsInsteadOfRamp(Variant):
         self._commanded_s -= firmware.RAMP_S
         super()._ramp(now_s)
         self._commanded_s += firmware.RAMP_S
-        if self.target_um_pp == 0:
+        if self.target_level == 0:
             self.silence(now_s)
 
     def _amplitude(self, arguments: list[str], now_s: float) -> str:
@@ -411,7 +411,7 @@ class NoLimits(Variant):
     """Does not enforce its own limits."""
 
     def _amplitude(self, arguments: list[str], now_s: float) -> str:
-        kept, self.limits = self.limits, replace(self.limits, amplitude_um_pp=1e9)
+        kept, self.limits = self.limits, replace(self.limits, level=1e9)
         try:
             return super()._amplitude(arguments, now_s)
         finally:

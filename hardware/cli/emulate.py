@@ -19,6 +19,8 @@ from slipscale.hardware.emulator.response_faults import EMULATED_ONLY, FAULT_NAM
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
+    from slipscale.hardware.backends.serial_board.protocol import BoardLimits
+
 SHOWN_S = 0.05
 
 
@@ -52,6 +54,13 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="UM_PER_V",
         help="gain of the simulated plate without a finger, µm peak to peak per volt peak "
         "(default: 2.3/15, the paper's)",
+    )
+    parser.add_argument(
+        "--plate",
+        type=Path,
+        metavar="FILE",
+        help="plate file whose unit and largest level the emulated board has, e.g. in V (default: "
+        "2.5 µm peak to peak)",
     )
     parser.add_argument(
         "--noise",
@@ -124,6 +133,7 @@ def run(arguments: Namespace) -> int:
     from slipscale.hardware.signals import EndedBySignal, signals_raise  # noqa: PLC0415
 
     _check_numbers(arguments)
+    limits, unit = _made_by(arguments)
     resonator = Resonator()
     if arguments.gain is not None:
         resonator = replace(resonator, gain_um_pp_per_v=arguments.gain)
@@ -161,6 +171,8 @@ def run(arguments: Namespace) -> int:
             watchdog_ms=arguments.watchdog,
             log=log,
             firmware=firmware,
+            limits=limits,
+            unit=unit,
         )
         try:
             with signals_raise():
@@ -189,6 +201,19 @@ def _serve_generator(make: str) -> int:
     except EndedBySignal:
         pass  # the usual way to end it
     return DONE
+
+
+def _made_by(arguments: Namespace) -> tuple[BoardLimits, str]:
+    """Return the limits and the unit of the emulated board. Raises UserError."""
+    from slipscale.hardware.backends.serial_board.protocol import UNIT, BoardLimits  # noqa: PLC0415
+    from slipscale.hardware.plate_file import read_plate  # noqa: PLC0415
+
+    if arguments.plate is None:
+        return BoardLimits(), UNIT
+    if arguments.firmware:
+        raise UserError("--plate: the reference firmware is in µm peak to peak; omit --firmware")
+    limits = read_plate(arguments.plate).plate_limits()
+    return BoardLimits(level=limits.level, on_time_s=limits.on_time_s), limits.quantity.suffix
 
 
 def _check_numbers(arguments: Namespace) -> None:

@@ -22,6 +22,7 @@ LATEST_S = 0.32  # total waiting time
 ALIVE_S = 0.1  # interval at which a host queries the status
 SETTLING_S = 2.0
 GREETING_S = 3.5
+UNIT = "µm p-p"
 SHOWN = 60  # characters of an unexpected answer
 
 
@@ -53,6 +54,7 @@ class Bench:
         self._buffer = b""
         self._sequence = 0
         self.limits = wire.BoardLimits()
+        self.unit = UNIT  # as in messages
 
     def greet(self) -> None:
         """Wait until a newly connected board answers, and read its limits.
@@ -67,6 +69,9 @@ class Bench:
             if self._clock.now() > end_s:
                 raise Departure("no answer to *IDN?, expected one 2.5 s after the port was opened")
         self.ask("*RST")
+        unit = self.run("UNIT?")
+        if unit.code == wire.OK and unit.value != wire.UNIT:
+            self.unit = unit.value
         try:
             self.limits = wire.parse_limits(self.ask("LIM?"))
         except ValueError as error:
@@ -163,10 +168,10 @@ class Bench:
             (meanwhile or self.status)()
             self._clock.sleep(min(ALIVE_S, max(end_s - self._clock.now(), 0.0)))
 
-    def settle(self, amplitude_um_pp: float) -> wire.BoardStatus:
+    def settle(self, level: float) -> wire.BoardStatus:
         """Command an amplitude; return the first status that reports it as held."""
-        self.ask(f"AMPL {amplitude_um_pp:.4f}")
-        return self.wait_for("HOLD" if amplitude_um_pp else "OFF")
+        self.ask(f"AMPL {level:.4f}")
+        return self.wait_for("HOLD" if level else "OFF")
 
     def wait_for(self, state: str) -> wire.BoardStatus:
         """Return the first status with a state that ends a ramp."""
@@ -180,9 +185,9 @@ class Bench:
         return status
 
     @property
-    def some_um_pp(self) -> float:
-        """Amplitude for checks: 1 µm peak to peak, or half of the board's limit."""
-        return round(min(1.0, 0.5 * self.limits.amplitude_um_pp), 4)
+    def some_level(self) -> float:
+        """Amplitude for checks: 1 µm peak to peak of 2.5, or as much of another limit."""
+        return round(0.4 * self.limits.level, 4)
 
     def lists(self) -> wire.ListLimits:
         """Return the limits of lists; raise NotApplicable if the board does not support lists."""
@@ -198,7 +203,7 @@ class Bench:
         """Check that the plate is still in the state of an earlier status."""
         now = self.status()
         unchanged = replace(
-            now, amplitude_um_pp=status.amplitude_um_pp, temperature_c=status.temperature_c,
+            now, level=status.level, temperature_c=status.temperature_c,
             frequency_hz=status.frequency_hz, voltage_v=status.voltage_v,
         )  # fmt: skip
         if unchanged != status:

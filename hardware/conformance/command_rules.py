@@ -73,7 +73,7 @@ def _board_limits(bench: Bench) -> None:
     limits = bench.limits
     within_hz = 0.5 * (limits.frequency_min_hz + limits.frequency_max_hz)
     for body in (
-        f"AMPL {limits.amplitude_um_pp + 0.01:.4f}",
+        f"AMPL {limits.level + 0.01:.4f}",
         "AMPL -0.0001",
         "AMPL 9999999",
         f"DRIV {limits.frequency_min_hz - 1:.1f},0",

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.conformance.bench import Bench
 
-SEEN, SEEN_UM = 0.1, 0.05  # agreement with a second instrument, which may have its own calibration
+# Agreement with a second instrument, which may have its own calibration: of the amplitude, or of
+# the largest (0.05 µm of 2.5).
+SEEN, SEEN_OF_LARGEST = 0.1, 0.02
 SWING_S = 2.0
 LIMIT_SHARE = 0.95  # of the largest voltage
 STEP_MS = 200.0
@@ -33,10 +35,10 @@ class Assistant(Protocol):
     def load(self, *, on: bool) -> None:
         """Put the load on the plate, or remove it."""
 
-    def amplitude_um_pp(self) -> float:
-        """Return a vibrometer's reading at the plate's antinode, µm peak to peak."""
+    def level(self) -> float:
+        """Return a vibrometer's reading at the plate's antinode, in the board's unit."""
 
-    def swing_um_pp(self, duration_s: float) -> tuple[float, float]:
+    def swing(self, duration_s: float) -> tuple[float, float]:
         """Return the smallest and the largest reading during ``duration_s``."""
 
     def volts_peak(self) -> float:
@@ -54,16 +56,16 @@ class Terminal:
         act = "put the soft load on the plate" if on else "take the load off the plate"
         self._typed(f"{act}, then press Enter: ")
 
-    def amplitude_um_pp(self) -> float:
+    def level(self) -> float:
         """Ask for the vibrometer's reading."""
-        return self._number("the vibrometer's reading in µm peak to peak: ")
+        return self._number(f"the vibrometer's reading in {self._bench.unit}: ")
 
-    def swing_um_pp(self, duration_s: float) -> tuple[float, float]:
+    def swing(self, duration_s: float) -> tuple[float, float]:
         """Ask for the smallest and the largest amplitude of the vibrometer's envelope."""
         watch = f"a texture plays; watch the vibrometer's envelope for {duration_s:g} s"
         return (
-            self._number(f"{watch}. Its smallest amplitude in µm peak to peak: "),
-            self._number("its largest amplitude in µm peak to peak: "),
+            self._number(f"{watch}. Its smallest amplitude in {self._bench.unit}: "),
+            self._number(f"its largest amplitude in {self._bench.unit}: "),
         )
 
     def volts_peak(self) -> float:
@@ -88,56 +90,63 @@ class Terminal:
 
 
 def _amplitude(bench: Bench, assistant: Assistant) -> None:
-    for amplitude_um_pp in (bench.some_um_pp, bench.some_um_pp / 2):
-        bench.settle(amplitude_um_pp)
-        _expect_seen(amplitude_um_pp, assistant.amplitude_um_pp(), "µm p-p", SEEN_UM)
+    for level in (bench.some_level, bench.some_level / 2):
+        bench.settle(level)
+        _expect_level(bench, level, assistant.level())
 
 
 def _volts(bench: Bench, assistant: Assistant) -> None:
-    status = bench.settle(bench.some_um_pp)
+    status = bench.settle(bench.some_level)
     _expect_seen(status.voltage_v, assistant.volts_peak(), "V peak at the plate", 0.1)
 
 
 def _silence(bench: Bench, assistant: Assistant) -> None:
     for body in ("OUTP OFF", "*RST"):
-        bench.settle(bench.some_um_pp)
+        bench.settle(bench.some_level)
         bench.ask(body)
         bench.wait(0.3)
-        _expect_seen(0, assistant.amplitude_um_pp(), f"µm p-p after {body}", SEEN_UM)
+        _expect_level(bench, 0, assistant.level(), f" after {body}")
 
 
 def _loaded(bench: Bench, assistant: Assistant) -> None:
     assistant.load(on=True)
     try:
-        for amplitude_um_pp in (bench.some_um_pp, bench.some_um_pp / 2):
-            bench.settle(amplitude_um_pp)
-            expect_held(bench, amplitude_um_pp)
+        for level in (bench.some_level, bench.some_level / 2):
+            bench.settle(level)
+            expect_held(bench, level)
             bench.settle(0)
-        bench.settle(bench.some_um_pp)
-        _expect_seen(bench.some_um_pp, assistant.amplitude_um_pp(), "µm p-p with the load", SEEN_UM)
+        bench.settle(bench.some_level)
+        _expect_level(bench, bench.some_level, assistant.level(), " with the load")
     finally:
         assistant.load(on=False)
 
 
 def _saturates(bench: Bench, assistant: Assistant) -> None:
     """Check that at the largest amplitude a loaded plate is held or reports SAT."""
-    largest_um_pp = bench.limits.amplitude_um_pp
+    largest_level = bench.limits.level
     assistant.load(on=True)
     try:
-        bench.ask(f"AMPL {largest_um_pp:.4f}")
+        bench.ask(f"AMPL {largest_level:.4f}")
         bench.wait(1.0)
         status = bench.expect_state("HOLD", "SAT")
         if status.state == "HOLD":
-            expect_held(bench, largest_um_pp)
+            expect_held(bench, largest_level)
     finally:
         assistant.load(on=False)
 
 
 def _texture(bench: Bench, assistant: Assistant) -> None:
     play(bench, LIST_SHARES, step_ms=STEP_MS)
-    smallest, largest = assistant.swing_um_pp(SWING_S)
-    _expect_seen(min(LIST_SHARES) * bench.some_um_pp, smallest, "µm p-p at least", 2 * SEEN_UM)
-    _expect_seen(max(LIST_SHARES) * bench.some_um_pp, largest, "µm p-p at most", 2 * SEEN_UM)
+    smallest, largest = assistant.swing(SWING_S)
+    _expect_level(bench, min(LIST_SHARES) * bench.some_level, smallest, " at least", factor=2)
+    _expect_level(bench, max(LIST_SHARES) * bench.some_level, largest, " at most", factor=2)
+
+
+def _expect_level(
+    bench: Bench, due: float, seen: float, when: str = "", *, factor: float = 1
+) -> None:
+    noise = factor * SEEN_OF_LARGEST * bench.limits.level
+    _expect_seen(due, seen, f"{bench.unit}{when}", noise)
 
 
 def _expect_seen(due: float, seen: float, what: str, noise: float) -> None:

@@ -149,14 +149,14 @@ def _stop_is_not_answered(bench: Bench) -> None:
 
 
 def _stop_silences(bench: Bench) -> None:
-    bench.settle(bench.some_um_pp)
+    bench.settle(bench.some_level)
     bench.send(wire.STOP)
     bench.expect_state("OFF")
 
 
 def _stop_inside_a_frame(bench: Bench) -> None:
-    bench.settle(bench.some_um_pp)
-    frame = bench.frame(f"AMPL {bench.some_um_pp / 2:.4f}")
+    bench.settle(bench.some_level)
+    frame = bench.frame(f"AMPL {bench.some_level / 2:.4f}")
     for place in range(1, len(frame)):
         bench.send(frame[:place] + wire.STOP + frame[place:])
     bench.expect_state("OFF")
@@ -170,7 +170,7 @@ def _frame_after_stop(bench: Bench) -> None:
 
 
 def _repetition_after_stop(bench: Bench) -> None:
-    frame = bench.frame(f"AMPL {bench.some_um_pp:.4f}")
+    frame = bench.frame(f"AMPL {bench.some_level:.4f}")
     _expect_same(bench, frame, wire.STOP)
     bench.expect_state("OFF")
 

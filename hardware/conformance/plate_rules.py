@@ -20,26 +20,27 @@ LIST_PERIODS_S = 0.5
 
 
 def _settles(bench: Bench) -> None:
-    for amplitude_um_pp in (bench.some_um_pp, bench.some_um_pp / 2):
-        status = bench.settle(amplitude_um_pp)
-        if abs(status.target_um_pp - amplitude_um_pp) > 1e-4:  # noqa: PLR2004 - its last decimal
-            differs(f"TARGET {amplitude_um_pp:g}", f"{status.target_um_pp:g}")
-        if status.amplitude_um_pp is not None:
-            _expect_near(amplitude_um_pp, status.amplitude_um_pp)
+    for level in (bench.some_level, bench.some_level / 2):
+        status = bench.settle(level)
+        if abs(status.target_level - level) > 1e-4:  # noqa: PLR2004 - its last decimal
+            differs(f"TARGET {level:g}", f"{status.target_level:g}")
+        if status.level is not None:
+            _expect_near(bench, level, status.level)
     bench.wait(0.3)
     bench.expect_state("HOLD")
 
 
-def _expect_near(due_um_pp: float, measured_um_pp: float) -> None:
-    limits = PlateLimits()
-    allowed_um = max(limits.tolerance * due_um_pp, limits.deviation_level)
-    if abs(measured_um_pp - due_um_pp) > allowed_um:
-        differs(f"{due_um_pp:g} µm p-p within {allowed_um:g} µm", f"{measured_um_pp:g}")
+def _expect_near(bench: Bench, due_level: float, measured_level: float) -> None:
+    shipped = PlateLimits()
+    least = shipped.deviation_level / shipped.level * bench.limits.level
+    allowed = max(shipped.tolerance * due_level, least)
+    if abs(measured_level - due_level) > allowed:
+        differs(f"{due_level:g} {bench.unit} within {allowed:g}", f"{measured_level:g}")
 
 
 def _begins_with_a_ramp(bench: Bench) -> None:
     bench.ask("OUTP OFF")
-    bench.ask(f"AMPL {bench.some_um_pp:.4f}")
+    bench.ask(f"AMPL {bench.some_level:.4f}")
     bench.expect_state("RAMP")
     bench.wait_for("HOLD")
     bench.ask("AMPL 0")
@@ -47,7 +48,7 @@ def _begins_with_a_ramp(bench: Bench) -> None:
 
 
 def _refused_changes_nothing(bench: Bench) -> None:
-    status = bench.settle(bench.some_um_pp)
+    status = bench.settle(bench.some_level)
     for body in ("AMPL 9999999", "AMPL nan", "AMPL", "FOO", "OUTP ON", "DRIV 1,1"):
         if bench.run(body).code == wire.OK:
             differs(f"'{body}' to be refused", "code 0")
@@ -55,9 +56,9 @@ def _refused_changes_nothing(bench: Bench) -> None:
 
 
 def _zero_ends_off(bench: Bench) -> None:
-    bench.settle(bench.some_um_pp)
+    bench.settle(bench.some_level)
     status = bench.settle(0)
-    if status.target_um_pp or status.voltage_v:
+    if status.target_level or status.voltage_v:
         differs("TARGET 0 and VOLTAGE 0 when it is off", wire.format_status(status))
     bench.ask("AMPL 0")
     bench.expect_state("OFF")
@@ -65,13 +66,13 @@ def _zero_ends_off(bench: Bench) -> None:
 
 def _off_at_once(bench: Bench) -> None:
     for body in ("OUTP OFF", "OUTP 0", "*RST"):
-        bench.settle(bench.some_um_pp)
+        bench.settle(bench.some_level)
         bench.ask(body)
         bench.expect_state("OFF")
 
 
 def _watchdog(bench: Bench) -> None:
-    bench.settle(bench.some_um_pp)
+    bench.settle(bench.some_level)
     bench.wait(
         bench.limits.watchdog_ms / 1000 + WATCHDOG_LATE_S,
         lambda: bench.answers_to(b"*IDN?\nnoise\n>7 STAT?*0000\n"),
@@ -81,7 +82,7 @@ def _watchdog(bench: Bench) -> None:
 
 
 def _watchdog_and_repetitions(bench: Bench) -> None:
-    bench.settle(bench.some_um_pp)
+    bench.settle(bench.some_level)
     frame = bench.frame("LIM?")
     bench.wait(1.5 * bench.limits.watchdog_ms / 1000, lambda: bench.reply_to(frame))
     bench.expect_state("HOLD")
@@ -93,23 +94,23 @@ def _watchdog_clears(bench: Bench) -> None:
         bench.ask(body)
         bench.expect_state(state)
     _watchdog(bench)
-    bench.settle(bench.some_um_pp)
+    bench.settle(bench.some_level)
 
 
 def _open_loop(bench: Bench) -> None:
-    frequency_hz = bench.settle(bench.some_um_pp).frequency_hz
+    frequency_hz = bench.settle(bench.some_level).frequency_hz
     voltage_v = OPEN_LOOP_SHARE * bench.limits.voltage_v
     bench.ask(f"DRIV {frequency_hz:.1f},{voltage_v:.3f}")
     status = bench.expect_state("OPEN")
     if (
         abs(status.frequency_hz - frequency_hz) > 1
         or abs(status.voltage_v - voltage_v) > 0.01 * voltage_v
-        or status.target_um_pp
+        or status.target_level
     ):
         differs(
             f"TARGET 0, {frequency_hz:.1f} Hz and {voltage_v:.3f} V", wire.format_status(status)
         )
-    bench.settle(bench.some_um_pp)
+    bench.settle(bench.some_level)
     bench.ask(f"DRIV {frequency_hz:.1f},{voltage_v:.3f}")
     bench.settle(0)
 
@@ -146,7 +147,7 @@ def _list_is_filled(bench: Bench) -> None:
 def _list_waits_for_hold(bench: Bench) -> None:
     play = _list_command(bench)
     bench.expect_code(play, wire.SETTINGS_CONFLICT)
-    bench.ask(f"AMPL {bench.some_um_pp:.4f}")
+    bench.ask(f"AMPL {bench.some_level:.4f}")
     bench.expect_code(play, wire.SETTINGS_CONFLICT)
     bench.wait_for("HOLD")
     count, times = play.split(" ")[1].split(",", 1)
@@ -157,7 +158,7 @@ def _list_waits_for_hold(bench: Bench) -> None:
 def _list_times(bench: Bench) -> None:
     lists = bench.lists()
     step_ms, edge_ms = 10 * lists.step_ms, lists.edge_ms
-    bench.settle(bench.some_um_pp)
+    bench.settle(bench.some_level)
     for body in (
         f"LIST:PLAY 1,{step_ms:.3f},{edge_ms:.3f}",
         f"LIST:PLAY 2,{lists.step_ms - 0.01:.3f},{edge_ms:.3f}",
@@ -171,25 +172,25 @@ def _list_times(bench: Bench) -> None:
 
 def _list_plays(bench: Bench) -> None:
     play = _list_command(bench)
-    bench.settle(bench.some_um_pp)
+    bench.settle(bench.some_level)
     bench.ask(play)
     status = bench.expect_state("LIST")
-    if abs(status.target_um_pp - bench.some_um_pp) > 1e-4:  # noqa: PLR2004 - its last decimal
-        differs(f"as TARGET the list's mean, {bench.some_um_pp:g}", f"{status.target_um_pp:g}")
+    if abs(status.target_level - bench.some_level) > 1e-4:  # noqa: PLR2004 - its last decimal
+        differs(f"as TARGET the list's mean, {bench.some_level:g}", f"{status.target_level:g}")
     bench.expect_code("LIST:AMPL 1,0.1", wire.SETTINGS_CONFLICT)
     bench.expect_code(play, wire.SETTINGS_CONFLICT)
     bench.wait(LIST_PERIODS_S)
     status = bench.expect_state("LIST")
-    if status.amplitude_um_pp is not None:
-        _expect_near(bench.some_um_pp, status.amplitude_um_pp)
-    bench.settle(bench.some_um_pp)
+    if status.level is not None:
+        _expect_near(bench, bench.some_level, status.level)
+    bench.settle(bench.some_level)
     bench.ask(play)
     bench.settle(0)
 
 
 def _stop_ends_a_list(bench: Bench) -> None:
     play = _list_command(bench)
-    bench.settle(bench.some_um_pp)
+    bench.settle(bench.some_level)
     bench.ask(play)
     bench.send(wire.STOP)
     bench.expect_state("OFF")
@@ -200,7 +201,7 @@ def _list_command(bench: Bench) -> str:
     """Fill a list around the test amplitude; return the command that plays it."""
     lists = bench.lists()
     bench.ask("*RST")
-    bench.ask(f"LIST:AMPL 1,{1.2 * bench.some_um_pp:.4f},{0.8 * bench.some_um_pp:.4f}")
+    bench.ask(f"LIST:AMPL 1,{1.2 * bench.some_level:.4f},{0.8 * bench.some_level:.4f}")
     return f"LIST:PLAY 2,{max(5 * lists.step_ms, lists.edge_ms):.3f},{lists.edge_ms:.3f}"
 
 

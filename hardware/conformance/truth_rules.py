@@ -20,13 +20,12 @@ if TYPE_CHECKING:
 
 READINGS = 12
 RANG_DOWN_S = 0.25  # 7 time constants of a plate with Q = 3,400 at 30.5 kHz
-SILENT_SHARE = 0.05  # of the commanded amplitude, or 0.05 µm: allowed sensor noise
-SILENT_UM = 0.05
+# Allowed sensor noise: of the commanded amplitude, or of the largest (0.05 µm of 2.5).
+SILENT_SHARE, SILENT_OF_LARGEST = 0.05, 0.02
 AGREES = 0.1  # relative tolerance of two drives that should give the same amplitude
-BAND, BAND_UM = (
-    0.025,
-    0.025,
-)  # of the mean of many readings in HOLD, as in docs/reference/board-protocol.md
+# Of the mean of many readings in HOLD, as in docs/reference/board-protocol.md: of the commanded
+# amplitude, or of the largest.
+BAND, BAND_OF_LARGEST = 0.025, 0.01
 RAMP_SHARE = 0.8  # of the settled voltage; it is lower at the start of a ramp
 STEP_MS = 200.0
 PROBES_S = (0.1, 0.3, 0.5, 0.7)  # the middles of a list's points
@@ -35,9 +34,9 @@ PROBE_AGREES = 0.25
 LONG_LATE_S = 2.0
 
 
-def mean_amplitude_um_pp(bench: Bench) -> float:
+def mean_level(bench: Bench) -> float:
     """Return the mean of several readings; raise NotApplicable without a sensor."""
-    readings = [bench.status().amplitude_um_pp for _ in range(READINGS)]
+    readings = [bench.status().level for _ in range(READINGS)]
     known = [each for each in readings if each is not None]
     if len(known) < len(readings):
         raise NotApplicable("the board has no vibration sensor")
@@ -50,29 +49,29 @@ def expect_silent(bench: Bench, after: str) -> None:
     status = bench.status()
     if status.voltage_v:
         differs(f"VOLTAGE 0 after {after}", f"{status.voltage_v:g}")
-    if status.amplitude_um_pp is None:
+    if status.level is None:
         return
-    left_um_pp = mean_amplitude_um_pp(bench)
-    if left_um_pp > max(SILENT_SHARE * bench.some_um_pp, SILENT_UM):
-        differs(f"a plate at rest after {after}", f"{left_um_pp:.3f} µm p-p")
+    left_level = mean_level(bench)
+    if left_level > max(SILENT_SHARE * bench.some_level, SILENT_OF_LARGEST * bench.limits.level):
+        differs(f"a plate at rest after {after}", f"{left_level:.3f} {bench.unit}")
 
 
-def expect_held(bench: Bench, amplitude_um_pp: float) -> None:
+def expect_held(bench: Bench, level: float) -> None:
     """Check that the mean of many readings in HOLD is within the settling band."""
-    mean_um_pp = mean_amplitude_um_pp(bench)
-    if abs(mean_um_pp - amplitude_um_pp) > max(BAND * amplitude_um_pp, BAND_UM):
-        differs(f"a mean of {amplitude_um_pp:g} µm p-p in HOLD, within 2.5 %", f"{mean_um_pp:.3f}")
+    held_level = mean_level(bench)
+    if abs(held_level - level) > max(BAND * level, BAND_OF_LARGEST * bench.limits.level):
+        differs(f"a mean of {level:g} {bench.unit} in HOLD, within 2.5 %", f"{held_level:.3f}")
 
 
 def _hold_is_true(bench: Bench) -> None:
-    for amplitude_um_pp in (bench.some_um_pp, bench.some_um_pp / 2):
-        bench.settle(amplitude_um_pp)
-        expect_held(bench, amplitude_um_pp)
+    for level in (bench.some_level, bench.some_level / 2):
+        bench.settle(level)
+        expect_held(bench, level)
 
 
 def _off_is_silent(bench: Bench) -> None:
     for body in ("OUTP OFF", "*RST", "AMPL 0"):
-        bench.settle(bench.some_um_pp)
+        bench.settle(bench.some_level)
         if body == "AMPL 0":
             bench.settle(0)
         else:
@@ -81,7 +80,7 @@ def _off_is_silent(bench: Bench) -> None:
 
 
 def _stop_is_silent(bench: Bench) -> None:
-    bench.settle(bench.some_um_pp)
+    bench.settle(bench.some_level)
     bench.send(wire.STOP)
     expect_silent(bench, "!")
 
@@ -94,7 +93,7 @@ def _stop_ends_open_loop(bench: Bench) -> None:
 
 
 def _watchdog_is_silent(bench: Bench) -> None:
-    bench.settle(bench.some_um_pp)
+    bench.settle(bench.some_level)
     _unheard(bench)
     expect_silent(bench, "the watchdog")
 
@@ -113,14 +112,14 @@ def _watchdog_in_a_list(bench: Bench) -> None:
 
 def _watchdog_on_a_ramp(bench: Bench) -> None:
     """Stop sending directly after AMPL: the ramp must end, and then the watchdog must act."""
-    bench.ask(f"AMPL {bench.some_um_pp:.4f}")
+    bench.ask(f"AMPL {bench.some_level:.4f}")
     _unheard(bench)
 
 
 def _ramps(bench: Bench) -> None:
-    settled_v = bench.settle(bench.some_um_pp).voltage_v
+    settled_v = bench.settle(bench.some_level).voltage_v
     bench.settle(0)
-    bench.ask(f"AMPL {bench.some_um_pp:.4f}")
+    bench.ask(f"AMPL {bench.some_level:.4f}")
     rising_v = bench.status().voltage_v
     if rising_v > RAMP_SHARE * settled_v:
         differs(
@@ -135,29 +134,33 @@ def _ramps(bench: Bench) -> None:
 
 
 def _open_loop_is_true(bench: Bench) -> None:
-    held = bench.settle(bench.some_um_pp)
+    held = bench.settle(bench.some_level)
     _drive(bench, held.frequency_hz, held.voltage_v)
-    same_um_pp = mean_amplitude_um_pp(bench)
-    if abs(same_um_pp - bench.some_um_pp) > max(AGREES * bench.some_um_pp, SILENT_UM):
+    same_level = mean_level(bench)
+    if abs(same_level - bench.some_level) > max(
+        AGREES * bench.some_level, SILENT_OF_LARGEST * bench.limits.level
+    ):
         differs(
-            f"{bench.some_um_pp:g} µm p-p with the frequency and voltage at which it was held",
-            f"{same_um_pp:.3f}",
+            f"{bench.some_level:g} {bench.unit} with the frequency and voltage of the held plate",
+            f"{same_level:.3f}",
         )
     _drive(bench, held.frequency_hz, held.voltage_v / 2)
-    half_um_pp = mean_amplitude_um_pp(bench)
-    if abs(half_um_pp - same_um_pp / 2) > max(AGREES * same_um_pp, SILENT_UM):
-        differs(f"{same_um_pp / 2:.3f} µm p-p with half of the voltage", f"{half_um_pp:.3f}")
+    half_level = mean_level(bench)
+    if abs(half_level - same_level / 2) > max(
+        AGREES * same_level, SILENT_OF_LARGEST * bench.limits.level
+    ):
+        differs(f"{same_level / 2:.3f} {bench.unit} with half of the voltage", f"{half_level:.3f}")
     away_hz = bench.limits.frequency_max_hz
     _drive(bench, away_hz, held.voltage_v / 2)
-    away_um_pp = mean_amplitude_um_pp(bench)
-    if away_um_pp > half_um_pp / 2:
-        differs(f"less than half as much at {away_hz:g} Hz", f"{away_um_pp:.3f}")
+    away_level = mean_level(bench)
+    if away_level > half_level / 2:
+        differs(f"less than half as much at {away_hz:g} Hz", f"{away_level:.3f}")
 
 
 def _list_reaches_its_largest(bench: Bench) -> None:
     """Check each point at its position in a list that is longer than one command can hold."""
     for shares in ([1.6, *[0.4] * 2, 1.6], [*[0.6] * 12, *[1.8] * 6]):
-        held = bench.settle(bench.some_um_pp)
+        held = bench.settle(bench.some_level)
         play(bench, shares)
         bench.wait(4 * len(shares) * bench.lists().step_ms * 5 / 1000)
         due_v = held.voltage_v * max(shares)
@@ -169,11 +172,11 @@ def _list_reaches_its_largest(bench: Bench) -> None:
 def _list_keeps_time(bench: Bench) -> None:
     """End a list in the middle of each point: the ramp must begin at the amplitude due then."""
     for share, probe_s in zip(LIST_SHARES, PROBES_S, strict=True):
-        held = bench.settle(bench.some_um_pp)
-        due_um_pp = share * bench.some_um_pp
+        held = bench.settle(bench.some_level)
+        due_level = share * bench.some_level
         play(bench, LIST_SHARES, step_ms=STEP_MS)
         bench.wait(probe_s)
-        bench.ask(f"AMPL {due_um_pp:.4f}")
+        bench.ask(f"AMPL {due_level:.4f}")
         got_v, due_v = bench.status().voltage_v, held.voltage_v * share
         if abs(got_v - due_v) > PROBE_AGREES * held.voltage_v:
             differs(f"{due_v:.3f} V {probe_s * 1000:.0f} ms after LIST:PLAY", f"{got_v:.3f} V")
@@ -184,7 +187,7 @@ def _on_time(bench: Bench) -> None:
         raise NotApplicable(
             f"it takes {bench.limits.on_time_s:g} s: slipscale plate conform SPEC --long"
         )
-    bench.settle(bench.some_um_pp)
+    bench.settle(bench.some_level)
     bench.wait(bench.limits.on_time_s + LONG_LATE_S)
     bench.expect_state("LONG")
     expect_silent(bench, "the longest on-time")
@@ -202,7 +205,7 @@ def _drive(bench: Bench, frequency_hz: float, voltage_v: float) -> None:
 
 
 def _open_loop(bench: Bench) -> None:
-    held = bench.settle(bench.some_um_pp)
+    held = bench.settle(bench.some_level)
     _drive(bench, held.frequency_hz, held.voltage_v)
     bench.expect_state("OPEN")
 
@@ -212,10 +215,10 @@ def play(
 ) -> None:
     """Settle at a list's mean and play it; ``shares`` are fractions of the test amplitude."""
     lists = bench.lists()
-    mean_um_pp = bench.some_um_pp * sum(shares) / len(shares)
-    points = [f"{share * bench.some_um_pp:.4f}" for share in shares]
+    mean_level = bench.some_level * sum(shares) / len(shares)
+    points = [f"{share * bench.some_level:.4f}" for share in shares]
     bench.ask("*RST")
-    bench.settle(round(mean_um_pp, 4))
+    bench.settle(round(mean_level, 4))
     for first in range(0, len(points), wire.POINTS_A_LINE):
         words = ",".join(points[first : first + wire.POINTS_A_LINE])
         bench.ask(f"LIST:AMPL {first + 1},{words}")

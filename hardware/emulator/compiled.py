@@ -163,7 +163,7 @@ class CompiledBoard:
         return state.decode("ascii")
 
     @property
-    def target_um_pp(self) -> float:
+    def target_level(self) -> float:
         """Commanded amplitude; the mean, for a list."""
         return round(float(self._code.board_target_um_pp(self._board)), 6)  # 32-bit float
 
@@ -192,7 +192,7 @@ class CompiledBoard:
         self._now_s = now_s
         self._code.board_silence(self._board)
 
-    def commanded_um_pp(self, now_s: float) -> float:  # noqa: ARG002 - the board's own time
+    def commanded_level(self, now_s: float) -> float:  # noqa: ARG002 - the board's own time
         """Return the amplitude that is due now."""
         return float(self._code.board_due_um_pp(self._board))
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import replace
 from statistics import fmean
 from typing import TYPE_CHECKING
 
@@ -37,9 +38,10 @@ LARGEST_CORRECTION = 0.05  # of the voltage per step, to avoid a click
 # Largest correction factor of the calibrated volts per µm. A finger that reduces Q from 60 to 50
 # requires 1.2. Without a limit, a dead sensor would drive the plate to the voltage limit.
 GAIN_BAND = 1.5
-# Settled: `MEANS_SETTLED` consecutive means within the band, a fraction of the target or µm p-p.
+# Settled: `MEANS_SETTLED` consecutive means within the band, a fraction of the target or
+# of the largest level.
 BAND = 0.025
-BAND_UM = 0.025
+BAND_OF_LARGEST = 0.01  # 0.025 µm p-p
 MEANS_SETTLED = 2
 ROUNDING_S = 1e-9  # tolerance of time differences
 HOTTEST_C = 60.0
@@ -63,6 +65,8 @@ class Board:
         The value of ``*IDN?``.
     lists : bool
         Whether its firmware supports lists of amplitudes.
+    unit : str
+        The value of ``UNIT?``: the unit of amplitudes, as in the names of data columns.
     """
 
     def __init__(
@@ -73,11 +77,16 @@ class Board:
         limits: BoardLimits | None = None,
         identity: str = IDENTITY,
         lists: bool = True,
+        unit: str = wire.UNIT,
     ) -> None:
         self.twin = twin
         self.boot = f"{boot & 0xFFFF_FFFF:08X}"
         self.limits = limits or BoardLimits()
         self.identity = identity
+        self.unit = unit
+        # In another unit, the twin provides only the dynamics, as in the mock backend.
+        same = unit == wire.UNIT
+        self.um_pp_per_level = 1.0 if same else BoardLimits().level / self.limits.level
         self.lists = ListLimits()
         self._commands = (
             COMMANDS
@@ -89,20 +98,22 @@ class Board:
         self.state = "OFF"
         self.busy = False
         self.hot = False
-        self.target_um_pp = 0.0
-        self.points_um_pp: list[float] = []
+        self.target_level = 0.0
+        self.points: list[float] = []
         self.played: Loop | None = None
-        self._from_um_pp = 0.0
-        self._now_um_pp = 0.0  # amplitude on the ramp now
+        self._from_level = 0.0
+        self._now_level = 0.0  # amplitude on the ramp now
         self._frequency_hz: float | None = None  # None follows the resonance
         self._heard_s = 0.0
         self._commanded_s = 0.0
         self._arrived = False  # the ramp's end has reached the plate
-        self._nominal_volts_per_um = 1 / twin.resonator.gain_um_pp_per_v  # as calibrated
-        self._volts_per_um = self._nominal_volts_per_um  # for the current load
+        self._nominal_volts_per_level = (
+            self.um_pp_per_level / twin.resonator.gain_um_pp_per_v  # as calibrated
+        )
+        self._volts_per_level = self._nominal_volts_per_level  # for the current load
         self._limited = False  # the voltage is at its limit
         self._corrected_s = 0.0
-        self._readings_um_pp: list[float] = []  # since the last correction
+        self._readings: list[float] = []  # since the last correction
         self._means_inside = 0
         self._periods = 0  # of the list that is played
         self._buffer = b""
@@ -149,14 +160,18 @@ class Board:
     def silence(self, now_s: float, state: str = "OFF") -> None:
         """Switch the output off."""
         self.twin.set_drive(OFF, now_s)
-        self.state, self.target_um_pp, self._now_um_pp, self.played = state, 0.0, 0.0, None
-        self._volts_per_um, self._limited = self._nominal_volts_per_um, False
+        self.state, self.target_level, self._now_level, self.played = state, 0.0, 0.0, None
+        self._volts_per_level, self._limited = self._nominal_volts_per_level, False
 
-    def commanded_um_pp(self, now_s: float) -> float:
+    def commanded_level(self, now_s: float) -> float:
         """Return the amplitude that is due now."""
         if self.played:
             return self.played.at_level(now_s - self._commanded_s)
-        return self._now_um_pp
+        return self._now_level
+
+    def _measured(self, now_s: float) -> float:
+        """Return the vibration sensor's reading as a level."""
+        return self.twin.measure_um_pp(now_s) / self.um_pp_per_level
 
     def temperature_c(self, now_s: float) -> float:
         """Return the board's sensor reading."""
@@ -167,8 +182,8 @@ class Board:
         frequency_hz = self._frequency_hz or self.twin.conditions(now_s).resonance_hz
         return BoardStatus(
             state=self.state,
-            target_um_pp=self.target_um_pp,
-            amplitude_um_pp=self.twin.measure_um_pp(now_s),
+            target_level=self.target_level,
+            level=self._measured(now_s),
             frequency_hz=frequency_hz,
             voltage_v=self.twin.voltage_v(now_s),
             temperature_c=self.temperature_c(now_s),
@@ -209,7 +224,7 @@ class Board:
     def _reset(self, _: list[str], now_s: float) -> str:
         self.silence(now_s)
         self._errors.clear()
-        self.points_um_pp.clear()
+        self.points.clear()
         return ""
 
     def _error(self, _: list[str], __: float) -> str:
@@ -217,13 +232,13 @@ class Board:
         return f'{code},"{wire.MEANINGS[code]}"'
 
     def _amplitude(self, arguments: list[str], now_s: float) -> str:
-        amplitude_um_pp = parse.within(arguments[0], 0, self.limits.amplitude_um_pp)
+        level = parse.within(arguments[0], 0, self.limits.level)
         self._require_cool(now_s)
-        self._from_um_pp = self._now_um_pp = self.commanded_um_pp(now_s)
-        self.target_um_pp, self.played = amplitude_um_pp, None
+        self._from_level = self._now_level = self.commanded_level(now_s)
+        self.target_level, self.played = level, None
         self._frequency_hz, self._commanded_s, self._arrived = None, now_s, False
         self._means_inside = 0
-        if amplitude_um_pp == self._from_um_pp == 0:
+        if level == self._from_level == 0:
             self.silence(now_s)
         else:
             self.state = "RAMP"
@@ -234,7 +249,7 @@ class Board:
         frequency_hz = parse.within(arguments[0], limits.frequency_min_hz, limits.frequency_max_hz)
         voltage_v = parse.within(arguments[1], 0, limits.voltage_v)
         self._require_cool(now_s)
-        self.state, self.target_um_pp, self._now_um_pp, self.played = "OPEN", 0.0, 0.0, None
+        self.state, self.target_level, self._now_level, self.played = "OPEN", 0.0, 0.0, None
         self._frequency_hz, self._commanded_s = frequency_hz, now_s
         self.twin.set_drive(Drive(frequency_hz=frequency_hz, voltage_v=voltage_v), now_s)
         return ""
@@ -247,13 +262,13 @@ class Board:
 
     def _list_amplitudes(self, arguments: list[str], _: float) -> str:
         first, *texts = arguments
-        kept = parse.whole(first, 1, len(self.points_um_pp) + 1) - 1
-        points_um_pp = [parse.within(text, 0, self.limits.amplitude_um_pp) for text in texts]
-        if kept + len(points_um_pp) > self.lists.points:
+        kept = parse.whole(first, 1, len(self.points) + 1) - 1
+        points = [parse.within(text, 0, self.limits.level) for text in texts]
+        if kept + len(points) > self.lists.points:
             raise Refusal(wire.OUT_OF_RANGE)
         if self.played:
             raise Refusal(wire.SETTINGS_CONFLICT)
-        self.points_um_pp[kept:] = points_um_pp
+        self.points[kept:] = points
         return ""
 
     def _list_play(self, arguments: list[str], now_s: float) -> str:
@@ -261,15 +276,15 @@ class Board:
         step_ms = parse.within(arguments[1], self.lists.step_ms, 1000 * self.limits.on_time_s)
         edge_ms = parse.within(arguments[2], self.lists.edge_ms, step_ms)
         self._require_cool(now_s)
-        if self.state != "HOLD" or count != len(self.points_um_pp):
+        if self.state != "HOLD" or count != len(self.points):
             raise Refusal(wire.SETTINGS_CONFLICT)
         self.played = Loop(
-            levels=tuple(self.points_um_pp),
+            levels=tuple(self.points),
             step_s=step_ms / 1000,
             edge_s=edge_ms / 1000,
-            mean_level=self.target_um_pp,
+            mean_level=self.target_level,
         )
-        self.state, self.target_um_pp = "LIST", fmean(self.points_um_pp)
+        self.state, self.target_level = "LIST", fmean(self.points)
         self._commanded_s, self._periods = now_s, 0
         self._apply(now_s)
         return ""
@@ -282,39 +297,39 @@ class Board:
     def _ramp(self, now_s: float) -> None:
         """Advance the ramp; later times count from when its end actually reached the plate."""
         part = min((now_s - self._commanded_s + ROUNDING_S) / RAMP_S, 1)
-        self._now_um_pp = along_edge(self._from_um_pp, self.target_um_pp, part)
+        self._now_level = along_edge(self._from_level, self.target_level, part)
         self._apply(now_s)
         self._arrived = part == 1
         self._begin_mean(now_s)
 
     def _begin_mean(self, now_s: float) -> None:
         self._corrected_s = now_s
-        self._readings_um_pp.clear()
+        self._readings.clear()
 
     def _hold(self, now_s: float) -> None:
         """Correct the voltage by the mean of the readings since the last correction took effect."""
         elapsed_s = now_s - self._corrected_s + ROUNDING_S
-        if self.target_um_pp == 0:
+        if self.target_level == 0:
             if elapsed_s >= RAMP_DOWN_S:
                 self.silence(now_s)
             return
         if elapsed_s <= FOLLOW_S + 2 * ROUNDING_S:
             return
-        self._readings_um_pp.append(self.twin.measure_um_pp(now_s))
+        self._readings.append(self._measured(now_s))
         if elapsed_s < CORRECT_S:
             return
-        measured_um_pp, was_limited = fmean(self._readings_um_pp), self._limited
-        self._limited = not self._correct(measured_um_pp, self.target_um_pp)
+        measured_level, was_limited = fmean(self._readings), self._limited
+        self._limited = not self._correct(measured_level, self.target_level)
         self._apply(now_s)
         self._begin_mean(now_s)
-        self.state = self._settled(measured_um_pp, was_limited=was_limited)
+        self.state = self._settled(measured_level, was_limited=was_limited)
 
-    def _settled(self, measured_um_pp: float, *, was_limited: bool) -> str:
+    def _settled(self, measured_level: float, *, was_limited: bool) -> str:
         """Return the state for a mean: HOLD after several means within the band, SAT or RAMP."""
-        short_by_um = self.target_um_pp - measured_um_pp
-        if abs(short_by_um) > max(BAND * self.target_um_pp, BAND_UM):
+        short_by = self.target_level - measured_level
+        if abs(short_by) > max(BAND * self.target_level, BAND_OF_LARGEST * self.limits.level):
             self._means_inside = 0
-            return "SAT" if was_limited and short_by_um > 0 else "RAMP"
+            return "SAT" if was_limited and short_by > 0 else "RAMP"
         self._means_inside += 1
         return "HOLD" if self._means_inside >= MEANS_SETTLED else "RAMP"
 
@@ -322,28 +337,34 @@ class Board:
         """Correct the voltage by the mean of each complete period except the first."""
         periods = int((now_s - self._commanded_s + ROUNDING_S) / played.period_s)
         if periods > max(self._periods, 1):
-            largest_um_pp = max(played.levels)
-            enough = self._correct(self.twin.measure_um_pp(now_s), largest_um_pp)
+            largest_level = max(played.levels)
+            enough = self._correct(self._measured(now_s), largest_level)
             self.state = "LIST" if enough else "SAT"
             self._apply(now_s)
         self._periods = periods
 
-    def _correct(self, measured_um_pp: float, largest_um_pp: float) -> bool:
+    def _correct(self, measured_level: float, largest_level: float) -> bool:
         """Correct the voltage; return whether it suffices for the largest amplitude due."""
-        if largest_um_pp <= 0:
+        if largest_level <= 0:
             return True
-        factor = self.target_um_pp / measured_um_pp if measured_um_pp > 0 else math.inf
+        factor = self.target_level / measured_level if measured_level > 0 else math.inf
         factor = min(max(factor, 1 - LARGEST_CORRECTION), 1 + LARGEST_CORRECTION)
-        nominal = self._nominal_volts_per_um
-        most = min(self.twin.voltage_limit_v / largest_um_pp, GAIN_BAND * nominal)
-        self._volts_per_um = min(max(self._volts_per_um * factor, nominal / GAIN_BAND), most)
-        return self._volts_per_um < most
+        nominal = self._nominal_volts_per_level
+        most = min(self.twin.voltage_limit_v / largest_level, GAIN_BAND * nominal)
+        self._volts_per_level = min(max(self._volts_per_level * factor, nominal / GAIN_BAND), most)
+        return self._volts_per_level < most
 
     def _apply(self, now_s: float) -> None:
+        scale, played = self.um_pp_per_level, self.played
         drive = Drive(
-            target_um_pp=self.target_um_pp if self.played else self._now_um_pp,
-            volts_per_um=self._volts_per_um,
-            played=self.played,
+            target_um_pp=scale * (self.target_level if played else self._now_level),
+            volts_per_um=self._volts_per_level / scale,
+            played=played
+            and replace(
+                played,
+                levels=tuple(scale * each for each in played.levels),
+                mean_level=scale * played.mean_level,
+            ),
             since_s=self._commanded_s if self.played else None,
         )
         self.twin.set_drive(drive, now_s)
@@ -354,6 +375,7 @@ COMMANDS: dict[str, tuple[int, int, Callable[[Board, list[str], float], str]]] =
     "*IDN?": (0, 0, lambda board, _, __: board.identity),
     "*RST": (0, 0, Board._reset),  # noqa: SLF001 - the table belongs to the class
     "SYST:ERR?": (0, 0, Board._error),  # noqa: SLF001
+    "UNIT?": (0, 0, lambda board, _, __: board.unit),
     "LIM?": (0, 0, lambda board, _, __: wire.format_limits(board.limits)),
     "AMPL": (1, 1, Board._amplitude),  # noqa: SLF001
     "DRIV": (2, 2, Board._open_loop),  # noqa: SLF001

@@ -58,7 +58,7 @@ class EmulatedBoard(Protocol):
         """State that ``STAT?`` would report."""
 
     @property
-    def target_um_pp(self) -> float:
+    def target_level(self) -> float:
         """Commanded amplitude; the mean, for a list."""
 
     @property
@@ -74,7 +74,7 @@ class EmulatedBoard(Protocol):
     def silence(self, now_s: float) -> None:
         """Switch the output off."""
 
-    def commanded_um_pp(self, now_s: float) -> float:
+    def commanded_level(self, now_s: float) -> float:
         """Return the amplitude that is due now."""
 
 
@@ -101,6 +101,10 @@ class Emulator:
     firmware : callable
         Creates a board that runs the compiled firmware, see
         `slipscale.hardware.emulator.compiled`; default: the emulated board.
+    limits : BoardLimits
+        Of the emulated board; ``watchdog_ms`` replaces their watchdog time.
+    unit : str
+        The emulated board's unit.
     """
 
     def __init__(
@@ -114,6 +118,8 @@ class Emulator:
         watchdog_ms: float = DEFAULT_LIMITS.watchdog_ms,
         log: TextIO | None = None,
         firmware: Callable[[Twin, int, float], EmulatedBoard] | None = None,
+        limits: wire.BoardLimits = DEFAULT_LIMITS,
+        unit: str = wire.UNIT,
     ) -> None:
         orders = list(injections)
         self._run_faults = {each.fault for each in orders} & set(RUN_FAULTS)
@@ -122,19 +128,20 @@ class Emulator:
         self._twin = twin or Twin()
         self._back_s = back_s
         self._dtr = dtr
-        self._limits = replace(DEFAULT_LIMITS, watchdog_ms=watchdog_ms)
+        self._limits = replace(limits, watchdog_ms=watchdog_ms)
+        self._unit = unit
         self._firmware = firmware
         self.board: EmulatedBoard
         self._boots = 0
         self._line = b""
         self._previous = b""
         self._outbox: deque[tuple[float, bytes | BoardAction]] = deque()
-        self._presented_um_pp: list[float] = []
+        self._presented: list[float] = []
         self._list: list[float] = []
         self._played: list[list[float]] = []
         self._log = log
         self._logged_ms = round(clock.now() * 1000)
-        self._note("time_s,state,commanded_um_pp,amplitude_um_pp")
+        self._note("time_s,state,commanded_level,amplitude_um_pp")
         self._back_at_s: float | None
         self._nmea_at_s = 0.0
         self._folder = tempfile.TemporaryDirectory(prefix="slipscale-plate-")
@@ -146,19 +153,19 @@ class Emulator:
     def state(self) -> dict[str, Any]:
         """Return the board's state and the plate's, as reported on the control channel.
 
-        ``amplitude_um_pp`` is the twin's true amplitude. ``presented_um_pp`` lists the amplitudes
+        ``amplitude_um_pp`` is the twin's true amplitude. ``presented_levels`` lists the amplitudes
         commanded so far and ``played`` the lists; repeated commands are listed once.
         """
         now_s = self._now()
         self.board.tick(now_s)
         return {
             "state": self.board.state,
-            "target_um_pp": self.board.target_um_pp,
+            "target_level": self.board.target_level,
             "amplitude_um_pp": self._twin.amplitude_um_pp(now_s),
             "vibrates": self.board.vibrates,
             "boots": self._boots,
             "plugged": self._master is not None,
-            "presented_um_pp": self._presented_um_pp,
+            "presented_levels": self._presented,
             "played": self._played,
         }
 
@@ -234,7 +241,12 @@ class Emulator:
             self.board = self._firmware(self._twin, self._boots, self._limits.watchdog_ms)
         else:
             self.board = Board(
-                self._twin, boot=self._boots, identity=identity, lists=not old, limits=self._limits
+                self._twin,
+                boot=self._boots,
+                identity=identity,
+                lists=not old,
+                limits=self._limits,
+                unit=self._unit,
             )
 
     def _plug(self) -> None:
@@ -298,10 +310,10 @@ class Emulator:
         """Record what was commanded, from the words of an accepted command."""
         header, _, arguments = body.partition(" ")
         if header == "AMPL":
-            self._presented_um_pp.append(float(arguments))
+            self._presented.append(float(arguments))
         elif header == "LIST:AMPL":
-            first, *points_um_pp = map(float, arguments.split(","))
-            self._list[int(first) - 1 :] = points_um_pp
+            first, *points = map(float, arguments.split(","))
+            self._list[int(first) - 1 :] = points
         elif header == "LIST:PLAY":
             self._played.append(list(self._list))
 
@@ -311,9 +323,9 @@ class Emulator:
         while self._log and self._logged_ms + 1 <= now_s * 1000:
             self._logged_ms += 1
             at_s = self._logged_ms / 1000
-            commanded_um_pp = self.board.commanded_um_pp(at_s)
+            commanded = self.board.commanded_level(at_s)
             amplitude_um_pp = self._twin.amplitude_um_pp(at_s)
-            self._note(f"{at_s:.3f},{self.board.state},{commanded_um_pp:.4f},{amplitude_um_pp:.4f}")
+            self._note(f"{at_s:.3f},{self.board.state},{commanded:.4f},{amplitude_um_pp:.4f}")
         return now_s
 
     def _note(self, line: str) -> None:

@@ -63,9 +63,9 @@ LONGEST_SETTLING_S = 2.0
 # Delay from `follow` to the plate: the board's 25 ms ramp, restarted at each command, and the line.
 # Measured; see the table in docs/how-to/finger.md.
 FOLLOW_LAG_S = 0.017
-# Practically zero. At 0 the board would open its output stage; below its sensor's noise it would
-# correct its voltage according to noise.
-FOLLOWED_UM_PP = 0.05
+# Practically zero, as a fraction of the largest level. At 0 the board would open its output stage;
+# below its sensor's noise it would correct its voltage according to noise.
+FOLLOWED_SHARE = 0.02
 OPEN_LOOP_SETTLING_S = 0.05  # five time constants of a plate with Q = 1000
 
 OPTIONS: dict[str, Callable[[str], Any]] = {
@@ -126,6 +126,7 @@ class SerialBoard(PlateDriver):
         identity = _identity(link.greet(), self.port)
         self._learn_lists(link, identity.firmware)
         link.ask("*RST")
+        self._check_unit(link)
         self._narrow_limits(_parsed(wire.parse_limits, link.ask("LIM?")))
         self._attend()
         self._stop_heart.clear()
@@ -142,48 +143,46 @@ class SerialBoard(PlateDriver):
         heart.start()
         return heart
 
-    def _drive(self, amplitude_um_pp: float) -> Presentation:
+    def _drive(self, level: float) -> Presentation:
         link = self._attend()
         begun_s = self._machine.now()
         self._active = None
-        link.ask(f"AMPL {amplitude_um_pp:.4f}")
+        link.ask(f"AMPL {level:.4f}")
         status = self._status(link)
-        while status.state == "RAMP" or self._rings(amplitude_um_pp, status):
+        while status.state == "RAMP" or self._rings(level, status):
             if self._machine.now() - begun_s > LONGEST_SETTLING_S:
                 raise PlateTimeout(f"the plate did not settle within {LONGEST_SETTLING_S:g} s")
             self._machine.sleep(POLL_S)
             status = self._status(self._attend())
-        if amplitude_um_pp > 0:
-            active = watch.ActivePresentation(
-                amplitude_um_pp, predicted_v=self._predicted_v(amplitude_um_pp)
-            )
+        if level > 0:
+            active = watch.ActivePresentation(level, predicted_v=self._predicted_v(level))
             watch.check_status(status, active, self.limits, port=self.port)
             self._active = active
         elif status.state in wire.VIBRATING:
             raise ProtocolViolation(f"{self.port}: the board reports {status.state} after AMPL 0")
         return Presentation(
-            commanded_level=amplitude_um_pp,
+            commanded_level=level,
             readback=self._readback(status),
             settled_by="readback",
             settle_time_s=self._machine.now() - begun_s,
         )
 
-    def _predicted_v(self, amplitude_um_pp: float) -> float | None:
+    def _predicted_v(self, level: float) -> float | None:
         """Return the voltage that the calibration predicts; None without a calibration."""
-        return self.calibration.voltage_v_peak(amplitude_um_pp) if self.calibration else None
+        return self.calibration.voltage_v_peak(level) if self.calibration else None
 
-    def _rings(self, amplitude_um_pp: float, status: wire.BoardStatus) -> bool:
+    def _rings(self, level: float, status: wire.BoardStatus) -> bool:
         """Return whether a plate that should be silent is still ringing down."""
-        return amplitude_um_pp == 0 and (status.amplitude_um_pp or 0) > self.limits.deviation_level
+        return level == 0 and (status.level or 0) > self.limits.deviation_level
 
     def _play(self, loop: Loop) -> None:
         link = self._attend()
         self._active = None
         for command in wire.list_commands(loop):
             link.ask(command)
-        mean_um_pp = fmean(loop.levels)
+        mean_level = fmean(loop.levels)
         plain = watch.ActivePresentation(
-            mean_um_pp, predicted_v=self._predicted_v(max(loop.levels))
+            mean_level, predicted_v=self._predicted_v(max(loop.levels))
         )
         self._active = replace(
             plain,
@@ -191,11 +190,11 @@ class SerialBoard(PlateDriver):
             resettling_s=max(plain.resettling_s, watch.CORRECTED_PERIODS * loop.period_s),
         )
 
-    def _follow(self, amplitude_um_pp: float) -> None:
+    def _follow(self, level: float) -> None:
         link = self._attend()
         if self._active is None or self._active.state != watch.FOLLOWS:
-            self._active = watch.ActivePresentation(amplitude_um_pp, watch.FOLLOWS)
-        link.ask(f"AMPL {max(amplitude_um_pp, FOLLOWED_UM_PP):.4f}")
+            self._active = watch.ActivePresentation(level, watch.FOLLOWS)
+        link.ask(f"AMPL {max(level, FOLLOWED_SHARE * self.limits.level):.4f}")
 
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
         link = self._attend()
@@ -209,10 +208,10 @@ class SerialBoard(PlateDriver):
         begun_s, active = self._machine.now(), self._active
         status = self._status(self._attend())
         while active is not None and active.state == status.state == "LIST":
-            mean_um_pp, measured_um_pp = active.amplitude_um_pp, status.amplitude_um_pp
-            if measured_um_pp is None or self._machine.now() - begun_s > active.resettling_s:
+            mean_level, measured_level = active.level, status.level
+            if measured_level is None or self._machine.now() - begun_s > active.resettling_s:
                 break
-            if abs(measured_um_pp - mean_um_pp) <= self.limits.allowed_level(mean_um_pp):
+            if abs(measured_level - mean_level) <= self.limits.allowed_level(mean_level):
                 break
             self._machine.sleep(HEARTBEAT_S)
             status = self._status(self._attend())
@@ -273,12 +272,25 @@ class SerialBoard(PlateDriver):
 
     def _readback(self, status: wire.BoardStatus) -> Readback:
         return Readback(
-            level=status.amplitude_um_pp,
-            kind="none" if status.amplitude_um_pp is None else "measured",
+            level=status.level,
+            kind="none" if status.level is None else "measured",
             time_s=self.clock.now(),
             voltage_v_peak=status.voltage_v,
             temperature_c=status.temperature_c,
         )
+
+    def _check_unit(self, link: BoardLink) -> None:
+        """Raise `WrongDevice` if the board's amplitudes are not in the plate's unit."""
+        quantity = self.limits.quantity
+        try:
+            unit = link.ask("UNIT?")
+        except NotKnown:
+            unit = wire.UNIT
+        if unit != quantity.suffix:
+            raise WrongDevice(
+                f"{self.port}: the board's amplitudes are in {unit}, but {quantity.suffix} "
+                f"({quantity.unit_in_full}) was expected; a plate file states another unit"
+            )
 
     def _learn_lists(self, link: BoardLink, firmware: str) -> None:
         """Query how fast the board plays a list, and how long a list may be."""
@@ -318,7 +330,7 @@ class SerialBoard(PlateDriver):
             )
         self.limits = replace(
             ours,
-            level=min(ours.level, board.amplitude_um_pp),
+            level=min(ours.level, board.level),
             voltage_v=min(ours.voltage_v, board.voltage_v),
             frequency_min_hz=max(ours.frequency_min_hz, board.frequency_min_hz),
             frequency_max_hz=min(ours.frequency_max_hz, board.frequency_max_hz),

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from slipscale.stimuli.modulation import Loop
 
 PROTOCOL: Final = "slipscale-plate-1"  # the model field of *IDN?
+UNIT: Final = "um_pp"  # of amplitudes, on boards that do not answer UNIT?
 STOP: Final = b"!"  # single byte, valid anywhere: silence immediately
 LONGEST_LINE: Final = 96  # bytes without the line feed
 LAST_SEQUENCE: Final = 65_535
@@ -64,12 +65,13 @@ class BoardStatus:
     ``state``: OFF, RAMP (ramping, or not settled), HOLD (settled), LIST (plays a list; target and
     amplitude are means over its period, the voltage is the largest), SAT (the voltage is
     insufficient), OPEN (open loop); or the reason for silence: WDOG, HOT, LONG.
-    ``amplitude_um_pp`` and ``temperature_c`` are None if the board has no sensor for them.
+    ``level`` and ``temperature_c`` are None if the board has no sensor for them. Levels are in
+    the board's unit, see ``UNIT?``.
     """
 
     state: str
-    target_um_pp: float
-    amplitude_um_pp: float | None
+    target_level: float
+    level: float | None
     frequency_hz: float
     voltage_v: float
     temperature_c: float | None
@@ -79,7 +81,7 @@ class BoardStatus:
 class BoardLimits:
     """The answer to ``LIM?``: the board's own limits and its watchdog time."""
 
-    amplitude_um_pp: float = 2.5
+    level: float = 2.5
     voltage_v: float = 16.5
     frequency_min_hz: float = 25_000.0
     frequency_max_hz: float = 40_000.0
@@ -147,10 +149,10 @@ def _checked(pattern: re.Pattern[bytes], line: bytes, start: bytes) -> re.Match[
 
 def format_status(status: BoardStatus) -> str:
     """Return the value of a ``STAT?`` reply."""
-    amplitude = "" if status.amplitude_um_pp is None else f"{status.amplitude_um_pp:.4f}"
+    amplitude = "" if status.level is None else f"{status.level:.4f}"
     temperature = "" if status.temperature_c is None else f"{status.temperature_c:.1f}"
     return (
-        f"{status.state},{status.target_um_pp:.4f},{amplitude},"
+        f"{status.state},{status.target_level:.4f},{amplitude},"
         f"{status.frequency_hz:.1f},{status.voltage_v:.3f},{temperature}"
     )
 
@@ -160,8 +162,8 @@ def parse_status(value: str) -> BoardStatus:
     state, target, amplitude, frequency, voltage, temperature = value.split(",")
     return BoardStatus(
         state=state,
-        target_um_pp=_finite(target),
-        amplitude_um_pp=_finite(amplitude) if amplitude else None,
+        target_level=_finite(target),
+        level=_finite(amplitude) if amplitude else None,
         frequency_hz=_finite(frequency),
         voltage_v=_finite(voltage),
         temperature_c=_finite(temperature) if temperature else None,
@@ -171,7 +173,7 @@ def parse_status(value: str) -> BoardStatus:
 def format_limits(limits: BoardLimits) -> str:
     """Return the value of a ``LIM?`` reply."""
     return (
-        f"{limits.amplitude_um_pp:.4f},{limits.voltage_v:.3f},{limits.frequency_min_hz:.1f},"
+        f"{limits.level:.4f},{limits.voltage_v:.3f},{limits.frequency_min_hz:.1f},"
         f"{limits.frequency_max_hz:.1f},{limits.watchdog_ms:.0f},{limits.on_time_s:.0f}"
     )
 
@@ -188,7 +190,7 @@ def parse_limits(value: str) -> BoardLimits:
     """
     amplitude, voltage, lowest, highest, watchdog, on_time = map(_finite, value.split(","))
     shortest_ms, longest_ms = WATCHDOG_MS
-    _require(amplitude > 0, f"largest amplitude {amplitude:g} µm p-p, expected more than 0")
+    _require(amplitude > 0, f"largest amplitude {amplitude:g}, expected more than 0")
     _require(voltage > 0, f"largest voltage {voltage:g} V, expected more than 0")
     _require(
         0 < lowest < highest,
@@ -200,7 +202,7 @@ def parse_limits(value: str) -> BoardLimits:
     )
     _require(on_time >= 1, f"longest on-time {on_time:g} s, expected 1 or more")
     return BoardLimits(
-        amplitude_um_pp=amplitude,
+        level=amplitude,
         voltage_v=voltage,
         frequency_min_hz=lowest,
         frequency_max_hz=highest,

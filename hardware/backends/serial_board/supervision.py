@@ -17,6 +17,7 @@ from slipscale.hardware.errors import (
 if TYPE_CHECKING:
     from slipscale.hardware.backends.serial_board.protocol import BoardStatus
     from slipscale.hardware.limits import PlateLimits
+    from slipscale.stimuli.quantity import Quantity
 
 # Reasons why a board that should vibrate does not.
 SILENCED: dict[str, tuple[type[PlateFault], str]] = {
@@ -42,16 +43,15 @@ FOLLOWS = "FOLLOWS"
 class ActivePresentation:
     """The presentation that the heartbeat checks. A new object is made for each one."""
 
-    amplitude_um_pp: float  # mean, for a texture
+    level: float  # mean, for a texture
     state: str = "HOLD"
     resettling_s: float = 0.3  # the board corrects its voltage when a finger comes or goes
     predicted_v: float | None = None  # by the calibration; for a texture's largest amplitude
 
-    @property
-    def what(self) -> str:
-        """Description of the commanded amplitude."""
+    def what(self, quantity: Quantity) -> str:
+        """Return a description of the commanded level."""
         mean = "a texture of mean " if self.state == "LIST" else ""
-        return f"{mean}{self.amplitude_um_pp:g} µm p-p"
+        return mean + quantity.short(self.level)
 
 
 def check_status(
@@ -61,21 +61,20 @@ def check_status(
     if status.state in SILENCED:
         fault, why = SILENCED[status.state]
         raise fault(f"{port}: {why}")
-    measured_um_pp = status.amplitude_um_pp
+    measured_level, what = status.level, active.what(limits.quantity)
     if status.state == "SAT":
-        reached = "less" if measured_um_pp is None else f"{measured_um_pp:.3f} µm p-p"
-        raise NotReached(
-            f"{active.what} was commanded, but {status.voltage_v:.1f} V reach only {reached}"
-        )
+        unit = limits.quantity.unit_in_short
+        reached = "less" if measured_level is None else f"{measured_level:.3f} {unit}"
+        raise NotReached(f"{what} was commanded, but {status.voltage_v:.1f} V reach only {reached}")
     if active.state == FOLLOWS:
         return
     if status.state == "RAMP":
-        raise NotReached(f"{active.what} was commanded, but the plate does not settle there")
+        raise NotReached(f"{what} was commanded, but the plate does not settle there")
     if status.state != active.state:
         raise PlateRefused(f"{port}: the board reports {status.state}, not {active.state}")
-    if measured_um_pp is not None:
-        limits.check_reached(active.amplitude_um_pp, measured_um_pp)
+    if measured_level is not None:
+        limits.check_reached(active.level, measured_level)
     if active.predicted_v is not None:
         limits.check_predicted(
-            active.amplitude_um_pp, reported_v=status.voltage_v, predicted_v=active.predicted_v
+            active.level, reported_v=status.voltage_v, predicted_v=active.predicted_v
         )

@@ -48,6 +48,12 @@ int Board::tell_limits(const Call& call) {
   return kOk;
 }
 
+// The unit of amplitudes: this board measures vibration.
+int Board::tell_unit(const Call& call) {
+  strcpy(call.value, "um_pp");
+  return kOk;
+}
+
 int Board::tell_list_limits(const Call& call) {
   char* end = call.value + sprintf(call.value, "%u,", static_cast<unsigned>(AmplitudeList::kPoints));
   end = append_fixed(end, settings_.limits.list_step_ms, 3);

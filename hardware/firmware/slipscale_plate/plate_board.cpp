@@ -28,6 +28,7 @@ const Board::Command Board::kCommands[] = {
     {"*RST", 0, 0, &Board::reset},
     {"SYST:ERR?", 0, 0, &Board::tell_error},
     {"LIM?", 0, 0, &Board::tell_limits},
+    {"UNIT?", 0, 0, &Board::tell_unit},
     {"AMPL", 1, 1, &Board::set_amplitude},
     {"DRIV", 2, 2, &Board::set_open_loop},
     {"OUTP", 1, 1, &Board::set_output},

@@ -94,6 +94,7 @@ class Board {
   int reset(const Call& call);
   int tell_error(const Call& call);
   int tell_limits(const Call& call);
+  int tell_unit(const Call& call);
   int tell_list_limits(const Call& call);
   int tell_status(const Call& call);
   int set_amplitude(const Call& call);

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from datetime import date
 from pathlib import Path
 
 import pandas as pd
@@ -16,6 +17,7 @@ import pytest
 from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.study.file import study_text
+from slipscale.hardware.plate_file import sign
 
 pytestmark = [
     pytest.mark.clock,
@@ -258,6 +260,24 @@ practice = 0
 repetitions = 4
 scale_top = "none"
 """
+ELECTRO = """
+[identity]
+name = "electro"
+[wiring]
+backend = "serial"
+[quantity]
+name = "voltage"
+unit = "V"
+convention = "peak"
+[limits]
+voltage_v_peak = 130.0
+tolerance_v_peak = 2.5
+"""
+KILLED_IN_VOLTS = KILLED.replace("amplitudes_um_pp = [0.0, 1.2]", "voltages_v_peak = [0.0, 60.0]")
+KILLED_IN_VOLTS = KILLED_IN_VOLTS.replace(
+    "[[about_you]]",
+    '[quantity]\nname = "voltage"\nunit = "V"\nconvention = "peak"\n[[about_you]]',
+)
 # Where the session is killed, one place after the other, and what is pressed before that.
 MOMENTS = {
     "between trials": ("estimate", ("1", "2", "comma", "5", "KP_Enter"), "done"),
@@ -291,10 +311,17 @@ def unfelt(records):
     "SLIPSCALE_WINDOW_KILLS" not in os.environ,
     reason="minutes; set SLIPSCALE_WINDOW_KILLS=1 (above, one kill while a number is typed)",
 )
-def test_a_window_that_is_killed_anywhere_loses_no_answer(start, tmp_path):
+@pytest.mark.parametrize("in_volts", [False, True])
+def test_a_window_that_is_killed_anywhere_loses_no_answer(in_volts, start, emulate, tmp_path):
     moments = list(MOMENTS.values())
-    (tmp_path / "killed.toml").write_text(KILLED)
-    words = ("run", "killed.toml", "--participant", "01", "--windowed", "--out", ".")
+    (tmp_path / "killed.toml").write_text(KILLED_IN_VOLTS if in_volts else KILLED)
+    words = ["run", "killed.toml", "--participant", "01", "--windowed", "--out", "."]
+    if in_volts:
+        plate = tmp_path / "electro.toml"
+        plate.write_text(ELECTRO)
+        sign(plate, beyond_by="A. Name", today=date(2026, 1, 1))
+        board = emulate("--plate", str(plate))
+        words += ["--plate", f"serial:{board.port},plate={plate}"]
     hand = Hand(start(*words, folder=tmp_path), tmp_path)
     while step := hand.step():
         left = [each for each in moments if each[0] in (step["type"], step.get("name"))]
@@ -323,3 +350,6 @@ def test_a_window_that_is_killed_anywhere_loses_no_answer(start, tmp_path):
     rows = table_of(tmp_path, "magnitudeestimation")
     assert list(rows["trial"]) == list(range(1, 9))
     assert list(rows["estimate"]) == [12.5] * 8
+    if in_volts:
+        pairs = zip(rows["voltage_v_peak"], rows["voltage_readback_v_peak"], strict=True)
+        assert all(abs(made - asked) <= 2.5 for asked, made in pairs)

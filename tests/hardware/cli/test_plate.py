@@ -91,7 +91,7 @@ def test_faults_on_order_can_be_forgotten(emulate):
     board.no_faults()
     with open_plate(f"serial:{board.port}", clock=SystemClock()) as plate:
         plate.present(VirtualSurface(level=1.0))
-    assert board.state()["presented_um_pp"] == [1.0]
+    assert board.state()["presented_levels"] == [1.0]
 
 
 def test_a_board_comes_back_when_told(emulate):

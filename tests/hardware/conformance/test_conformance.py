@@ -11,6 +11,7 @@ import pytest
 
 from slipscale import commands
 from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.backends.serial_board.protocol import BoardLimits
 from slipscale.hardware.backends.serial_board.serial_line import SerialLine
 from slipscale.hardware.clock import SystemClock, VirtualClock
 from slipscale.hardware.conformance.bench import Bench, Departure
@@ -51,6 +52,12 @@ PLATES = {
 @pytest.mark.parametrize("plate", PLATES)
 def test_the_emulated_board_conforms(plate):
     assert departures(Board(Twin(**PLATES[plate]), boot=1)) == {}
+
+
+@pytest.mark.parametrize("unit, largest", [("v_peak", 130.0), ("m_s2_rms", 17.0)])
+def test_a_board_in_another_unit_conforms(unit, largest):
+    limits = BoardLimits(level=largest)
+    assert departures(Board(Twin(), boot=1, unit=unit, limits=limits)) == {}
 
 
 @pytest.mark.parametrize("plate", PLATES)
@@ -222,7 +229,7 @@ def test_the_guided_part_asks_at_the_terminal_and_keeps_the_board_alive(emulate,
             bench.greet()
             bench.settle(1.0)
             threading.Thread(target=slowly, args=(keyboard,)).start()
-            assert Terminal(bench).amplitude_um_pp() == 1.02
+            assert Terminal(bench).level() == 1.02
         bench.expect_state("HOLD")
     finally:
         line.close()

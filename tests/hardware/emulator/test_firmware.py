@@ -60,11 +60,11 @@ def test_an_amplitude_is_ramped_settled_and_held(bench):
     assert bench.ask("AMPL 2.3").code == 0
     assert bench.status().state == "RAMP"
     bench.wait(0.01)
-    assert 0.1 < bench.status().amplitude_um_pp < 2
+    assert 0.1 < bench.status().level < 2
     bench.wait(0.05)
     status = bench.status()
     assert status.state == "HOLD"
-    assert status.amplitude_um_pp == pytest.approx(2.3, abs=0.03)
+    assert status.level == pytest.approx(2.3, abs=0.03)
     assert status.voltage_v == pytest.approx(15, abs=0.1)
 
 
@@ -75,7 +75,7 @@ def test_a_board_that_was_kept_from_its_ramp_does_not_take_it_for_done(bench):
     bench.wait(0.02)
     status = bench.status()
     assert status.state == "HOLD"
-    assert status.amplitude_um_pp == pytest.approx(2.3, abs=0.03)
+    assert status.level == pytest.approx(2.3, abs=0.03)
 
 
 def test_zero_amplitude_ramps_down_and_is_output_off(bench):
@@ -148,7 +148,7 @@ def test_under_a_finger_hold_is_told_when_the_amplitude_is_there_and_not_before(
         told.append(bench.status())
     assert told[-1].state == "HOLD"
     assert 0.07 < bench.now_s < 0.1
-    assert told[-1].amplitude_um_pp == pytest.approx(1.2, rel=0.025)
+    assert told[-1].level == pytest.approx(1.2, rel=0.025)
     assert told[-1].voltage_v == pytest.approx(1.2 * 18 / 2.3, rel=0.025)
 
 
@@ -162,9 +162,9 @@ def test_a_finger_that_lands_is_told_until_the_voltage_has_followed(bench):
     bench.twin.finger = NO_FINGER
     bench.wait(0.02)
     assert bench.status().state == "RAMP"
-    assert bench.status().amplitude_um_pp > 1.25
+    assert bench.status().level > 1.25
     bench.wait(0.08)
-    assert bench.status().amplitude_um_pp == pytest.approx(1.2, abs=0.03)
+    assert bench.status().level == pytest.approx(1.2, abs=0.03)
 
 
 def test_a_repeated_command_runs_once_and_gets_the_same_answer(bench):
@@ -195,7 +195,7 @@ def test_commands_outside_the_boards_limits_are_refused_and_change_nothing(bench
     assert bench.ask("AMPL").code == wire.MISSING_PARAMETER
     assert bench.ask("VOLT 3").code == wire.UNDEFINED_HEADER
     status = bench.status()
-    assert (status.state, status.target_um_pp) == ("HOLD", 1.2)
+    assert (status.state, status.target_level) == ("HOLD", 1.2)
 
 
 def test_errors_queue_up_and_are_read_oldest_first(bench):
@@ -228,7 +228,7 @@ def test_a_plate_whose_voltage_does_not_suffice_says_so():
     bench.present(2.3)
     status = bench.status()
     assert status.state == "SAT"
-    assert status.amplitude_um_pp == pytest.approx(2.3 * 16.5 / 18, abs=0.03)
+    assert status.level == pytest.approx(2.3 * 16.5 / 18, abs=0.03)
 
 
 def test_a_list_is_played_by_the_boards_own_time_and_read_as_its_mean():
@@ -238,10 +238,10 @@ def test_a_list_is_played_by_the_boards_own_time_and_read_as_its_mean():
     for _ in range(200):
         bench.wait(0.005)
         status = bench.status()
-        assert status.target_um_pp == pytest.approx(1.2)
-        assert status.amplitude_um_pp == pytest.approx(1.2, abs=0.03)
+        assert status.target_level == pytest.approx(1.2)
+        assert status.level == pytest.approx(1.2, abs=0.03)
         since_s = bench.now_s - begun_s
-        assert bench.board.commanded_um_pp(bench.now_s) == SQUARE.at_level(since_s)
+        assert bench.board.commanded_level(bench.now_s) == SQUARE.at_level(since_s)
         if since_s % SQUARE.step_s > 0.012:  # what rings of an edge is gone
             level = SQUARE.level(SQUARE.step_at(since_s))
             assert bench.twin.amplitude_um_pp(bench.now_s) == pytest.approx(level, abs=1e-3)
@@ -251,10 +251,10 @@ def test_a_list_is_played_by_the_boards_own_time_and_read_as_its_mean():
 def test_a_list_is_filled_line_by_line_and_a_line_in_the_middle_ends_it(bench):
     for body in ("LIST:AMPL 1,0.1,0.2,0.3", "LIST:AMPL 4,0.4,0.5", "LIST:AMPL 3,0.6"):
         assert bench.ask(body).code == 0
-    assert bench.board.points_um_pp == [0.1, 0.2, 0.6]
+    assert bench.board.points == [0.1, 0.2, 0.6]
     assert bench.ask("LIST:AMPL 5,0.1").code == wire.OUT_OF_RANGE
     assert bench.ask("*RST").code == 0
-    assert bench.board.points_um_pp == []
+    assert bench.board.points == []
 
 
 def test_a_list_outside_the_boards_limits_is_refused_and_changes_nothing(bench):
@@ -276,9 +276,9 @@ def test_a_list_outside_the_boards_limits_is_refused_and_changes_nothing(bench):
     for body in ("LIST:AMPL", "LIST:AMPL 1", "LIST:PLAY 2,20"):
         assert bench.ask(body).code == wire.MISSING_PARAMETER
     assert bench.ask("LIST:PLAY 3,20,2").code == wire.SETTINGS_CONFLICT
-    assert bench.board.points_um_pp == [2.0, 0.4]
+    assert bench.board.points == [2.0, 0.4]
     status = bench.status()
-    assert (status.state, status.target_um_pp) == ("HOLD", 1.2)
+    assert (status.state, status.target_level) == ("HOLD", 1.2)
 
 
 def test_only_a_settled_plate_plays_and_what_it_plays_is_not_changed(bench):
@@ -290,7 +290,7 @@ def test_only_a_settled_plate_plays_and_what_it_plays_is_not_changed(bench):
     assert bench.ask("LIST:PLAY 2,20,2").code == 0
     for body in ("LIST:PLAY 2,20,2", "LIST:AMPL 1,1"):
         assert bench.ask(body).code == wire.SETTINGS_CONFLICT
-    assert bench.board.points_um_pp == [2.0, 0.4]
+    assert bench.board.points == [2.0, 0.4]
     assert bench.status().state == "LIST"
 
 
@@ -302,7 +302,7 @@ def test_a_repeated_start_does_not_begin_the_list_anew(bench):
     begun_s = bench.now_s
     bench.wait(0.03, alive=False)
     assert bench.send(frame) == first
-    assert bench.board.commanded_um_pp(bench.now_s) == SQUARE.at_level(bench.now_s - begun_s)
+    assert bench.board.commanded_level(bench.now_s) == SQUARE.at_level(bench.now_s - begun_s)
 
 
 def test_an_amplitude_after_a_list_is_ramped_to_from_where_the_list_was(bench):
@@ -311,9 +311,9 @@ def test_an_amplitude_after_a_list_is_ramped_to_from_where_the_list_was(bench):
     due_um_pp = SQUARE.at_level(bench.now_s - begun_s)
     assert due_um_pp == pytest.approx(0.4)
     bench.ask("AMPL 2.3")
-    assert bench.board.commanded_um_pp(bench.now_s) == pytest.approx(due_um_pp)
+    assert bench.board.commanded_level(bench.now_s) == pytest.approx(due_um_pp)
     bench.wait(0.005)
-    assert bench.board.commanded_um_pp(bench.now_s) == pytest.approx(0.58, abs=0.01)
+    assert bench.board.commanded_level(bench.now_s) == pytest.approx(0.58, abs=0.01)
     bench.wait(0.055)
     assert bench.status().state == "HOLD"
 
@@ -328,7 +328,7 @@ def test_what_silences_a_plate_silences_a_list(bench, why):
     bench.wait(1.1, alive=why != "WDOG")
     assert bench.status().state == why
     assert bench.twin.amplitude_um_pp(bench.now_s + 0.1) < 1e-6
-    assert bench.board.commanded_um_pp(bench.now_s) == 0
+    assert bench.board.commanded_level(bench.now_s) == 0
 
 
 def test_ridges_for_which_the_voltage_does_not_suffice_are_told():
@@ -338,7 +338,7 @@ def test_ridges_for_which_the_voltage_does_not_suffice_are_told():
     status = bench.status()
     assert status.state == "SAT"
     assert status.voltage_v == 16.5
-    assert status.amplitude_um_pp < 1.15
+    assert status.level < 1.15
 
 
 def test_older_firmware_knows_no_lists_and_all_else():

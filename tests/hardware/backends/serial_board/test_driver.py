@@ -8,7 +8,7 @@ import sys
 import time
 from contextlib import closing
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 
 import numpy as np
 import pytest
@@ -40,6 +40,7 @@ from slipscale.hardware.errors import (
 )
 from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.plate.twin import Drive, Twin
+from slipscale.hardware.plate_file import sign
 from slipscale.hardware.records import Output
 from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
@@ -150,7 +151,7 @@ def test_a_spoiled_answer_is_repaired_and_its_command_ran_once(board, fault, pha
         plate.check()
         plate.silence()
         state = board.state()
-    assert state["presented_um_pp"] == [*before["presented_um_pp"], 1.2]
+    assert state["presented_levels"] == [*before["presented_levels"], 1.2]
     assert state["played"] == [*before["played"], [2.0, 0.4]]
     assert state["boots"] == boots
     assert not state["vibrates"]
@@ -184,7 +185,7 @@ def _end_a_trial(board, plate, fault, phase):
         board.back()
     presented_again(plate, VirtualSurface(level=0.5))
     state = board.state()
-    assert state["target_um_pp"] == 0.5, state
+    assert state["target_level"] == 0.5, state
 
 
 @pytest.mark.parametrize("fault", PATIENCE)
@@ -258,7 +259,7 @@ def test_the_board_makes_the_envelope_that_the_mock_makes(emulate, tmp_path, wav
     times_s = np.array([float(row["time_s"]) for row in rows])
     commanded, made = (
         np.array([float(row[name]) for row in rows])
-        for name in ("commanded_um_pp", "amplitude_um_pp")
+        for name in ("commanded_level", "amplitude_um_pp")
     )
     loop = texture.loop()
     since_s = times_s - begun_s + 100 * loop.period_s  # the mock has no first edge
@@ -284,7 +285,7 @@ def test_older_firmware_is_told_and_its_textures_refused_before_anything_moves(e
         with pytest.raises(UserError, match=r"'T1': the board's firmware \(1\.0\) holds one ampl"):
             plate.present(TEXTURE)
         assert board.state()["state"] == "HOLD"
-        assert board.state()["target_um_pp"] == 1.2
+        assert board.state()["target_level"] == 1.2
 
 
 def test_a_board_with_a_short_list_is_told(board, monkeypatch):
@@ -311,7 +312,7 @@ def test_a_plate_that_falls_silent_is_told_from_a_groove(board, monkeypatch):
         wire,
         "parse_status",
         lambda value: (
-            replace(parse_status(value), amplitude_um_pp=0.0)
+            replace(parse_status(value), level=0.0)
             if value.startswith("LIST")
             else parse_status(value)
         ),
@@ -592,7 +593,7 @@ def test_a_board_without_a_sensor_measures_nothing_and_says_so(board, monkeypatc
     monkeypatch.setattr(
         wire,
         "parse_status",
-        lambda value: replace(parse_status(value), amplitude_um_pp=None, temperature_c=None),
+        lambda value: replace(parse_status(value), level=None, temperature_c=None),
     )
     with serial_plate(board) as plate:
         readback = plate.present(SURFACE).readback
@@ -658,10 +659,40 @@ def test_a_broken_sensor_never_drives_the_plate_to_its_voltage_limit(emulate, se
 
 def test_a_status_with_another_voltage_than_the_calibrations_is_a_fault():
     status = wire.BoardStatus(
-        state="HOLD", target_um_pp=1.2, amplitude_um_pp=1.2, frequency_hz=30_500.0,
+        state="HOLD", target_level=1.2, level=1.2, frequency_hz=30_500.0,
         voltage_v=15.65, temperature_c=22.0,
     )  # fmt: skip
     active = ActivePresentation(1.2, predicted_v=7.82)
     with pytest.raises(OffCalibration, match=r"15\.65 V peak drive the plate at 1\.2 µm p-p"):
         check_status(status, active, PlateLimits(), port="COM3")
     check_status(replace(status, voltage_v=9.4), active, PlateLimits(), port="COM3")
+
+
+ELECTRO = """
+[identity]
+name = "electro"
+[wiring]
+backend = "serial"
+[quantity]
+name = "voltage"
+unit = "V"
+convention = "peak"
+[limits]
+voltage_v_peak = 130.0
+tolerance_v_peak = 2.5
+"""
+
+
+def test_a_board_in_volts_presents_volts_and_is_refused_for_micrometres(emulate, tmp_path):
+    file = tmp_path / "electro.toml"
+    file.write_text(ELECTRO, encoding="utf-8")
+    sign(file, beyond_by="A. Name", today=date(2026, 1, 1))
+    board = emulate("--plate", str(file))
+    with serial_plate(board, plate=file) as plate:
+        made = plate.present(VirtualSurface(level=60.0))
+        assert made.readback.level == pytest.approx(60.0, rel=0.025)
+        with pytest.raises(OverLimit, match="voltage 131 V peak is outside 0 to 130"):
+            plate.present(VirtualSurface(level=131.0))
+    wait_for(lambda: board.state()["state"] == "OFF")
+    with pytest.raises(WrongDevice, match=r"in v_peak, but um_pp \(µm peak to peak\) was expected"):
+        serial_plate(board).connect()

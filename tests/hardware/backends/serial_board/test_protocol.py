@@ -91,8 +91,8 @@ def test_no_bytes_whatever_break_the_parsers(data):
 def test_status_and_limits_survive_the_wire():
     status = BoardStatus(
         state="HOLD",
-        target_um_pp=2.3,
-        amplitude_um_pp=2.2987,
+        target_level=2.3,
+        level=2.2987,
         frequency_hz=30_499.6,
         voltage_v=14.981,
         temperature_c=24.1,
@@ -167,7 +167,7 @@ def test_limits_of_lists_that_no_board_may_have_are_told(value):
 def test_a_board_without_sensor_and_thermometer_leaves_both_empty():
     value = "HOLD,1.2000,,30500.0,7.826,"
     status = parse_status(value)
-    assert (status.amplitude_um_pp, status.temperature_c) == (None, None)
+    assert (status.level, status.temperature_c) == (None, None)
     assert format_status(status) == value
 
 
