@@ -454,7 +454,7 @@ class FileNames:
         """Convert a place in the model to a place in the file, with the file's keys."""
         top = place[0] if place else ""
         keys = len(place) if top in self.tables else 1
-        quantity = self._of(top)
+        quantity = self.quantity_in(top)
         return (
             *(
                 self._key(part, quantity) if isinstance(part, str) else part
@@ -483,11 +483,14 @@ class FileNames:
     ) -> dict[str, Any]:
         name = naming(self.quantity)
         return {
-            name(key): renamed(value, naming(self._of(key))) if key in self.tables else value
+            name(key): renamed(value, naming(self.quantity_in(key)))
+            if key in self.tables
+            else value
             for key, value in table.items()
         }
 
-    def _of(self, table: int | str) -> Quantity:
+    def quantity_in(self, table: int | str) -> Quantity:
+        """Return the quantity of the levels in a table, or of a key at the top level."""
         return self.other.get(str(table), self.quantity)
 
     def _key(self, field: str, quantity: Quantity) -> str:

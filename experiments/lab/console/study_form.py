@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from slipscale.experiments.study.file import file_names
 from slipscale.experiments.study.schema import UNITS, Schema, study_schema
 from slipscale.faults.validation import Told, place_in_words
 from slipscale.stimuli.quantity import in_code
-from slipscale.stimuli.quantity_table import stated_quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -123,7 +123,7 @@ class StudyForm:
     """
 
     def __init__(self, content: dict[str, Any], faults: Sequence[Told]) -> None:
-        self._quantity: Quantity = stated_quantity(content)
+        self._names = file_names(content)
         self._faults = faults
         self._shown: set[str] = set()
         self.root = self._table((), _schema(), content)
@@ -148,17 +148,23 @@ class StudyForm:
         return tuple(each.message for each in found)
 
     def _part(self, place: Place, schema: Schema) -> dict[str, Any]:
-        name = place[-1] if place else ""
         return {
             "place": place,
-            "name": self._plain(name) if isinstance(name, str) else str(name + 1),
+            "name": self._name(place) if place else "",
             "why": schema.get("description", ""),
             "faults": self._faults_at(place),
         }
 
-    def _plain(self, key: str) -> str:
-        """Return a key without its unit."""
-        ends = (f"_{self._quantity.suffix}", *UNITS)
+    def _quantity(self, place: Place) -> Quantity:
+        """Return the quantity of levels at a place: the varied parameter's, or the plate's."""
+        return self._names.quantity_in(place[0])
+
+    def _name(self, place: Place) -> str:
+        """Return a place's key without its unit; for an item, its number from 1."""
+        key = place[-1]
+        if isinstance(key, int):
+            return str(key + 1)
+        ends = (f"_{self._quantity(place).suffix}", *UNITS)
         end = next((each for each in ends if key.endswith(each)), "")
         return key.removesuffix(end)
 
@@ -169,7 +175,9 @@ class StudyForm:
         absent: list[Part] = []
         needed = schema.get("required", ())
         for declared, inner in schema.get("properties", {}).items():
-            key = self._quantity.key(declared) if in_code(declared) != declared else declared
+            key = declared
+            if in_code(declared) != declared:
+                key = self._quantity((*place, declared)).key(declared)
             here, value = (*place, key), content.get(key)
             found = _definition(inner)
             if "const" in found:
@@ -249,14 +257,15 @@ class StudyForm:
             schema = {**schema, "type": "array" if is_list else "string", "items": {}}
         kind, choices = _kind(schema)
         unit = schema.get("unit", "")
-        in_um = unit == IN_UM and not self._quantity.of_plate
+        quantity = self._quantity(place)
+        in_um = unit == IN_UM and not quantity.of_plate
         part = self._part(place, schema) | {"faults": self._faults_at(place, items=True)}
         return Field(
             **part,
             kind=kind,
             value="" if value is None else _words(value, "\n" if kind == "lines" else ", "),
             default="" if in_um else _words(schema.get("default", "")),
-            unit=self._quantity.unit_in_full if in_um else unit.removeprefix("none"),
+            unit=quantity.unit_in_full if in_um else unit.removeprefix("none"),
             choices=choices,
             needed=needed,
         )

@@ -24,21 +24,21 @@ from slipscale.experiments.lab.console.plots import scatter
 from slipscale.experiments.lab.folder import LabFile
 from slipscale.experiments.lab.unblinding import unblinded
 from slipscale.experiments.languages.texts import blanks
+from slipscale.experiments.protocols.registry import protocol_names
 from slipscale.experiments.protocols.steps import Ask, EndBlock, NumberQuestion, Trial
 from slipscale.experiments.running import preflight
 from slipscale.experiments.running.preflight import CHECKS
 from slipscale.experiments.running.screen_check import SHOWN
 from slipscale.experiments.session import interruptions, operator_answers
 from slipscale.experiments.session.operator import Request, SessionStatus
-from slipscale.experiments.study.file import shipped_studies, study_text
+from slipscale.experiments.study.file import study_text
+from slipscale.experiments.study.levels import PARAMETERS
 from slipscale.experiments.study.schema import UNITS, study_schema
 from slipscale.faults import UserError
 from slipscale.faults.validation import OTHER, SENTENCES
 from slipscale.hardware.errors import FAULTS, PlateFault
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
-OURS = ["magnitude_estimation", "descending_difference", "oddity", "similarity", "category_scale"]
-OURS += ["identification", "limits", "same_different", "sorting", *shipped_studies()]
-OURS = [name for name in OURS if name not in ("biet2007", "textures_demo")]
 PAGES = ("/", "/live", "/study", "/data", "/pilot")
 AGE = Ask(name="age", question=NumberQuestion(prompt="?"))
 STATUS = SessionStatus(
@@ -155,6 +155,8 @@ def field_names():
     schema = study_schema()
     tables = [schema, *schema["$defs"].values()]
     ends = (*UNITS, "")
+    varied = [each.parameter.quantity(PLATE_AMPLITUDE) for each in PARAMETERS.values()]
+    yield from (quantity.nouns for quantity in varied)
     for key in (key for table in tables for key in table.get("properties", {})):
         yield key.removesuffix(next(end for end in ends if key.endswith(end)))
 
@@ -163,11 +165,12 @@ def test_the_languages_say_the_same_with_the_same_blanks():
     first, *others = (page_texts(language) for language in LANGUAGES)
     # What a setting means is said in English by the schema of slipscale.toml.
     described = {f"setting_why.{key}" for key in LabFile.model_fields}
-    # The study's schema and its protocols say in English what its keys and tasks are called; one
-    # without a translation is shown in English.
-    named = {f"field.{name}" for name in field_names()} | {f"task_title.{name}" for name in OURS}
+    # The study's schema and its protocols say in English what its keys and tasks are called.
+    named = {f"field.{name}" for name in field_names()} | {
+        f"task_title.{name}" for name in protocol_names()
+    }
     for found in others:
-        assert set(found) | named == set(first) | described | named
+        assert set(found) == set(first) | described | named
         other = {key: text for key, text in found.items() if key not in described | named}
         assert {key: blanks(text) for key, text in other.items()} == {
             key: blanks(text) for key, text in first.items()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from slipscale.experiments.lab.console.study_changes import Change, changed
 from slipscale.experiments.lab.console.study_form import StudyForm
-from slipscale.experiments.study.file import shipped_studies, study_text
+from slipscale.experiments.study.file import OF_PLATE, shipped_studies, study_text
 from slipscale.experiments.study.schema import study_schema
 from slipscale.faults import UserError
 
@@ -43,6 +43,28 @@ def test_the_form_has_a_field_for_every_key_of_the_schema():
         assert {("tasks", number, key) for key in declared} <= found
     lists = {"tasks", "textures", "factors", "about_you", "questionnaires"}
     assert {(key,) for key in study_schema()["properties"].keys() - lists} <= found
+
+
+def test_a_varied_parameter_gives_its_own_keys_and_the_plate_keeps_its_own():
+    form = StudyForm(tomllib.loads(study_text("biet2008")), ())
+    fields = {field.place: field for field in every_field(form.root)}
+    levels, mean = fields["spatial_periods_mm",], fields["stimulus", "mean_um_pp"]
+    assert (levels.value, levels.unit) == ("3.5, 4, 4.5, 5, 5.5, 6.25, 7.1", "mm")
+    assert (mean.value, mean.unit) == ("1", "µm peak to peak")
+    assert fields["tasks", 0, "standard_mm"].value == "5"
+    assert {fields[key,].value for key in ("vary", "attribute")} == {
+        "spatial_period_mm",
+        "coarseness",
+    }
+    assert not [place for place in fields if "um_pp" in place[-1] and place[0] not in OF_PLATE]
+    [factors] = [cards for cards in form.root.lists if cards.name == "factors"]
+    assert (factors.items, factors.offered) == ((), ())
+
+
+def every_field(table):
+    yield from table.fields
+    for each in [*table.tables, *(item for cards in table.lists for item in cards.items)]:
+        yield from every_field(each)
 
 
 @pytest.mark.parametrize("name", shipped_studies())
