@@ -16,12 +16,10 @@ from slipscale.analysis.reporting.sections.plan import plan
 from slipscale.analysis.reporting.sections.quality import quality
 from slipscale.analysis.reporting.sections.summary import answers, summary
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.numbers import grouped
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from slipscale.analysis.tasks.kind import Analysis
 
@@ -71,12 +69,7 @@ def facts(analysis: Analysis) -> list[tuple[str, str]]:
     people = len(analysis.flags) - len(analysis.excluded)
     found = [("Participants", f"{people}{excluded}")]
     if analysis.prepared is not None:
-        amplitudes = ", ".join(f"{a:g}" for a in analysis.cells.columns)
-        found += [
-            ("Estimates analysed", grouped(len(analysis.estimates), 0)),
-            (capitalised(data.quantity.levels), data.quantity.with_convention(amplitudes)),
-            ("Normalisation", analysis.rule),
-        ]
+        found.append(("Normalisation", analysis.rule))
     # A table from another laboratory is never a pilot's.
     if data.quantity.of_plate:
         found.append(("Records of", MODES.get(data.mode, data.mode)))
@@ -113,7 +106,7 @@ def sections(
 ) -> list[html.ReportSection]:
     """Return the page's sections in reading order, without empty ones."""
     of_kinds = [section(analysis, svgs) for kind in analysis.kinds for section in kind.sections]
-    said = "\n".join([*answers(analysis), *(section.gist for section in of_kinds)])
+    said = [*answers(analysis), *(section.gist for section in of_kinds)]
     found = [
         summary(analysis, svgs),
         plan(analysis),
@@ -140,16 +133,23 @@ def conclusions(analysis: Analysis) -> dict[str, list[str]]:
     }
 
 
-def results(analysis: Analysis, said: str) -> html.ReportSection:
+def results(analysis: Analysis, said: Sequence[str]) -> html.ReportSection:
     """Return the section with the conclusions that are not said elsewhere on the page."""
     further = {}
     for title, texts in conclusions(analysis).items():
-        if rest := [text for text in texts if text not in said]:
+        if rest := list(filter(None, (_unsaid(text, said) for text in texts))):
             further[title] = [html.paragraph(_unbroken(text), "sentence") for text in rest]
     section = html.ReportSection("Further results, in sentences", gist=", ".join(further))
     for title, blocks in further.items():
         section.blocks += [html.heading(title), *blocks]
     return section
+
+
+def _unsaid(text: str, said: Sequence[str]) -> str:
+    """Return a text without the sentences that start it and are said elsewhere."""
+    for each in said:
+        text = "" if text in each else text.removeprefix(each).strip()
+    return text
 
 
 def _unbroken(text: str) -> str:

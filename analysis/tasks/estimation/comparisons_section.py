@@ -11,7 +11,15 @@ from slipscale.analysis.tasks.groups.statistics import GROUPS
 from slipscale.analysis.tasks.sessions.statistics import SESSIONS
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection, TableColumn
-from slipscale.analysis.writing.numbers import DASH, grouped, interval, level_of, p_value, reliable
+from slipscale.analysis.writing.numbers import (
+    DASH,
+    counted,
+    grouped,
+    interval,
+    level_of,
+    p_value,
+    reliable,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -129,9 +137,10 @@ def _equivalence(
         bayes = apa.bayes_of_none(min(logs.bayes_factor for logs in differ)).replace("=", "≤")
         blocks.append(
             html.paragraph(
-                f"Different, and not shown to be equal {within}: {len(differ)} of {len(tested)} "
-                f"{quantity.level} pairs (two one-sided tests, every {p}; every Bayes factor of no "
-                f"difference over a difference {bayes}; see pairwise.csv)."
+                f"Different, and not shown to be equal {within}: {len(differ)} of "
+                f"{counted(len(tested), 'pair', 'pairs')} of {quantity.levels} (two one-sided "
+                f"tests, every {p}; every Bayes factor of no difference over a difference {bayes}; "
+                "see pairwise.csv)."
             )
         )
     return blocks

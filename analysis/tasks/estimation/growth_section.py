@@ -63,12 +63,14 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         section.blocks.append(_exponents(analysis, svgs["exponents"]))
     own = found.individual
     if own:
-        best = ", ".join(f"{apa.MODEL_NAMES[name]} {count}" for name, count in own.best.items())
+        best = ", ".join(
+            f"{apa.MODEL_NAMES[name]} {count}" for name, count in own.best.items() if count
+        )
         section.blocks.append(
             html.paragraph(
                 "A single participant's trials do not discriminate between growth functions."
                 if own.undecided == len(own.participants)
-                else f"Preferred for single participants: {best}; undecided (too few "
+                else f"Favoured for single participants: {best or 'none'}; undecided (too few "
                 f"trials, or ΔAICc below 2) {own.undecided}.",
                 "note",
             )

@@ -47,7 +47,7 @@ MODEL_NAMES = {
 }
 
 
-#: Means of more levels than this are not listed in a sentence.
+#: Means of more levels, and more pairs without a difference, are not listed in a sentence.
 MOST_LISTED = 6
 #: Bayes factors above this, or below its reciprocal, are only reported as such.
 MOST_DECISIVE = 100.0
@@ -270,10 +270,15 @@ def _all_pairs(
         largest = p_value(max(p for _, p, _ in rows)).replace("=", "≤")
         many = f"All {len(rows)} pairs" if len(rows) > 1 else "One pair"
         return f"{many} of {quantity.levels} differed ({how}, every {largest})."
+    smallest = p_value(min(p for _, p, _ in doubtful)).replace("=", "≥")
+    if len(doubtful) == len(rows) > 1:
+        return f"None of {len(rows)} pairs of {quantity.levels} differed ({how}, every {smallest})."
     told = len(rows) - len(doubtful)
     listed = "; ".join(
         f"{_pair(pair, quantity)}, {p_value(p)} (n = {n})" for pair, p, n in doubtful
     )
+    if len(doubtful) > MOST_LISTED:
+        listed = f"the other {len(doubtful)}, every {smallest}"
     return (
         f"{told or 'None'} of {len(rows)} pairs of {quantity.levels} differed ({how}); no "
         f"significant difference: {listed}."
@@ -292,11 +297,11 @@ def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
     delta, second = others[0] if others else (None, "")
     then = f"; {MODEL_NAMES[second]} is next, ΔAICc = {number(delta, 1)}" if second else ""
     bounds = "; ".join(
-        f"the {parameter.replace('_', ' ')} of {MODEL_NAMES[name]} lies at the limit of the search"
+        f"{parameter.replace('_', ' ')} of {MODEL_NAMES[name]}"
         for name, model in models.items()
         for parameter in model.fit.at_bound
     )
-    behind = f" Not determined by these data: {bounds}." if bounds else ""
+    behind = f" At the limit of the search, so not determined: {bounds}." if bounds else ""
     weight = f"Akaike weight {unit_number(models[best].weight)}"
     if compared.undecided:
         return (
@@ -352,16 +357,15 @@ def order(found: OrderEffects, confidence: float, quantity: Quantity) -> str | N
     return f"Estimates {'; they '.join(texts)}."
 
 
-def reliability(found: Reliability, confidence: float, quantity: Quantity) -> str:
+def reliability(found: Reliability, confidence: float, _quantity: Quantity) -> str:
     """Return the sentence on test-retest reliability."""
     single, mean = found.single, found.mean
     return (
         f"Test-retest reliability of a participant's single log estimate was ICC = "
         f"{unit_number(single.value)}{_ci(single.interval, confidence, unit_number)}; of the mean "
         f"of {found.repetitions:.3g}, {unit_number(mean.value)}"
-        f"{_ci(mean.interval, confidence, unit_number)} (components of variance by {found.method}, "
-        f"{found.trials} trials of {found.n} participants, {found.amplitudes} {quantity.levels}, "
-        "which are a fixed effect)."
+        f"{_ci(mean.interval, confidence, unit_number)} (by {found.method}, {found.trials} trials "
+        f"of {found.n} participants)."
     )
 
 

@@ -44,9 +44,9 @@ def unequal_spread(data: Prepared) -> list[str]:
         return []
     unit = data.quantity.unit
     return [
-        f"Repeated log estimates scatter {ratio:.1f} times as much at {most:g} as at {least:g} "
+        f"Repeated estimates vary {ratio:.1f} times as much at {most:g} as at {least:g} "
         f"{unit}".rstrip()
-        + ": arithmetic means then differ even if geometric means do not, and "
-        "rank tests reject too often (with a ratio of 2, 12 participants and 3 repetitions in 9 % "
-        "of studies at a level of 5 %). Prefer the tests of logarithms."
+        + ". Tests on ranks then find differences that do not exist too often: with a ratio of 2, "
+        "12 participants and 3 repetitions in 9 % of studies instead of 5 %. Prefer the tests of "
+        "logarithms."
     ]
