@@ -1,7 +1,7 @@
-"""Analysis choices that are frozen in the study file before anyone sees the data.
+"""Analysis choices, frozen in the study file before anyone sees the data.
 
-They are the ``[analysis]`` table of a study. All keys are optional and default to the values given
-here. The report states which choices were frozen and which were not.
+They form the ``[analysis]`` table of a study file. All keys are optional and default to the values
+given here. The report states which choices were frozen in advance.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ QualityFlag = Literal[
     "false_alarms",
     "faults",
 ]
-#: Flags that depend on how estimates follow the amplitude: only those who show the effect remain.
+#: Flags that depend on how estimates vary with amplitude: excluding by them keeps only participants
+#: who show the effect.
 OF_THE_OUTCOME = ("non_monotone",)
 Test = Literal[
     "rm_anova",
@@ -77,37 +78,40 @@ class Thresholds(BaseModel):
 
     falling_steps: Annotated[int, Field(ge=1)] | None = Field(
         default=None,
-        description="Flag non_monotone: this many steps or more, from one amplitude to the next, "
-        "on which the mean estimate falls; left out: as many as at most 1 in 20 participants shows "
-        "who feels no difference (3 of 3 steps, 4 of 4, 5 of 6).",
+        description="Flag non_monotone: the mean estimate decreases on at least this many steps "
+        "from one amplitude to the next; default: the number reached by at most 1 in "
+        "20 participants who feel no difference (3 of 3 steps, 4 of 4, 5 of 6).",
         json_schema_extra={"unit": "steps"},
     )
     distinct_numbers: Annotated[int, Field(ge=1)] = Field(
         default=2,
-        description="Flag constant: this many different estimates or fewer, of three or more "
+        description="Flag constant: at most this many different estimates across three or more "
         "amplitudes.",
         json_schema_extra={"unit": "different estimates"},
     )
     zero_share: Share = Field(
         default=0.25,
-        description="Flag zeros: a larger share of the estimates of amplitudes above 0 is zero.",
+        description=(
+            "Flag zeros: more than this proportion of the estimates for amplitudes above 0 is zero."
+        ),
     )
     timed_out_share: Share = Field(
         default=0.1,
-        description=("Flag timed_out: largest share of trials that may have no answer."),
+        description="Flag timed_out: largest accepted proportion of trials without an answer.",
     )
     fast_share: Share = Field(
         default=0.05,
-        description=("Flag fast: largest share of answers that may take less than fast_s."),
+        description="Flag fast: largest accepted proportion of answers faster than fast_s.",
     )
     fast_s: Annotated[float, Field(gt=0)] = Field(
         default=0.2, description="Response time below which an answer counts as fast."
     )
     outlier_sd: Annotated[float, Field(gt=0)] = Field(
         default=4.5,
-        description="Flag outlying: an estimate lies further than this many robust standard "
-        "deviations (1.4826 times the median absolute deviation of logarithmic residuals; mean "
-        "variance of the amplitude's and of all) from the participant's own pattern.",
+        description="Flag outlying: an estimate deviates from the participant's own pattern by "
+        "more than this many robust standard deviations (1.4826 times the median "
+        "absolute deviation of the log residuals; the variance is the mean of this "
+        "amplitude's and the overall variance).",
         json_schema_extra={"unit": "robust standard deviations"},
     )
     reliability: Annotated[float, Field(ge=-1, le=1)] = Field(
@@ -118,8 +122,8 @@ class Thresholds(BaseModel):
     )
     drift_factor: Annotated[float, Field(gt=1)] = Field(
         default=2.0,
-        description="Flag drift: estimates grow or shrink by a larger factor from the first trial "
-        "to the last, and reliably (p < .05).",
+        description="Flag drift: estimates increase or decrease by more than this factor from the "
+        "first trial to the last, and significantly (p < .05).",
         json_schema_extra={"unit": "factor"},
     )
     false_alarm_share: Share = Field(
@@ -128,8 +132,8 @@ class Thresholds(BaseModel):
     )
     fault_share: Share = Field(
         default=0.25,
-        description="Flag faults: largest share of trials that may have had a plate fault or "
-        "a repeated presentation.",
+        description="Flag faults: largest accepted proportion of trials with a plate fault or a "
+        "repeated presentation.",
     )
 
 
@@ -150,16 +154,16 @@ class AnalysisChoices(BaseModel):
 
     normalisation: Normalisation | None = Field(
         default=None,
-        description="How estimates are brought to a common scale; default: scale_top if every "
-        "trial has one, else grand_maximum.",
+        description="Method of bringing estimates to a common scale; default: scale_top if every "
+        "trial has one, otherwise grand_maximum.",
     )
     zero_rule: ZeroRule = Field(
         default="exclude",
-        description="Treatment of estimates of zero before logarithms.",
+        description="Treatment of zero estimates before taking logarithms.",
     )
     standard_deviation: SdConvention = Field(
         default="sample",
-        description="Standard deviation of Table III: sample divides by n - 1, population by n.",
+        description="Standard deviation in Table III: sample divides by n - 1, population by n.",
     )
     exclusions: Annotated[tuple[QualityFlag, ...], AfterValidator(_no_outcome)] = Field(
         default=(), description="Flags that exclude a participant from every analysis."
@@ -169,11 +173,10 @@ class AnalysisChoices(BaseModel):
     )
     primary: Primary = Field(
         default="ranks",
-        description="The primary analysis, on which the report's answer and the power "
-        "analysis are based: ranks (Friedman's test, and Wilcoxon's test of each "
-        "pair, Holm-corrected; keeps estimates of zero) or logarithms "
-        "(repeated-measures ANOVA, and paired t of each pair, Holm-corrected). "
-        "Every other test is reported as secondary.",
+        description="Primary analysis, on which the report's answer and the power analysis are "
+        "based: ranks (Friedman test and Holm-corrected pairwise Wilcoxon tests; "
+        "keeps estimates of zero) or logarithms (repeated-measures ANOVA and "
+        "Holm-corrected pairwise t-tests). All other tests are reported as secondary.",
     )
     tests: tuple[Test, ...] | None = Field(
         default=None,
@@ -181,14 +184,14 @@ class AnalysisChoices(BaseModel):
     )
     confidence: Annotated[float, Field(gt=0.5, lt=1)] = Field(
         default=0.95,
-        description="Confidence level of every interval.",
+        description="Confidence level of all intervals.",
         json_schema_extra={"unit": "share, 0 to 1"},
     )
     equivalence_ratio: Annotated[float, Field(gt=1, allow_inf_nan=False)] = Field(
         default=1.25,
-        description="Two amplitudes count as equal if the ratio of their geometric means lies "
-        "between 1/x and x, where x is this value (two one-sided tests). The "
-        "default is the bioequivalence bound, 0.80 to 1.25; declare the "
+        description="Two amplitudes count as equivalent if the ratio of their geometric means "
+        "lies between 1/x and x, where x is this value (two one-sided tests). The "
+        "default is the bioequivalence bound, 0.80 to 1.25; set the smallest "
         "difference that matters to you.",
         json_schema_extra={"unit": "ratio"},
     )
@@ -199,25 +202,25 @@ class AnalysisChoices(BaseModel):
     )
     threshold_curve: ThresholdCurve | None = Field(
         default=None,
-        description="Psychometric function of thresholds: weibull, log_logistic and "
-        "log_normal are functions of the level's logarithm; gumbel, logistic and "
-        "normal of the level itself. Default: weibull, and normal for comparisons "
-        "on both sides of a standard.",
+        description="Psychometric function for thresholds: weibull, log_logistic and log_normal "
+        "are functions of the log level; gumbel, logistic and normal of the level "
+        "itself. Default: weibull, or normal for comparisons on both sides of a "
+        "standard.",
     )
     threshold_share: Annotated[float, Field(gt=0, lt=1)] = Field(
         default=0.5,
-        description="Position of the threshold on the curve, without guesses and lapses: 0.5 "
-        "is half-way between the asymptotes.",
+        description="Position of the threshold on the curve, corrected for guesses and lapses: "
+        "0.5 is halfway between the asymptotes.",
         json_schema_extra={"unit": "share, 0 to 1"},
     )
     largest_lapse: Annotated[float, Field(ge=0, lt=0.5)] = Field(
         default=0.2,
-        description="Upper bound of the lapse rate that participants share in the model of "
-        "the population; catch trials help to estimate it.",
+        description="Upper bound of the lapse rate that participants share in the population "
+        "model; catch trials help to estimate it.",
         json_schema_extra={"unit": "share, 0 to 0.5"},
     )
     codebook: str | None = Field(
         default=None,
-        description="Code book for verbal reports: a path relative to the data set; default: "
-        "the shipped one.",
+        description="Codebook for verbal reports: a path relative to the data set; default: the "
+        "shipped codebook.",
     )

@@ -1,8 +1,8 @@
-"""Factors that a study crosses with its levels: parameters of the stimulus, or conditions.
+"""Factors that a study crosses with its levels: stimulus parameters or conditions.
 
-Each combination of the factors' levels is a condition. A task runs once in each condition, one
-after the other; the order over participants is a Williams design. The protocol does not know of
-it: its trials are renumbered, and each factor becomes a column of the task's table.
+Each combination of the factors' levels is a condition. A task is run once per condition; the order
+of conditions follows a Williams design across participants. The protocol is not aware of
+conditions: its trials are renumbered, and each factor becomes a column of the task's table.
 """
 
 from __future__ import annotations
@@ -38,55 +38,56 @@ if TYPE_CHECKING:
     from slipscale.faults.validation import Fault
     from slipscale.stimuli.quantity import Quantity
 
-#: Columns of every task's table that a factor cannot take.
+#: Columns of every task's table, reserved names for factors.
 TAKEN = frozenset({"trial", "phase", "surface", "onset", "duration", "repeats", "flag", "block"})
-#: Tasks repeat in each condition: more of them are too much for a participant.
+#: Tasks are repeated in each condition: more conditions would be too many for a participant.
 MOST_CONDITIONS = 24
 AnyStep = TypeVar("AnyStep", bound="Step")
 
 
 class Factor(BaseModel):
-    """A factor: a parameter of the stimulus, or a condition that the participant is told."""
+    """A factor: a stimulus parameter, or a condition announced to the participant."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Label = Field(
-        description="Column of the factor in the data. The key of a parameter, such as "
-        "finger_speed_mm_s, changes it in the stimulus and the textures."
+        description="Column of the factor in the data. If it is the key of a parameter, such as "
+        "finger_speed_mm_s, the factor changes that parameter in the stimulus and the "
+        "textures."
     )
     levels: Annotated[
         tuple[float | Words, ...], Field(min_length=2, max_length=MOST_CONDITIONS)
-    ] = Field(description="Levels, all different: numbers of a parameter, or words.")
-    description: str = Field(default="", description="What the column means, for the data set.")
+    ] = Field(description="Levels, all different: numbers for a parameter, otherwise words.")
+    description: str = Field(default="", description="Description of the column, for the data set.")
     instructions: dict[str, dict[str, Words]] = Field(
         default_factory=dict,
-        description="What the participant reads before a condition: for each language a table from "
-        "level to text.",
+        description="Text that the participant reads before a condition: for each language, a "
+        "table from level to text.",
     )
     simulated: dict[str, Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]] = Field(
         default_factory=dict,
-        description="Multiplier of what simulated people feel at a level; left out: 1.",
+        description="Factor by which a level multiplies what simulated people feel; default: 1.",
     )
 
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """One combination of the factors' levels, by the factors' names."""
+    """One combination of factor levels, keyed by factor name."""
 
     values: Mapping[str, Value]
 
     @property
     def label(self) -> str:
-        """The condition in words, a key of random numbers."""
+        """The condition in words, used as a random number key."""
         return " ".join(f"{name}={factor_level(value)}" for name, value in self.values.items())
 
     def context(self, context: Context, plate: Quantity) -> Context:
-        """Return what a protocol knows of its run in this condition.
+        """Return the information about the run in this condition that a protocol receives.
 
         Raises
         ------
         UserError
-            A parameter's level is out of its range.
+            If a parameter's level is out of range.
         """
         fields: dict[str, Any] = {
             field: value
@@ -103,7 +104,7 @@ class Condition:
 
 
 def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Iterator[Fault]:
-    """Yield what is wrong with a factor of a study, whose valid fields are given."""
+    """Yield the errors in a factor of a study, given the study's valid fields."""
     levels = Levels.of(study)
     field = field_of(factor.name, levels.made, PARAMETERS)
     if len(set(factor.levels)) < len(factor.levels):
@@ -134,7 +135,7 @@ def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Itera
 def _unplayable(
     place: Place, factor: Factor, levels: Levels, study: Mapping[str, Any]
 ) -> Iterator[Fault]:
-    """Yield which levels of a parameter cannot be presented with the study's stimuli."""
+    """Yield the parameter levels that cannot be presented with the study's stimuli."""
     if words := [each for each in factor.levels if isinstance(each, str)]:
         yield (*place, "levels"), {"msg": f"expected numbers, not '{words[0]}'"}
         return
@@ -152,7 +153,7 @@ def _unplayable(
 
 
 def conditions_of(factors: Sequence[Factor]) -> list[Condition]:
-    """Return every combination of the factors' levels."""
+    """Return all combinations of factor levels."""
     names = [factor.name for factor in factors]
     return [
         Condition(dict(zip(names, levels, strict=True)))
@@ -196,7 +197,7 @@ def crossed(
 
 
 def ordered(conditions: Sequence[Condition], context: Context) -> list[Condition]:
-    """Return the conditions in the order in which a participant has them."""
+    """Return the conditions in a participant's order."""
     (order,) = williams_blocks(
         len(conditions),
         1,
@@ -227,14 +228,14 @@ def _column(factor: Factor, plate: Quantity) -> Column:
 
 @dataclass(frozen=True, slots=True)
 class _Shift:
-    """How steps of a condition are renumbered.
+    """How the steps of a condition are renumbered.
 
     Parameters
     ----------
     before, after : int
-        Numbers of trials in the conditions before, and expected in those to come.
+        Number of trials in the previous conditions, and expected number in the remaining ones.
     factors : Mapping
-        The condition's columns.
+        The condition's column values.
     """
 
     before: int
@@ -267,7 +268,7 @@ class _Shift:
 
 
 def _renumbered(steps: Steps, shift: _Shift) -> Generator[Step, Answer, int]:
-    """Yield steps with their trials counted on, and return the number of the last trial."""
+    """Yield steps with continued trial numbers, and return the number of the last trial."""
     last, answer = shift.before, None
     while True:
         try:

@@ -1,4 +1,4 @@
-"""Find, read and validate study files; report all faults at once, with their lines.
+"""Find, read and validate study files; report all errors at once, with line numbers.
 
 For the allowed keys, see `slipscale.experiments.study.model.Study`.
 """
@@ -27,7 +27,7 @@ from slipscale.stimuli.texture import PARAMETERS
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-# The tables whose levels are what the plate makes, whatever a study varies.
+# Tables whose levels are always in the plate's quantity, whatever the study varies.
 OF_PLATE = ("plate", "textures", "stimulus")
 LOG = logging.getLogger(__name__)
 
@@ -41,19 +41,19 @@ def parse_study(text: str, source: str) -> Study:
     text : str
         The study file's text.
     source : str
-        Its name, for messages.
+        The file name, for messages.
 
     Raises
     ------
     UserError
-        If the text is not valid. The message lists every fault with its line or key and the
+        If the text is not valid. The message lists every error with its line or key and the
         expected value.
     """
     return parse_toml(text, source, Study, names=file_names)
 
 
 def file_names(table: dict[str, Any]) -> FileNames:
-    """Return the names that a study file's keys have in its quantity."""
+    """Return the names of a study file's keys in its quantity."""
     tasks = table.get("tasks")
     named = {str(t.get("protocol")) for t in tasks if isinstance(t, dict)} if tasks else set()
     known = named & set(protocol_names())
@@ -77,7 +77,7 @@ def file_names(table: dict[str, Any]) -> FileNames:
 
 
 def shipped_studies() -> list[str]:
-    """Return the names of the studies that are part of Slipscale.
+    """Return the names of the studies shipped with Slipscale.
 
     >>> "biet2007" in shipped_studies()
     True
@@ -113,12 +113,12 @@ def study_text(name: str) -> str:
 
 
 def parse_whole(text: str, name: str) -> tuple[Study, str]:
-    """Return the study that a file's text describes, and the text including its texts files.
+    """Return the study defined by a file's text, and the text including its texts files.
 
     Raises
     ------
     UserError
-        As for `parse_study`; also if the study's own language lacks a text, or if its words do not
+        As for `parse_study`; also if the study's own language lacks a text, or if a text does not
         fit on a screen.
     """
     whole = with_own_language(text, name)

@@ -1,12 +1,12 @@
-"""The headphone test before the tasks: are headphones worn, and is noise audible in both ears.
+"""The headphone test before the tasks: checks headphone use, and audible noise in both ears.
 
-The test plays tones of 200 Hz, one quieter and one in antiphase (Woods, Siegel, Traer and
-McDermott 2017, doi:10.3758/s13414-017-1361-2). With loudspeakers, the tone in antiphase cancels in
-the air. The test detects headphones that are not worn, not plugged in or not selected. The test of
-Milne and others (2021, doi:10.3758/s13428-020-01514-0) passes fewer loudspeakers but rejects a
-fifth of the headphones, which is not worthwhile if an operator is present. Antiphase cannot reveal
-one silent side, so noise is played to each ear first. If a participant fails, the operator decides
-what to do.
+The test plays 200 Hz tones, one of them quieter and one in antiphase (Woods, Siegel, Traer and
+McDermott 2017, doi:10.3758/s13414-017-1361-2). With loudspeakers, the antiphase tone cancels in
+the air. The test detects headphones that are not worn, not plugged in or not selected. The test by
+Milne et al. (2021, doi:10.3758/s13428-020-01514-0) passes fewer loudspeaker users but rejects a
+fifth of the headphone users, which is not worthwhile if an operator is present. The antiphase tone
+cannot reveal a silent side, so noise is played to each ear first. If a participant fails, the
+operator decides what to do.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ DECISION, AGAIN, GO_ON = "decision", "again", "go_on"
 NOISE, LEVEL, TONE = "noise", "noise_level", "tones"
 MOST_TRIALS = 60
 LEVELS = ("comfortable", "too_loud", "not_heard")
-# Share of tones that simulated participants mishear.
+# Proportion of tones that simulated participants mishear.
 MISHEARD = 0.02
 
 
@@ -56,7 +56,7 @@ class HeadphoneTest(BaseModel):
     )
     trials: Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)] = Field(
         default=6,
-        description="Number of presentations of three tones.",
+        description="Number of trials with three tones each.",
         json_schema_extra={"unit": "trials"},
     )
     needed: Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)] = Field(
@@ -77,7 +77,7 @@ class HeadphoneTest(BaseModel):
         Parameters
         ----------
         context : Context
-            The run's context, which determines the order of the tones.
+            The context of the run, which determines the order of the tones.
         texts : Mapping
         noise : NoiseInEar or None
             The study's masking noise in both ears; None if it has none.
@@ -170,7 +170,7 @@ class HeadphoneTest(BaseModel):
         )
 
     def simulated(self) -> dict[tuple[str, str], SimulatedAnswer]:
-        """Return the simulated answers for pilots: people who wear headphones."""
+        """Return simulated answers for pilots, of people who wear headphones."""
         named = [f"{NOISE}_{ear}" for ear in EARS]
         tones = [f"{TONE}_{number}" for number in range(1, self.trials + 1)]
         return {
@@ -185,7 +185,7 @@ def _ear(name: str) -> Ears:
 
 
 def _hears(step: Ask, person: SimulatedPerson) -> Value:
-    """Return the correct answer, except for occasional slips."""
+    """Return the correct answer, with occasional errors."""
     sound = step.played.sound if step.played else None
     if isinstance(sound, NoiseInEar):
         return sound.ear

@@ -1,8 +1,9 @@
-"""What a study's levels are, and which of them can be presented.
+"""The meaning of a study's levels, and which of them can be presented.
 
-A level is what the plate makes, or a value of the one parameter of ``[stimulus]`` that is varied.
-It can be presented if the parameter is in range, the plate's limit is kept, and plate, line and
-film follow in time: friction must keep at least `LEAST_FOLLOWED` of a sinusoidal depth.
+A level is a value of the quantity that the plate produces, or of the varied ``[stimulus]``
+parameter. It can be presented if the parameter is in range, the plate limit is respected, and
+plate, line and film respond fast enough: friction must keep at least `LEAST_FOLLOWED` of a
+sinusoidal depth.
 """
 
 from __future__ import annotations
@@ -34,24 +35,24 @@ if TYPE_CHECKING:
     from slipscale.stimuli.texture import Grating
     from slipscale.stimuli.varied import Varied
 
-# Our assumption: with less, a finger would feel the mean and hardly a wave.
+# Our assumption: below this, a finger would feel the mean rather than a wave.
 LEAST_FOLLOWED = 0.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Levels:
-    """What the levels of a study are.
+    """The meaning of a study's levels.
 
     Parameters
     ----------
     made : Quantity
-        What the plate makes.
+        The quantity that the plate produces.
     limit_level : float
-        The most of it that may be made.
+        The largest value that the plate may produce.
     vary : str
-        The field of the parameter that is varied; empty: none.
+        The field of the varied parameter; empty: none.
     stimulus : StimulusTable or None
-        What is held fixed.
+        The fixed parameters.
     """
 
     made: Quantity
@@ -61,7 +62,7 @@ class Levels:
 
     @classmethod
     def of(cls, fields: Mapping[str, Any]) -> Levels:
-        """Return the levels of a study from its fields, as far as these are valid."""
+        """Return the levels of a study from those of its fields that are valid."""
         table: QuantityTable = fields.get("made", QuantityTable())
         if attribute := fields.get("attribute"):
             table = table.model_copy(update={"judged": attribute})
@@ -89,7 +90,7 @@ class Levels:
 
     @property
     def quantity(self) -> Quantity:
-        """What the levels are in."""
+        """The quantity of the levels."""
         return PARAMETERS[self.vary].parameter.quantity(self.made) if self.vary else self.made
 
     def varied(self, levels: tuple[float, ...]) -> Varied | None:
@@ -101,7 +102,7 @@ class Levels:
     def context(
         self, levels: tuple[float, ...], textures: tuple[Grating, ...] = (), task: str = ""
     ) -> Context:
-        """Return what a protocol knows of nobody's run, to ask what it would present."""
+        """Return a context without a participant, to find out what a protocol would present."""
         return Context(
             seed=0,
             participant="",
@@ -115,18 +116,18 @@ class Levels:
         )
 
     def surface(self, level: float) -> Stimulus:
-        """Return the surface of a level. Raises `UserError` if there is none."""
+        """Return the surface for a level. Raises `UserError` if there is none."""
         return self.varied((level,)) or VirtualSurface(level=level)
 
     def beyond(self, place: Place, *surfaces: Stimulus) -> Iterator[Fault]:
-        """Yield what of some surfaces is more than the plate may make."""
+        """Yield the levels of the surfaces that exceed the plate limit."""
         levels = dict.fromkeys(each.made.level for each in surfaces)
         if beyond := ", ".join(str(each) for each in levels if each > self.limit_level):
             limit = f"{self.limit_level} {self.made.unit_in_short}"
             yield place, {"msg": f"{beyond} is beyond the plate's {limit}"}
 
     def unpresentable(self, place: Place, *levels: float) -> Iterator[Fault]:
-        """Yield which of some levels cannot be presented, and why."""
+        """Yield the levels that cannot be presented, with the reason."""
         if self.vary and not self.stimulus:
             return  # The fault of the table is reported; no level has a surface without it.
         possible = []
@@ -155,7 +156,7 @@ class Levels:
             )
 
     def unstated(self, place: Place, table: BaseModel) -> Iterator[Fault]:
-        """Yield the levels that a table in another quantity leaves out: defaults are in µm."""
+        """Yield the levels missing from a table in another quantity: defaults are in µm."""
         quantity = self.made if place[0] == "plate" else self.quantity
         if quantity.in_um_pp:
             return

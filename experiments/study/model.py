@@ -1,6 +1,6 @@
-"""The study: what to run, frozen and validated as a whole.
+"""The study definition, frozen and validated as a whole.
 
-All faults are reported at once, each with its location. A check that depends on another key is
+All errors are reported at once, each with its location. A check that depends on another key is
 skipped if that key is invalid (for example, levels if the plate's table is invalid).
 """
 
@@ -69,7 +69,7 @@ if TYPE_CHECKING:
     from slipscale.stimuli.varied import Varied
 
 
-# Surfaces, tasks, sessions, questions: more than any study needs, few enough to compute quickly.
+# Limits on surfaces, tasks, sessions and questions: above any study's needs, but fast to compute.
 MOST = 100
 
 
@@ -84,55 +84,58 @@ class Study(BaseModel):
     )
     title: Words = Field(description="Title of the study and its data set.")
     authors: tuple[Words, ...] = Field(
-        default=(), description="Authors named in the data set's description."
+        default=(), description="Authors listed in the data set description."
     )
     license: Words = Field(
-        default="not decided", description="Licence named in the data set's description."
+        default="not decided", description="Licence stated in the data set description."
     )
     language: str = Field(
         default="en",
-        description="Language of the participant's texts: en, fr, or one that the study "
-        "provides (`texts_files`); a command's `--language` overrides it.",
+        description="Language of the texts shown to the participant: en, fr, or one that the "
+        "study provides (`texts_files`); the command-line option `--language` "
+        "overrides it.",
     )
     seed: Seed = Field(
         default=1,
-        description="Random seed of all orders and all simulations.",
+        description="Random seed for all orders and simulations.",
         json_schema_extra={"unit": "none"},
     )
     participants: AtLeastOne = Field(
         default=12,
-        description="Number of planned participants, and of those in a pilot.",
+        description="Number of planned participants, also used for pilots.",
         json_schema_extra={"unit": "participants"},
     )
     made: QuantityTable = Field(
         default=QuantityTable(),
         validation_alias="quantity",
-        description="Quantity that the plate makes and in which levels are given; default: "
-        "the vibration amplitude in µm peak to peak. For other quantities, the "
-        "names of keys end in the unit.",
+        description="Quantity that the plate produces and in which levels are given; default: the "
+        "vibration amplitude in µm peak to peak. For other quantities, key names end "
+        "in the unit.",
     )
     attribute: str = Field(
         default="",
-        description="Attribute that participants judge, a noun such as roughness, which "
-        "prompts, columns, axes and reports use. Default: slipperiness, or "
-        "`judged` of [quantity].",
+        description="Attribute that participants judge: a noun such as roughness, used in "
+        "prompts, columns, axes and reports. Default: slipperiness, or `judged` from "
+        "[quantity].",
     )
     attribute_falls: Switch = Field(
         default=False,
-        description="Whether the attribute falls with the level, as roughness does with a spatial "
-        "period. Forced choice then asks which surface is less rough for a higher level, and "
-        "tests of a trend expect a fall.",
+        description="Whether the attribute decreases with the level, as roughness may with "
+        "spatial period. Forced choice then asks which surface is less rough for a "
+        "higher level, and trend tests expect a decrease.",
     )
     attribute_words: dict[str, StatedWords] = Field(
         default_factory=dict,
         validate_default=True,
-        description="Words of an attribute that Slipscale does not list: one table per language.",
+        description=(
+            "Words for an attribute that is not built into Slipscale: one table per language."
+        ),
     )
     vary: str = Field(
         default="",
-        description="Key of the [stimulus] parameter that is varied, such as "
-        "spatial_period_mm: every level of the study is then a value of it. "
-        "Default: levels are what the plate makes.",
+        description="Key of the [stimulus] parameter that is varied, such as spatial_period_mm: "
+        "all levels of the study are then values of that parameter. Default: levels "
+        "are values of the plate's quantity.",
     )
     stimulus: StimulusTable | None = Field(
         default=None,
@@ -140,12 +143,12 @@ class Study(BaseModel):
         description="Parameters that stay fixed in a study that varies one.",
     )
     plate: PlateSettings = Field(
-        default=PlateSettings(), description="Limits for every amplitude of the study."
+        default=PlateSettings(), description="Limits for all amplitudes in the study."
     )
     levels: Annotated[tuple[Amplitude, ...], Field(max_length=MOST)] = Field(
         default=(),
-        description="Vibration amplitudes of the plain surfaces, all different; 0 is the "
-        "plate at rest. Omit them in a study with textures only.",
+        description="Vibration amplitudes of the plain surfaces, all different; 0 is the plate at "
+        "rest. Omit them if the study has textures only.",
     )
     textures: Annotated[tuple[Texture, ...], Field(max_length=MOST)] = Field(
         default=(),
@@ -155,7 +158,7 @@ class Study(BaseModel):
     factors: Annotated[tuple[Factor, ...], Field(max_length=4)] = Field(
         default=(),
         description="Factors that are crossed with the levels: each task is run in every "
-        "combination of their levels, in orders balanced over participants.",
+        "combination of factor levels, in orders balanced across participants.",
     )
     tasks: Annotated[tuple[SerializeAsAny[Options], ...], Field(min_length=1, max_length=MOST)] = (
         Field(
@@ -169,8 +172,8 @@ class Study(BaseModel):
     )
     sessions: Annotated[tuple[EntityLabel, ...], Field(max_length=MOST)] = Field(
         default=(),
-        description="Labels of a participant's sessions in order, all different; default: one "
-        "session, or sessions numbered by the end of their labels.",
+        description="Session labels in order, all different; default: one session, or sessions "
+        "numbered by the number at the end of their labels.",
     )
     runs: AtLeastOne = Field(
         default=1,
@@ -179,15 +182,15 @@ class Study(BaseModel):
     )
     visits: Literal["advance", "same"] = Field(
         default="advance",
-        description="Effect of a further session or run on the counterbalancing. advance: it "
-        "takes the next place (the next Williams row, the other order of tasks); "
-        "same: it keeps the participant's place. The order of the surfaces is "
-        "drawn again in both cases.",
+        description="Effect of each further session or run on the counterbalancing. advance: it "
+        "takes the next position (the next Williams row, the other task order); same: "
+        "it keeps the participant's position. The surface order is drawn again in "
+        "both cases.",
     )
     keys: ParticipantKeys = Field(
         default=ParticipantKeys(),
-        description="Keys of the participant, if different from the usual ones: of a keypad, "
-        "a response box or a pedal.",
+        description="Participant keys, if different from the defaults: for a keypad, a response "
+        "box or a pedal.",
     )
     informed_consent: Switch = Field(
         default=False,
@@ -199,40 +202,40 @@ class Study(BaseModel):
     )
     questionnaires: Annotated[tuple[Questionnaire, ...], Field(max_length=MOST)] = Field(
         default=(),
-        description="Questionnaires with several items, before or after the tasks, each with "
-        "a separate table.",
+        description="Questionnaires with several items, before or after the tasks; each is saved "
+        "in a separate table.",
     )
     headphone_test: HeadphoneTest | None = Field(
         default=None,
-        description="A test before the tasks of whether headphones are worn, and whether the "
-        "masking noise is heard in both ears; default: none.",
+        description="Test before the tasks that checks whether headphones are worn and whether "
+        "the masking noise is heard in both ears; default: none.",
     )
     masking_noise: MaskingNoise | None = Field(
         default=None,
-        description="Pink noise in the headphones while the plate may sound; default: none.",
+        description="Pink noise in the headphones while the plate may be audible; default: none.",
     )
     private_files: Switch = Field(
         default=True,
-        description="Whether only the owner can read journals and the data set's files, if "
-        "the system supports owners; false: the system's default permissions.",
+        description="Whether only the owner can read journals and data set files, if the system "
+        "supports file ownership; false: the system's default permissions.",
     )
     analysis: AnalysisChoices = Field(
         default=AnalysisChoices(),
-        description="The planned analysis of the data, fixed before anyone sees them.",
+        description="The planned data analysis, fixed before anyone sees the data.",
     )
     cost: Cost | None = Field(
         default=None, description="Costs of the study; default: no cost is computed."
     )
     texts_files: tuple[Words, ...] = Field(
         default=(),
-        description="Files next to the study's, with the texts of another language; "
-        "`slipscale study texts` writes a file to fill in.",
+        description="Files in the study file's folder with the texts for another language; "
+        "`slipscale study texts` writes a template to fill in.",
     )
     texts: dict[str, dict[str, Any]] = Field(
         default_factory=dict,
         validate_default=True,
-        description="Texts that replace the shipped ones: one table per language, with the "
-        "texts by their keys.",
+        description="Texts that replace the shipped ones: one table per language, keyed by text "
+        "name.",
     )
 
     @field_validator("attribute_words")
@@ -362,11 +365,11 @@ class Study(BaseModel):
 
     @property
     def quantity(self) -> Quantity:
-        """What all levels are in: what the plate makes, or the parameter that is varied."""
+        """Quantity of all levels: what the plate produces, or the varied parameter."""
         return self._levels.quantity
 
     def words_of(self, language: str) -> AttributeWords | None:
-        """Return the words of what is judged in a language; None for a language of the study's."""
+        """Return the words for the judged attribute; None for a language that the study adds."""
         words = ATTRIBUTES.get(self.attribute or self.made.judged, {}).get(language)
         if own := self.attribute_words.get(language):
             usual = ATTRIBUTES[SLIPPERINESS].get(language, ATTRIBUTES[SLIPPERINESS][ENGLISH])
@@ -385,14 +388,14 @@ class Study(BaseModel):
         return self._levels.made
 
     def quantity_notes(self, name: str) -> dict[str, dict[str, str]]:
-        """Return what records say of the levels' quantity; nothing of the usual one."""
+        """Return the quantity notes for records; empty for the default quantity."""
         if self.quantity.of_plate:
             return {}
         return {name: QuantityTable.stating(self.quantity).model_dump()}
 
     @property
     def range_level(self) -> tuple[float, float]:
-        """From the lowest to the highest level that simulated people are to feel."""
+        """Lowest and highest level that simulated people are to feel."""
         if not self.vary:
             return 0.0, self.plate.level
         possible, context = [*self.levels], self._levels.context(self.levels)
@@ -404,7 +407,7 @@ class Study(BaseModel):
 
     @property
     def varied(self) -> Varied | None:
-        """The stimulus that is varied, at the first level; None: levels are what a plate makes."""
+        """The varied stimulus, at the first level; None: levels are in the plate's quantity."""
         return self._levels.varied(self.levels)
 
     @property
@@ -434,14 +437,14 @@ def _impossible(
     protocol, own = load_protocol(task.protocol), _levels(info)
     labels = [load_protocol(other.protocol).for_task(other).task for other in before]
     if (label := protocol.for_task(task).task) in labels:
-        # Their trials would be in the same table, with the same numbers.
+        # Their trials would be in the same table, under the same numbers.
         said = f"there is already a '{label}': set another label"
         yield (*place, "label" if task.label else "protocol"), {"msg": said}
     for key in protocol.amplitudes:
         given = getattr(task, key, None) or ()
         each = given if isinstance(given, tuple) else (given,)
         if own.vary and protocol.possible_levels:
-            continue  # some are differences of levels
+            continue  # some are differences between levels
         yield from own.unpresentable((*place, key), *each)
     try:
         texts = protocol_texts(protocol, info.data.get("language", "en"))
@@ -511,7 +514,7 @@ def _unspoken(texts: dict[str, dict[str, Any]], info: ValidationInfo) -> Iterato
 
 
 def _task(table: Any, info: ValidationInfo) -> Options:
-    """Return the options of one [[tasks]] table."""
+    """Return the options from one [[tasks]] table."""
     if isinstance(table, Options):
         return table
     name = table.get("protocol") if isinstance(table, dict) else None

@@ -1,9 +1,9 @@
-"""Languages that a study adds: read its texts files and insert them into the study's text.
+"""Languages added by a study: read its texts files and insert them into the study's text.
 
 The study's text is copied into journals and the data set's ``code`` folder, and its hash
-identifies the study. The words of the texts files are therefore inserted when the study is read,
-so that the record of what a participant read does not depend on those files. Slipscale ships only
-languages that its developers could check, because participants cannot detect a bad translation.
+identifies the study. The texts files are therefore inserted when the study is read, so that the
+record of what a participant read does not depend on them. Slipscale ships only languages that its
+developers could check, because participants cannot detect a bad translation.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from slipscale.faults.validation import Fault
 
 KEY = "texts_files"
-MOST_NAMED = 6  # missing texts that a message names
+MOST_NAMED = 6  # number of missing texts listed in a message
 
 
 class _Table(RootModel[dict[str, Any]]):
@@ -53,12 +53,12 @@ class _Table(RootModel[dict[str, Any]]):
 
 
 def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
-    """Return a study's text with the words of its texts files inserted.
+    """Return a study's text with its texts files inserted.
 
     Parameters
     ----------
     text : str
-        The study file's text. A text that is not TOML, or names no texts files, is returned
+        The study file's text. A text that is not TOML or lists no texts files is returned
         unchanged.
     source : str
         The study file's name; texts files are located in the same folder.
@@ -68,14 +68,14 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
     Raises
     ------
     UserError
-        If a texts file cannot be read, is not a texts file, or its language already exists.
+        If a texts file cannot be read or is not a texts file, or if its language already exists.
     """
     if KEY not in text:
         return text
     try:
         table = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError):
-        return text  # the parser of the study reports what is wrong
+        return text  # the study parser reports the error
     named = table.get(KEY)
     if not isinstance(table.get("texts", {}), dict):
         return text  # as above
@@ -88,7 +88,7 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
     whole = tomlkit.dumps(document)
     there = {*languages(), *(table.get("texts") or {})}
     for name in named:
-        # The console's page can set these names, and must not reach files outside the folder.
+        # The console page can set these names, and must not access files outside the folder.
         if Path(name).name != name or "\\" in name or not name.isprintable():
             raise UserError(
                 f"{source}: texts_files: {name!r}: expected the name of a file next to the "
@@ -117,7 +117,7 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
 
 
 def _read(path: Path) -> tuple[str, Texts]:
-    """Return the language of a texts file and its words, without those that are still empty."""
+    """Return the language of a texts file and its texts, without empty ones."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
@@ -156,8 +156,8 @@ def _leaves(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, A
 def check_words(study: Study, source: str) -> None:
     """Raise `UserError` unless every text that the study adds can be shown on the screen.
 
-    Call it only for studies that are about to be used. A recorded study keeps its words, even if
-    texts have been added or removed since.
+    Call it only for studies that are about to be used. A recorded study keeps its texts, even if
+    text keys have been added or removed since.
     """
     told = [
         (0, f"texts.{language}{f'.{key}' if key else ''}: {sentence}")
@@ -169,7 +169,7 @@ def check_words(study: Study, source: str) -> None:
 
 
 def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tuple[str, str]]:
-    """Yield each faulty text's key (empty for the whole language) and what is wrong."""
+    """Yield the key of each faulty text (empty for the whole language) and the error."""
     yield from unshown(own)
     if language in languages():
         return
@@ -190,7 +190,7 @@ def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tu
 
 
 def brought_texts(study: Study, language: str) -> dict[str, str]:
-    """Return the texts of a study's protocols in a language, or in English if not translated."""
+    """Return the texts from a study's protocols in a language, or in English if not translated."""
     brought: dict[str, str] = {}
     for task in study.tasks:
         brought |= protocol_texts(load_protocol(task.protocol), language)
@@ -217,9 +217,9 @@ def with_room_for(text: str, source: str, language: str) -> str:
 
 
 def template(study: Study, language: str) -> str:
-    """Return a texts file to fill in: each key with its English text and its place on the screen.
+    """Return a texts file template: each key with its English text and screen position.
 
-    Texts that the study already has in that language are included.
+    Existing texts in that language are included.
     """
     own = flatten(study.texts.get(language, {}))
     english = to_translate(brought_texts(study, language))

@@ -1,7 +1,7 @@
 """The participant's keys, for laboratories with a keypad, a response box or a pedal.
 
 The computer treats all of these as keyboards that send characters. The screen shows which keys to
-use. Numbers and choices need no setting: their keys are digits, and Enter submits a number.
+use. Numbers and choices need no setting: they use the digit keys, and Enter submits a number.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ class ParticipantKeys(BaseModel):
     yes: Key = Field(
         default="",
         description=(
-            "Character of the key for yes; default, also for no: the language's own letter."
+            "Character of the key for yes; default: the letter of the participant's language, as "
+            "for no."
         ),
     )
     no: Key = Field(default="", description="Character of the key for no.")
@@ -40,9 +41,9 @@ class ParticipantKeys(BaseModel):
     )
     touch: Switch = Field(
         default=False,
-        description="Whether the participant answers on a touch screen or with a mouse: keys "
-        "for numbers, choices and continuing are drawn and can be touched. A "
-        "keyboard also works.",
+        description="Whether the participant answers on a touch screen or with a mouse: the "
+        "screen then shows buttons for numbers, choices and continuing. A keyboard "
+        "also works.",
     )
     again: Key = Field(
         default="",
@@ -75,7 +76,7 @@ class ParticipantKeys(BaseModel):
         return self
 
     def texts(self) -> dict[str, str]:
-        """Return the texts that name the keys; they replace those of the language."""
+        """Return the key names; they replace those from the language's texts."""
         again = self.again or next(key for key in AGAIN if key != self.go_on.casefold())
         named = {"window.go_on_key": self.go_on, "window.again_key": again}
         if self.yes:

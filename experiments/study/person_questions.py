@@ -1,6 +1,6 @@
-"""Questions about the participant, answered by a choice or a whole number within bounds.
+"""Questions about the participant, answered with a choice or a whole number within bounds.
 
-The data contain the code of an answer; the participant reads its words in their language.
+The data contain the code for an answer; the participant reads its text in their language.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from slipscale.faults.toml_lines import Place
     from slipscale.faults.validation import Fault
 
-# Columns of participants.tsv that Slipscale fills itself.
+# Columns of participants.tsv that Slipscale fills in.
 TAKEN = ("participant_id", "mode", "complete")
 
 Whole = Annotated[int, Field(strict=True, ge=0, le=1_000_000)]
@@ -30,7 +30,7 @@ Translated = Annotated[dict[str, Words], Field(min_length=1)]
 def distinct(
     value: tuple[str, ...] | dict[str, dict[str, str]] | None,
 ) -> tuple[str, ...] | dict[str, dict[str, str]] | None:
-    """Return the options; raise ValueError unless they differ from each other in every language."""
+    """Return the options. Raises ValueError unless they are all different in every language."""
     if isinstance(value, dict):
         spoken = {language for words in value.values() for language in words}
         lists = [[words.get(each) for words in value.values()] for each in sorted(spoken)]
@@ -62,11 +62,10 @@ class PersonQuestion(BaseModel):
         | None
     ) = Field(
         default=None,
-        description="The possible answers, all different. Up to nine have a number key each; "
-        "more are shown as a scrolling list, answered by number, arrow keys or "
-        "mouse. A table gives the words in each language for each code that is "
-        "stored in the data; a list gives words that are also the codes, in every "
-        "language.",
+        description="The possible answers, all different. Up to nine options have one number key "
+        "each; more are shown as a scrolling list, answered by number, arrow keys or "
+        "mouse. In a table, each code stored in the data has its words in each "
+        "language; in a list, the words are also the codes, in every language.",
     )
     minimum: Whole | None = Field(
         default=None,
@@ -80,7 +79,7 @@ class PersonQuestion(BaseModel):
     )
     prompt: str | Translated = Field(
         default="",
-        description="The question's words, or a table with them in each language; default: "
+        description="Text of the question, or a table with the text in each language; default: "
         "the shipped text `about_you.<name>`.",
     )
 
@@ -112,7 +111,7 @@ class PersonQuestion(BaseModel):
             yield from (("prompt", language) for language in self.prompt)
 
     def faults(self, language: str) -> Iterator[tuple[Place, str]]:
-        """Yield the key and a message for everything that has no words in a language."""
+        """Yield the key and a message for everything that has no words in a given language."""
         if isinstance(self.options, dict) and language not in next(iter(self.options.values())):
             yield ("options",), f"'{self.name}' has no words for its options in '{language}'"
         shipped = f"about_you.{self.name}" in shipped_texts(language)
@@ -144,7 +143,7 @@ class PersonQuestion(BaseModel):
         return Ask(name=self.name, question=ChoiceQuestion(prompt=prompt, options=options))
 
     def levels(self, language: str) -> dict[str, str]:
-        """Return the words of each code that the data can contain; empty for a number.
+        """Return the words for each code that the data can contain; empty for a number.
 
         If the study has no words in that language, those of another language are returned.
         """
@@ -159,9 +158,9 @@ class PersonQuestion(BaseModel):
 def unanswerable(
     questions: tuple[PersonQuestion, ...], language: str, known: Collection[str]
 ) -> Iterator[Fault]:
-    """Yield place and message for each question that cannot be asked in a language.
+    """Yield the location and a message for each question that cannot be asked in a language.
 
-    ``known`` are the available languages. Words in any other language are faults too.
+    ``known`` are the available languages. Words in any other language are also errors.
     """
     for number, question in enumerate(questions):
         for key in {key for key, each in question.languages() if each not in known}:

@@ -1,4 +1,4 @@
-"""Questionnaires: many items, usually with the same answers, recorded by item code.
+"""Questionnaires: many items, usually with the same answer options, recorded by item code.
 
 An item is a question about the participant. Its answers are stored separately from those of
 `about_you`, in one table per questionnaire (BIDS folder ``phenotype``).
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from slipscale.faults.validation import Fault
 
 MOST_ITEMS = 200
-# The columns that identify a row of a questionnaire's table, in addition to the participant.
+# The columns that identify a row in a questionnaire's table, in addition to the participant.
 ROW = ("session_id", "run")
 
 Answers = (
@@ -36,16 +36,18 @@ Answers = (
 
 
 class Item(BaseModel):
-    """An item of a questionnaire."""
+    """An item in a questionnaire."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    name: Label = Field(description="Code of the item, a column of the questionnaire's table.")
+    name: Label = Field(
+        description=("Code of the item, which is also its column in the questionnaire's table.")
+    )
     prompt: Words | Translated = Field(
-        description="The item's words, or a table with them in each language."
+        description="Text of the item, or a table with the text in each language."
     )
     options: Answers | None = Field(
-        default=None, description=("Answers of this item, if they differ from the questionnaire's.")
+        default=None, description=("Answers to this item, if they differ from the questionnaire's.")
     )
 
     @field_validator("name")
@@ -59,29 +61,30 @@ class Item(BaseModel):
 
 
 class Questionnaire(BaseModel):
-    """A questionnaire. Its items are asked one after the other, in the given order."""
+    """A questionnaire. Its items are asked one at a time, in the given order."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Label = Field(description="Name of the questionnaire's table, phenotype/<name>.tsv.")
     description: Words = Field(
-        description="What it measures, and its source, for readers of the data set."
+        description="What the questionnaire measures, and its source, for readers of the data set."
     )
     title: Words | Translated | None = Field(
-        default=None, description="Title above its instructions."
+        default=None, description="Title shown above the instructions."
     )
     instructions: Words | Translated | None = Field(
-        default=None, description="Text before its first item; default: none."
+        default=None, description="Text shown before the first item; default: none."
     )
     options: Answers = Field(
-        description="The possible answers, as in `about_you`: a table gives the words in each "
-        "language for each code that is stored in the data."
+        description="The possible answers, as in `about_you`: in a table, each code stored in the "
+        "data has its words in each language."
     )
     when: Literal["before", "after"] = Field(
-        default="before", description="Whether it is asked before the tasks or after them."
+        default="before",
+        description="Whether the questionnaire is presented before or after the tasks.",
     )
     items: Annotated[tuple[Item, ...], Field(min_length=1, max_length=MOST_ITEMS)] = Field(
-        description="The items in the order in which they are asked."
+        description="The items, in the order of presentation."
     )
 
     _distinct = field_validator("options")(distinct)
@@ -119,11 +122,11 @@ class Questionnaire(BaseModel):
             yield ask
 
     def simulated(self) -> dict[tuple[str, str], SimulatedAnswer]:
-        """Return the simulated answers for pilots: a random answer to each item."""
+        """Return simulated answers for pilots: a random answer to each item."""
         return {(self.name, item.name): any_choice for item in self.items}
 
     def levels(self, language: str) -> dict[str, tuple[str, dict[str, str]]]:
-        """Return each item's words and the words of its codes, for the table's sidecar."""
+        """Return the words for each item and its codes, for the table's sidecar."""
         return {
             item.name: (_words(item.prompt, language), question.levels(language))
             for item, question in zip(self.items, self.questions(), strict=True)
@@ -131,7 +134,7 @@ class Questionnaire(BaseModel):
 
 
 def _words(given: str | dict[str, str], language: str) -> str:
-    """Return words in a language, or in another language if there are none."""
+    """Return the words in a language, or in another language if there are none."""
     if isinstance(given, str):
         return given
     return given.get(language, next(iter(given.values())))
@@ -184,7 +187,7 @@ def unusable(
 def _place(
     place: tuple[str | int, ...], index: int, key: str, *, own: bool
 ) -> tuple[str | int, ...]:
-    """Return the location of an item's fault; options usually belong to the questionnaire."""
+    """Return the location of an item error; options usually belong to the questionnaire."""
     if key == "options" and not own:
         return (*place, "options")
     return (*place, "items", index, key)

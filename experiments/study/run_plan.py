@@ -39,7 +39,7 @@ Mode = Literal["participant", "pilot"]
 
 
 def check_labels(*, participant: str, session: str, run: str) -> None:
-    """Raise `UserError` unless the labels can be parts of file names; ``session`` may be empty."""
+    """Raise `UserError` unless the labels can be used in file names; ``session`` may be empty."""
     for name, value in (("participant", participant), ("run", run), ("session", session)):
         if not re.fullmatch(r"[A-Za-z0-9]+", value) and (value or name != "session"):
             raise UserError(
@@ -55,7 +55,7 @@ def _last_number(label: str) -> int | None:
 
 
 def stem(participant: str, session: str) -> str:
-    """Return the beginning of a run's file names (BIDS entities)."""
+    """Return the prefix of a run's file names (BIDS entities)."""
     return f"sub-{participant}_ses-{session}" if session else f"sub-{participant}"
 
 
@@ -76,9 +76,9 @@ class RunPlan:
     participant, session, run : str
         Labels: letters and digits. ``session`` may be empty.
     seed : int
-        The study's seed, unless the command set another.
+        The study's seed, unless overridden on the command line.
     language : str
-        The language of the participant's screen.
+        The language on the participant's screen.
     mode : {"participant", "pilot"}
         Stored in every record, so that a pilot cannot be mistaken for a participant.
     order_version : int
@@ -117,10 +117,10 @@ class RunPlan:
 
     @property
     def row(self) -> int:
-        """The participant's place in the counterbalancing, from 0: the label's last number.
+        """The participant's position in the counterbalancing, from 0: the label's last number.
 
-        The place of a label without a number is derived from a hash of the label. Such places are
-        not balanced.
+        If a label has no number, its position is derived from a hash of the label. Such positions
+        are not balanced.
         """
         number = _last_number(self.participant)
         if number is not None:
@@ -151,7 +151,7 @@ class RunPlan:
 
     @property
     def stem(self) -> str:
-        """The beginning of the run's file names (BIDS entities)."""
+        """The prefix of the run's file names (BIDS entities)."""
         return stem(self.participant, self.session)
 
     def journal_path(self, dataset: Path) -> Path:
@@ -161,7 +161,7 @@ class RunPlan:
         )
 
     def heading(self, plate: str) -> tuple[str, ...]:
-        """Return what the operator must see at a glance: participant, study, plate."""
+        """Return the operator's heading: participant, study, plate."""
         session = f", session {self.session}" if self.session else ""
         pilot = ("PILOT",) if self.mode == "pilot" else ()
         return (
@@ -177,7 +177,7 @@ class RunPlan:
         Raises
         ------
         UserError
-            If a protocol of the study has no words in the run's language.
+            If one of the study's protocols has no texts in the run's language.
         """
         brought: dict[str, str] = {}
         for options in self.study.tasks:
@@ -236,7 +236,7 @@ class RunPlan:
         )
 
     def simulated_answers(self) -> dict[tuple[str, str], SimulatedAnswer]:
-        """Return the functions that answer the questions of a pilot, by task and question."""
+        """Return the functions that answer the questions in a pilot, by task and question."""
         answers = {
             (protocol.task, name): answer
             for protocol, _ in self.tasks()
@@ -256,7 +256,7 @@ class RunPlan:
         Raises
         ------
         UserError
-            If a question or a questionnaire has no words in that language.
+            If a question or a questionnaire has no text in that language.
         """
         texts = self.texts()
         for questionnaire in self.study.questionnaires:
@@ -299,7 +299,7 @@ class RunPlan:
 
 
 def _spoken(steps: Steps) -> Steps:
-    """Yield the steps, but let the operator type the answer to each question for a number."""
+    """Yield the steps, but let the operator type the answers to number questions."""
     answer: Answer = None
     while True:
         try:

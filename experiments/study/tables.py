@@ -33,7 +33,9 @@ class MaskingNoise(BaseModel):
     fade_s: Seconds = Field(
         default=0.5, description=("Duration of the fade-in and of the fade-out.")
     )
-    required: Switch = Field(default=False, description="Whether a session needs an audio device.")
+    required: Switch = Field(
+        default=False, description=("Whether a session requires an audio device.")
+    )
 
 
 Amount = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
@@ -58,80 +60,81 @@ class Cost(BaseModel):
     setup_minutes: Amount = Field(
         default=0.0,
         description=(
-            "Time at the rig before and after each run, for greeting, cleaning and payment."
+            "Time at the rig before and after each run, for welcoming, cleaning and payment."
         ),
         json_schema_extra={"unit": "minutes per run"},
     )
 
 
 class PlateSettings(BaseModel):
-    """The plate of a study, and limits that differ from the shipped ones."""
+    """The plate used in a study, and limits that differ from the defaults."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     file: str = Field(
         default="",
-        description="A plate's file, or its name in the folder plates; a session with a "
-        "person, and its check, are refused on any other plate.",
+        description="Plate file, or plate name in the plates folder; sessions with participants, "
+        "and their checks, are refused on any other plate.",
     )
     level: Positive = Field(
         default=PlateLimits().level,
-        description="Largest amplitude that may be presented; a larger one in the study is a "
-        "fault, and is never sent to the plate.",
+        description="Largest amplitude that may be presented; a larger one in the study is an "
+        "error, and is never sent to the plate.",
     )
     tolerance: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = Field(
         default=None,
-        description="Largest accepted difference between measured and commanded amplitude, as "
-        "a share of the commanded one; default: the plate's own limit. A narrower "
-        "value than the plate's applies, a wider one is ignored.",
+        description="Largest accepted difference between measured and commanded amplitude, as a "
+        "fraction of the commanded one; default: the plate's own limit. A value "
+        "narrower than the plate's applies; a wider one is ignored.",
         json_schema_extra={"unit": "share, 0 to 1"},
     )
     tolerance_level: Positive | None = Field(
         default=None,
-        description="The same as an amplitude; the larger of the two applies. In a threshold "
-        "study, the plate's tolerance must be smaller than the study's finest "
-        "difference.",
+        description="The same tolerance as an amplitude; the larger of the two applies. In a "
+        "threshold study, the plate's tolerance must be smaller than the study's "
+        "finest difference.",
     )
     track_resonance: str = Field(
         default="",
-        description="SPEC of a vibrometer, vibrometer:PORT, with which the resonance of a "
-        "generator or a sound card is measured before a trial, at three "
-        "frequencies; default: the calibrated frequency. A driver board tracks "
-        "its resonance itself.",
+        description="SPEC of a vibrometer, vibrometer:PORT, used to measure the plate's resonance "
+        "at three frequencies before a trial if a generator or sound card drives the "
+        "plate; default: the calibrated frequency. A driver board tracks the "
+        "resonance itself.",
     )
     track_every_s: Positive = Field(
         default=120.0, description="Shortest time between two such measurements."
     )
     position: str = Field(
         default="",
-        description="SPEC of the finger's position sensor, such as lasers:/dev/ttyUSB1; "
-        "default: the position is not measured. A pilot simulates it; "
-        "`--position` overrides it.",
+        description="SPEC of the finger-position sensor, such as lasers:/dev/ttyUSB1; default: "
+        "the position is not measured. Pilots simulate it; `--position` overrides it.",
     )
     force: str = Field(
         default="",
-        description="SPEC of the sensor of normal and lateral force, such as "
-        "load_cells:/dev/ttyUSB2; default: forces are not measured. A pilot "
-        "simulates them; `--force` overrides it.",
+        description="SPEC of the sensor for normal and lateral force, such as "
+        "load_cells:/dev/ttyUSB2; default: forces are not measured. Pilots simulate "
+        "them; `--force` overrides it.",
     )
 
 
 class StatedWords(BaseModel):
-    """The words of an attribute in a language."""
+    """The words for an attribute in a language."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    adjective: Words = Field(description="As in “How slippery is it?”; of a feminine noun.")
+    adjective: Words = Field(
+        description=("Adjective, as in “How slippery is it?”; in the feminine form.")
+    )
     noun: Words = Field(description="As in “slipperiness”.")
     masculine: str = Field(default="", description="The adjective's masculine form.")
     plural: str = Field(default="", description="The adjective's plural.")
 
 
-WAVEFORM = "Form of the amplitude over one period."
+WAVEFORM = "Shape of the amplitude over one period."
 
 
 def _field(parameter: Parameter, *, default: Any = ...) -> Any:
-    """Return the field of a parameter, its range checked; `...`: it must be given."""
+    """Return a parameter's field, with its range checked; `...`: the parameter is required."""
     bounds: dict[str, Any] = {"gt": parameter.above, "ge": parameter.least, "le": parameter.most}
     return Field(
         default=default,
@@ -150,7 +153,8 @@ if TYPE_CHECKING:
     _Stimulated = BaseModel
 else:
     _CONFIG = ConfigDict(frozen=True, extra="forbid")
-    # A texture states what the data depend on; a stimulus has what a study varies from its levels.
+    # A texture must state everything that the data depend on; in a stimulus, the varied parameter
+    # comes from the levels.
     _Textured = create_model(
         "_Textured",
         __config__=_CONFIG,
@@ -174,7 +178,7 @@ else:
 
 
 class Texture(_Textured):
-    """A grating that the study presents as one more surface."""
+    """A grating that the study presents as an additional surface."""
 
     waveform: Waveform = Field(default="sine", description=WAVEFORM)
 
@@ -192,12 +196,12 @@ class Texture(_Textured):
 
 
 class StimulusTable(_Stimulated):
-    """What a study that varies one parameter holds fixed."""
+    """The fixed parameters in a study that varies one."""
 
     waveform: Waveform = Field(default="sine", description=WAVEFORM)
 
     def faults(self, vary: str) -> Iterator[Fault]:
-        """Yield what is missing, and the varied parameter if it is given."""
+        """Yield the missing parameters, and the varied parameter if it is set."""
         given = {*self.model_dump(exclude_none=True), vary}
         in_time = {"finger_speed_mm_s"} if "modulation_hz" in given else set()
         for field, each in PARAMETERS.items():
@@ -207,12 +211,12 @@ class StimulusTable(_Stimulated):
             yield ("stimulus", vary), {"msg": "is varied; expected it to be omitted"}
 
     def varied(self, vary: str, level: float) -> Varied:
-        """Return the stimulus at one value of the parameter that is varied.
+        """Return the stimulus at one value of the varied parameter.
 
         Raises
         ------
         UserError
-            A parameter is out of range.
+            If a parameter is out of range.
         """
         given = self.model_dump(exclude_none=True) | {vary: level}
         return Varied(vary=vary, grating=Grating(name="stimulus", **given))
