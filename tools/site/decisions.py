@@ -7,8 +7,8 @@ from pathlib import Path
 FOLDER = Path(__file__).parents[2] / "docs" / "decisions"
 INTRODUCTION = """# Decisions
 
-One page per decision that a successor would question, with its reason. Reasons that concern one
-module are stated at its head.
+One page per decision that a future maintainer might question, with its reason. Reasons that concern
+a single module are in its docstring.
 """
 
 
