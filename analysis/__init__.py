@@ -1,1 +1,1 @@
-"""Analyse data sets: numbers, figures and a report."""
+"""Analyse data sets and write numbers, figures and a report."""

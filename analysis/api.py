@@ -65,7 +65,7 @@ def pilot(
     study : str or Path
         A TOML file, or the name of a shipped study.
     participants, seed : int, optional
-        Default: the study's.
+        Default: the values in the study file.
     folder : str or Path, optional
         Folder for the data set: a new folder, or an interrupted pilot of the same study and seed.
         Default: a temporary folder, which is deleted when Python exits.
@@ -113,16 +113,16 @@ class Power:
 
     @property
     def enough(self) -> int | None:
-        """Smallest number of participants from which every comparison reaches the target.
+        """Smallest number of participants for which every comparison reaches the target.
 
-        None if no size does.
+        None if no number does.
         """
         from slipscale.analysis.planning.power.answers import fewest  # noqa: PLC0415
 
         return next(iter(fewest(self.rows, self.target).values()))
 
     def __repr__(self) -> str:
-        """Return the power per number of participants, and the conclusions."""
+        """Return the power for each number of participants, and the conclusions."""
         from slipscale.analysis.planning.power.terminal import summary  # noqa: PLC0415
 
         lines = [
@@ -154,17 +154,17 @@ def power(
     study : str or Path
         A TOML file, or the name of a shipped study.
     participants : int or sequence of int
-        Sizes to try.
+        Numbers of participants to try.
     studies : int
-        Simulated studies per size.
+        Simulated studies per number of participants.
     seed : int
         Random seed of the simulation.
     alpha : float
-        Level of the tests.
+        Significance level of the tests.
     target : float
         The required power.
     jobs : int
-        Processes; -1 for all processors.
+        Number of processes; -1 uses all processors.
 
     Raises
     ------
@@ -219,7 +219,7 @@ def power(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reconstruction:
-    """The raw data that a published table allows.
+    """The raw data sets that are consistent with a published table.
 
     Parameters
     ----------
@@ -234,12 +234,12 @@ class Reconstruction:
     _solutions: tuple[Solutions, ...]
 
     def sample(self, number: int = 1, seed: int = 1) -> dict[str, np.ndarray]:
-        """Draw data sets, every multiset of ratings equally likely.
+        """Draw random data sets; every multiset of ratings is equally likely.
 
         Parameters
         ----------
         number : int
-            Data sets per column.
+            Number of data sets per column.
         seed : int
             Random seed.
 
@@ -283,7 +283,7 @@ class Reconstruction:
 
 
 def reconstruct(table: str | Path) -> Reconstruction:
-    """Count the raw data sets that a published table allows.
+    """Count the raw data sets that are consistent with a published table.
 
     Parameters
     ----------

@@ -1,11 +1,12 @@
-"""Convert results to JSON: a class is written as its fields, under their names.
+"""Convert results to JSON: an object is written as its fields, under their names.
 
-A class with different keys has a method ``json_form`` that returns them in order. The rules for
-all:
+A class with other keys defines a method ``json_form`` that returns them in order. Rules for all
+classes:
 
-- an amplitude as a key is written ``0.5``, NaN is null, and an array's scalar is a number;
-- only names of our classes' fields, and an `OurName`, follow the quantity of the data. Keys of a
-  plain mapping belong to the user: participants, files, groups, numbers of an outside analysis.
+- an amplitude used as a key is written as ``0.5``, NaN as null, and an array scalar as a number;
+- only field names of our classes, and an `OurName`, are adapted to the quantity of the data. Keys
+  of a plain mapping belong to the user: participants, files, groups, numbers from a plug-in
+  analysis.
 """
 
 from __future__ import annotations
@@ -35,13 +36,13 @@ class HasJsonForm(Protocol):
 
 
 class OurName(str):
-    """A text that is one of our names of a field or unit."""
+    """A string that is one of our names for a field or unit."""
 
     __slots__ = ()
 
 
 def text(value: object, named: Callable[[str], str] = str) -> str:
-    """Return a result as the text of a JSON file; for ``named`` see `form`."""
+    """Return a result as JSON text; for ``named``, see `form`."""
     return json.dumps(form(value, named), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
@@ -51,12 +52,12 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
     Parameters
     ----------
     named : callable
-        Converts one of our names: a quantity's ``key``.
+        Converts one of our names: the ``key`` method of a quantity.
 
     Raises
     ------
     TypeError
-        The value is not a result, a mapping, a sequence, a text, a number or None.
+        The value is not a result, mapping, sequence, string, number or None.
 
     Examples
     --------
@@ -67,7 +68,7 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
         return form(value.item())
     if isinstance(value, OurName):
         return named(value)
-    # Before the check for a method, which is too slow for a million numbers.
+    # Comes before the check for a method, which is too slow for a million numbers.
     if value is None or isinstance(value, str | int | float):
         return None if isinstance(value, float) and not math.isfinite(value) else value
     if isinstance(value, HasJsonForm):
@@ -88,7 +89,7 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
 
 
 def record(value: object) -> JsonObject:
-    """Return the mapping of a result that has keys."""
+    """Return the mapping for a result that has keys."""
     found = form(value)
     if not isinstance(found, dict):
         raise TypeError(f"{type(value).__name__}: has no keys")
@@ -96,7 +97,7 @@ def record(value: object) -> JsonObject:
 
 
 def renamed(value: DataclassInstance, **names: str) -> dict[str, object]:
-    """Return a class's fields, some under another key; a field with an empty key is omitted."""
+    """Return an object's fields, some renamed; a field with an empty key is omitted."""
     found = {names.get(each.name, each.name): getattr(value, each.name) for each in fields(value)}
     found.pop("", None)
     return found

@@ -1,4 +1,4 @@
-"""Read a data set: which trials are analysed, and which are excluded and why.
+"""Read a data set: which trials are analysed, which are excluded, and why.
 
 Two formats are supported: a BIDS data set as written by `slipscale.experiments.dataset.bids`, or
 one tidy table with ``participant_id``, ``amplitude_um_pp`` and ``estimate``. Rows are never
@@ -55,24 +55,24 @@ if TYPE_CHECKING:
 def load(
     path: str | Path, mapping: TableMapping | None = None, *, task: str | None = None
 ) -> Dataset:
-    """Read a data set's folder or a table.
+    """Read a data set folder or a table.
 
     Parameters
     ----------
     path : str or Path
-        A data set's folder, or a table: text, Excel or SPSS.
+        A data set folder, or a table in a text, Excel or SPSS file.
     mapping : TableMapping, optional
-        Meaning of the columns; default: from ``analysis.toml`` in the folder or next to the table,
-        or else the names of our own tables.
+        Meaning of the columns. Default: read from ``analysis.toml`` in the folder or next to the
+        table; without that file, the column names of Slipscale's own tables.
     task : str, optional
-        The label of a task, if a data set contains magnitude estimation or descending difference
-        under several labels; default: the protocol's own label, or else the first by name.
+        Task label, for data sets that contain magnitude estimation or descending difference under
+        several labels. Default: the protocol's own label, or else the first in alphabetical order.
 
     Raises
     ------
     UserError
-        There is nothing to analyse, a file cannot be read, a column is missing, or pilot and
-        participant records are mixed.
+        There is nothing to analyse, a file cannot be read, a column is missing, or the records of
+        pilots and participants are mixed.
     """
     try:
         where = Path(path)
@@ -95,7 +95,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
     problems = Problems()
     faults: list[str] = []
     outside = [kind.trials for kind in installed_kinds(faults) if kind.trials is not None]
-    faults.clear()  # a package that cannot be loaded is reported when its results are due
+    faults.clear()  # a package that cannot be loaded is reported when its results are needed
     paths = sorted(folder.glob("sub-*/**/beh/*_beh.tsv"))
     quantity = metadata.one_quantity(paths, folder)
     kinds = (*TRIALS, *outside)
@@ -134,7 +134,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
         sources += read_sources
     other_tasks, read_sources = read_others(others, folder, problems, counts)
     sources += read_sources
-    # Differences between journals and tables: rows edited by hand, runs without tables.
+    # Differences between journals and tables: rows edited by hand, or runs without tables.
     differences = tuple(map(str, verify(folder))) if journals(folder) else None
     problems.add_many(differences or (), "slipscale data verify lists all")
     problems.add_many(faults, "analyses of other packages")
@@ -155,7 +155,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
         details=details,
         choices=choices,
         frozen=frozen,
-        # A different study file may state a different rule from the one used in the sessions.
+        # Another study file may define a different rule from the one used in the sessions.
         study_text="" if unchanged is False else text,
         unchanged=unchanged,
         journal_differences=differences,
@@ -174,12 +174,12 @@ def _files(
     folder: Path,
     problems: Problems,
 ) -> dict[str, Entries]:
-    """Return the tables to read of each kind, in the order of their names.
+    """Return the tables to read for each kind of task, sorted by name.
 
     Raises
     ------
     UserError
-        No kind limited to one label has the requested label.
+        None of the kinds that are restricted to one label has the requested label.
     """
     labels = sorted(label for kind in kinds if kind.label for label in found[kind.name])
     if wanted is not None and wanted not in labels:
@@ -201,7 +201,7 @@ def _divided(
     problems: Problems,
     counts: dict[str, int],
 ) -> dict[str, pd.DataFrame]:
-    """Return the tables of every kind, by their name in `Dataset`."""
+    """Return the tables of every kind, keyed by their name in `Dataset`."""
     tables: dict[str, pd.DataFrame] = {}
     for kind in kinds:
         rows = read[kind.name]

@@ -1,7 +1,7 @@
 """Compute everything in `slipscale analyse` from a data set, without writing anything.
 
-Each stage is a function of data that can be used separately in a notebook. This module calls them
-in order, with the study's frozen choices. Exclusion by the study's rule comes first, before
+Each stage is a function that can be used separately in a notebook. This module calls them in
+order, with the study's frozen choices. The study's exclusion rule is applied first, before
 anything is described or tested.
 """
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 class OutsideTasks(UserError):
-    """The data set contains only tasks of other packages that provide no analysis."""
+    """The data set contains only tasks from other packages, none of which provides an analysis."""
 
 
 def analyse(
@@ -55,22 +55,22 @@ def analyse(
     Parameters
     ----------
     dataset : str, Path or Dataset
-        A data set's folder, a tidy table, or the result of `slipscale.analysis.load.load`.
+        A data set folder, a tidy table, or the result of `slipscale.analysis.load.load`.
     normalise : str, optional
         A rule of `slipscale.analysis.preprocessing.normalisation.RULES`, replacing the study's
         frozen one.
     equivalence_ratio : float, optional
-        Replaces the study's: ratio within which two amplitudes count as equal.
+        Ratio within which two amplitudes count as equal; replaces the study's.
     bayesian : bool
-        Whether to sample the hierarchical Bayesian power function too; requires the extra
+        Whether to also sample the hierarchical Bayesian power function, which requires the extra
         ``bayes``.
     progress : callable, optional
-        Called with a few words on the next step.
+        Called with a short description of the next step.
 
     Raises
     ------
     UserError
-        The data cannot be read, contain nothing to analyse, or do not allow the rule.
+        The data cannot be read, contain nothing to analyse, or do not support the rule.
     """
     tell = progress or (lambda _: None)
     if isinstance(dataset, Dataset):
@@ -142,7 +142,7 @@ def analyse(
 
 
 def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]:
-    """Return the data with the requested bound, and a note if the frozen one differs."""
+    """Return the data with the requested bound, and a note if it differs from the frozen one."""
     frozen = data.choices.equivalence_ratio
     if asked is None or asked == frozen:
         return data, []

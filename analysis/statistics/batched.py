@@ -31,7 +31,7 @@ def repeated_measures_f(tables: Array) -> Array:
     participants = k * (x.mean(axis=2) ** 2).sum(axis=1)
     total = (x**2).sum(axis=(1, 2))
     error = total - between - participants
-    # A rounding residue of a zero error counts as zero.
+    # A rounding residue in place of a zero error counts as zero.
     error = np.where(error > 1e-12 * total, error, 0.0)
     return _ratio(between * (n - 1), error, _limit(between))
 
@@ -61,17 +61,17 @@ def friedman(tables: Array) -> Array:
 
 
 def friedman_p(tables: Array) -> Array:
-    """Return the p of Friedman's test; 1 if all ratings are tied."""
+    """Return the p-value of Friedman's test; 1 if all ratings are tied."""
     from scipy import stats  # noqa: PLC0415 - a second's import
 
     return np.asarray(stats.chi2.sf(friedman(tables), tables.shape[2] - 1))
 
 
 def signed_rank_p(differences: Array) -> Array:
-    """Return Wilcoxon's two-sided p for each row of differences; 1 if all are zero.
+    """Return the two-sided p of Wilcoxon's test for each row of differences; 1 if all are zero.
 
-    Exact up to the same size as the report's test, except for ties: zeros are omitted, and equal
-    sizes share their mean rank.
+    Exact up to the same sample size as the report's test, except with ties: zeros are omitted, and
+    tied absolute differences share their mean rank.
 
     Parameters
     ----------
@@ -95,10 +95,10 @@ def signed_rank_p(differences: Array) -> Array:
 
 
 def _exact_p(rank_sum: Array, changed: NDArray[np.int64]) -> Array:
-    """Return the two-sided p of sums of positive ranks, for the given numbers of differences.
+    """Return the two-sided p for sums of positive ranks, given the numbers of differences.
 
-    A sum between two whole numbers, which results from ties, uses the less extreme one, as in
-    SciPy.
+    A sum that is not a whole number, which results from ties, is rounded to the less extreme
+    neighbour, as in SciPy.
     """
     all_ranks = changed * (changed + 1) // 2
     # The distribution is symmetrical, so both tails use the lower one.
@@ -110,8 +110,8 @@ def _exact_p(rank_sum: Array, changed: NDArray[np.int64]) -> Array:
 def _rank_sums() -> Array:
     """Return the distribution of the sum of positive ranks: P(sum <= s) at [n, s].
 
-    Each rank is in the sum or not, with equal probability. The sum of n ranks is therefore that of
-    n - 1 ranks, or larger by n (Wilcoxon, 1945, Biometrics Bulletin 1, 80-83).
+    Each rank is included in the sum with probability 1/2. The sum of n ranks is therefore the sum
+    of n - 1 ranks, or larger by n (Wilcoxon, 1945, Biometrics Bulletin 1, 80-83).
     """
     most = EXACT_AT_MOST * (EXACT_AT_MOST + 1) // 2
     share = np.zeros((EXACT_AT_MOST + 1, most + 1))
@@ -123,16 +123,16 @@ def _rank_sums() -> Array:
 
 
 def paired_t(tables: Array) -> Array:
-    """Return the paired t of the second column minus the first, for tables with two columns."""
+    """Return the paired t for the second column minus the first, for tables with two columns."""
     difference = tables[:, :, 1] - tables[:, :, 0]
     mean, error = difference.mean(axis=1), difference.std(axis=1, ddof=1)
     return _ratio(mean * np.sqrt(tables.shape[1]), error, _limit(mean))
 
 
 def exponents(tables: Array, log_amplitude: Sequence[float]) -> Array:
-    """Return each participant's exponent: the slope of log rating on log amplitude.
+    """Return each participant's exponent: the regression slope of log rating on log amplitude.
 
-    A rating of zero has no logarithm and counts as missing, as in the analysis of raw data.
+    A rating of zero has no logarithm and is treated as missing, as in the analysis of raw data.
 
     Returns
     -------
@@ -158,7 +158,7 @@ def sd_of_exponents(tables: Array, log_amplitude: Sequence[float]) -> Array:
 
 
 def _limit(top: Array) -> Array:
-    """Return the limit of top / error as the error vanishes: infinite, or 0 if `top` is 0."""
+    """Return the limit of top / error as the error vanishes: infinity, or 0 if `top` is 0."""
     return np.where(top == 0, 0.0, np.copysign(np.inf, top))
 
 

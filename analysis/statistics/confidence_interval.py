@@ -1,4 +1,4 @@
-"""A confidence interval, with its level."""
+"""A confidence interval with its confidence level."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ConfidenceInterval:
-    """Bounds of a quantity, in its unit.
+    """Confidence bounds for a quantity, in its unit.
 
     Parameters
     ----------
     low, high : float
-        Bounds; unpacking yields these two.
+        Bounds; unpacking the interval yields these two.
     confidence : float
-        Level, such as 0.95.
+        Confidence level, such as 0.95.
     """
 
     low: float
@@ -36,5 +36,5 @@ class ConfidenceInterval:
 
 
 def key_of(interval: ConfidenceInterval | None) -> str:
-    """Return the key of an interval: "ci95" only for a level of 0.95."""
+    """Return the JSON key for an interval: "ci95" for a level of 0.95."""
     return "ci95" if interval is not None and interval.confidence == 0.95 else "ci"  # noqa: PLR2004

@@ -1,6 +1,7 @@
 """Compute Table III and further descriptive statistics of estimates.
 
-A *value* is one participant's arithmetic mean at one amplitude: participants are the sample.
+A *value* is one participant's arithmetic mean at one amplitude, so the sample consists of
+participants.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ if TYPE_CHECKING:
 
 #: Minimum number of participants for an interval.
 FEWEST = 3
-#: The two conventions of the standard deviation, as numpy's ``ddof``.
+#: The two conventions for the standard deviation, as NumPy's ``ddof``.
 SD_CONVENTIONS = {"sample": 1, "population": 0}
 
 
 def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFrame:
-    """Return the paper's three statistics per amplitude.
+    """Return the three statistics of the paper's Table III for each amplitude.
 
     Parameters
     ----------
@@ -35,9 +36,9 @@ def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFr
     Returns
     -------
     DataFrame
-        ``amplitude_um_pp n mean maximum_deviation standard_deviation``; the maximum deviation
-        is max |value - mean| over participants. The standard deviation of one value is NaN
-        (sample) or 0 (population).
+        ``amplitude_um_pp n mean maximum_deviation standard_deviation``; the maximum deviation is
+        max |value - mean| across participants. The standard deviation of one value is NaN (sample)
+        or 0 (population).
     """
     found = over_participants(cells, standard_deviation)
     found.insert(0, "amplitude_um_pp", cells.columns.to_numpy(float))
@@ -61,11 +62,11 @@ def over_participants(cells: pd.DataFrame, standard_deviation: str = "sample") -
 
 
 def cousineau_morey(values: NDArray[np.float64], confidence: float = 0.95) -> NDArray[np.float64]:
-    """Return half-widths of within-participant confidence intervals, one per column.
+    """Return half-widths of Cousineau–Morey within-participant intervals, one per column.
 
     Each participant's values are shifted to the grand mean (Cousineau 2005, Tutor. Quant. Methods
     Psychol. 1, 42-45), the variance is corrected by k / (k - 1) (Morey 2008, ibid. 4, 61-64), and
-    the interval is Student's.
+    the half-width uses the t distribution.
 
     Parameters
     ----------
@@ -104,8 +105,8 @@ def describe(
     DataFrame
         ``amplitude_um_pp n mean geometric_mean median sd_sample sd_population maximum_deviation
         mean_low mean_high geometric_n geometric_low geometric_high within_low within_high``. Mean
-        and geometric mean have Student's intervals over participants; ``within`` refers to
-        `within_intervals`, around the geometric mean.
+        and geometric mean have t-based confidence intervals across participants; ``within`` refers
+        to `within_intervals`, around the geometric mean.
     """
     table = table3(cells).rename(columns={"standard_deviation": "sd_sample"})
     logs = logs.reindex(columns=cells.columns)
@@ -131,9 +132,9 @@ def within_intervals(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return within-participant intervals of the geometric means, one per amplitude.
 
-    Cousineau and Morey's intervals are computed on logarithms and transformed back. The spread of
-    estimates is proportional to their size, so a common variance for all amplitudes holds only for
-    logarithms. With raw means, small ones would get an interval that extends below 0.
+    The intervals are computed on logarithms with the Cousineau–Morey method and transformed back.
+    The spread of estimates is proportional to their size, so a common variance for all amplitudes
+    holds only for logarithms. With raw means, the intervals of small means would extend below 0.
 
     Parameters
     ----------
@@ -156,10 +157,10 @@ def within_intervals(
 def student_intervals(
     table: pd.DataFrame, confidence: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return Student's intervals of the columns' means; NaN for fewer than `FEWEST` values.
+    """Return t-based intervals for the column means; NaN for fewer than `FEWEST` values.
 
-    For the small and skewed samples of such studies, their coverage is closer to the level than
-    that of the bootstrap's percentile or BCa intervals (docs/validation/measured/statistics.md).
+    For the small and skewed samples of such studies, their coverage is closer to nominal than the
+    coverage of percentile or BCa bootstrap intervals (docs/validation/measured/statistics.md).
     """
     from scipy import stats  # noqa: PLC0415 - a second's import
 

@@ -1,4 +1,4 @@
-"""Compute effect sizes with intervals that have the stated coverage for a dozen participants."""
+"""Compute effect sizes, with intervals that have nominal coverage for a dozen participants."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Smaller relative sums of squares are rounding errors.
+#: Smaller relative sums of squares are treated as rounding errors.
 TINY = 1e-12
-#: Differences without noise: SciPy's search would take minutes for a useless interval.
+#: Above this t, differences are practically free of noise, and SciPy would search for minutes.
 LARGEST_T = 1e4
-#: The same for F.
+#: The same limit for F.
 LARGEST_F = 1e4
 #: Below this, SciPy's direct inverse can return the value for t = 0; a root search is used
 #: instead.
@@ -25,14 +25,14 @@ SMALL_T = 1.0
 
 
 def _noncentrality(t: float, df: int, p: float) -> float:
-    """Return the non-centrality at which a small t has the cumulative probability p."""
+    """Return the non-centrality parameter for which a small t has cumulative probability p."""
     from scipy import optimize, stats  # noqa: PLC0415 - see `d_z_interval`
 
     return float(optimize.brentq(lambda shift: stats.nct.cdf(t, df, shift) - p, -8.0, 8.0))
 
 
 def _t_noncentrality(t: float, df: int, confidence: float) -> tuple[float, float] | None:
-    """Return the non-centralities at which t lies at either end of the confidence level."""
+    """Return the non-centrality parameters for which t lies at either confidence limit."""
     from scipy import special  # noqa: PLC0415 - see `d_z_interval`
 
     if abs(t) > LARGEST_T:
@@ -42,7 +42,7 @@ def _t_noncentrality(t: float, df: int, confidence: float) -> tuple[float, float
         low, high = (_noncentrality(t, df, p) for p in (1 - tail, tail))
         return low, high
     low, high = (float(special.nctdtrinc(df, p, t)) for p in (1 - tail, tail))
-    # SciPy's search ends at its own bounds if t is too large.
+    # SciPy's search stops at its own bounds if t is too large.
     found = all(
         np.isclose(special.nctdtr(df, bound, t), p, atol=1e-3)
         for bound, p in ((low, 1 - tail), (high, tail))
@@ -51,14 +51,14 @@ def _t_noncentrality(t: float, df: int, confidence: float) -> tuple[float, float
 
 
 def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | None:
-    """Return the interval of d_z, the mean of n differences divided by their standard deviation.
+    """Return the interval for d_z, the mean of n differences divided by their standard deviation.
 
     None if t exceeds `LARGEST_T`, or if SciPy cannot find the interval.
 
-    Exact for normal differences: t is non-central with d_z √n, so the interval excludes 0 exactly
-    if the paired t test is significant (Cumming and Finch 2001, Educ. Psychol. Meas. 61, 532-574;
-    JASP prints the same). This does not hold for pingouin's approximation: at n = 4 it covers 0
-    with p = .02.
+    Exact for normal differences: t is non-central with d_z √n, so the interval excludes 0 if and
+    only if the paired t test is significant (Cumming and Finch 2001, Educ. Psychol. Meas. 61,
+    532-574; JASP gives the same result). This does not hold for pingouin's approximation, whose
+    interval can include 0 at n = 4 with p = .02.
 
     >>> [round(bound, 2) for bound in d_z_interval(4.66, 4, 0.95) or ()]
     [0.3, 4.33]
@@ -72,9 +72,9 @@ def hedges_g(
 ) -> tuple[float, ConfidenceInterval | None]:
     """Return Hedges' g of two groups and its interval; None if it is not defined.
 
-    The difference of means divided by the pooled standard deviation, multiplied by Hedges'
-    correction for bias (1981, J. Educ. Stat. 6, 107-128). The interval is exact for normal values
-    with equal variances.
+    The difference between means divided by the pooled standard deviation, multiplied by Hedges'
+    bias correction (1981, J. Educ. Stat. 6, 107-128). The interval is exact for normal data with
+    equal variances.
     """
     df = len(first) + len(second) - 2
     pooled = ((len(first) - 1) * first.var(ddof=1) + (len(second) - 1) * second.var(ddof=1)) / df
@@ -89,7 +89,7 @@ def hedges_g(
 
 
 def eta2_of(f: float, df1: float, df2: float) -> float:
-    """Return (partial) eta squared from F: the effect's share of its and the error's variance.
+    """Return (partial) eta squared from F: the effect's proportion of effect plus error variance.
 
     >>> eta2_of(3.0, 2, 12)
     0.3333333333333333
@@ -98,7 +98,7 @@ def eta2_of(f: float, df1: float, df2: float) -> float:
 
 
 def eta2_interval(f: float, df1: float, df2: float, confidence: float) -> ConfidenceInterval | None:
-    """Return the interval of (partial) eta squared by the non-central F; None if F is too large.
+    """Return the non-central F interval for (partial) eta squared; None if F is too large.
 
     Steiger (2004), Psychol. Methods 9, 164-182: with the non-centrality λ, λ / (λ + df1 + df2 +
     1).
@@ -122,7 +122,7 @@ def _f_noncentrality(f: float, df1: float, df2: float, p: float) -> float:
 
     if stats.f.cdf(f, df1, df2) <= p:
         return 0.0
-    # Start near the solution: SciPy's distribution is NaN at some much larger non-centralities.
+    # Start near the solution: SciPy's distribution function is NaN for some much larger values.
     above = max(f * df1, 1.0)
     while stats.ncf.cdf(f, df1, df2, above) > p:
         above *= 1.5
@@ -135,11 +135,10 @@ def _f_noncentrality(f: float, df1: float, df2: float, p: float) -> float:
 
 
 def _sums(centred: Array, leave_out: bool = False) -> tuple[Array, Array]:
-    """Return the effect's and the total sum of squares, with and without each participant in turn.
+    """Return the effect and total sums of squares, with and without each participant in turn.
 
-    Their quotient is generalised eta squared: with one within-participant factor, the total
-    consists of effect, participants and error (Olejnik and Algina 2003, Psychol. Methods 8,
-    434-447).
+    Their ratio is generalised eta squared: with one within-participant factor, the total comprises
+    effect, participants and error (Olejnik and Algina 2003, Psychol. Methods 8, 434-447).
     """
     n, k = centred.shape
     left = centred if leave_out else np.zeros((1, k))
@@ -152,23 +151,23 @@ def _sums(centred: Array, leave_out: bool = False) -> tuple[Array, Array]:
 
 
 def eta_squared(values: Array) -> float:
-    """Return generalised eta squared of a complete table, shape (participants, amplitudes)."""
+    """Return generalised eta squared for a complete table, shape (participants, amplitudes)."""
     effect, total = _sums(values - values.mean())
     return float((effect / total)[0])
 
 
 def eta_squared_interval(values: Array, confidence: float) -> ConfidenceInterval | None:
-    """Return the interval of generalised eta squared; None if it is not defined.
+    """Return the interval for generalised eta squared; None if it is not defined.
 
-    Tukey's jackknife over participants on Fisher's z of the correlation ratio, artanh η, with
-    Student's t. Its coverage is as stated from six participants upwards (tests/analysis). The
-    percentile bootstrap of a dozen participants covers about 75 % instead of 95, because η² is
+    Uses Tukey's jackknife across participants on Fisher's z of the correlation ratio, artanh η,
+    with a t quantile. Coverage is nominal with six or more participants (tests/analysis). With a
+    dozen participants, a percentile bootstrap covers about 75 % instead of 95, because η² is
     biased upwards.
 
     Parameters
     ----------
     values : array, shape (participants, amplitudes)
-        Complete, at least three participants.
+        Without missing values; at least three participants.
     """
     from scipy import stats  # noqa: PLC0415
 

@@ -1,8 +1,8 @@
 """Test whether two amplitudes are equivalent: two one-sided tests, and a Bayes factor.
 
-A non-significant difference is not evidence of equality. These two methods can provide it: the
-equivalence test against a bound that the study declares, and the Bayes factor against a prior for
-effect sizes.
+A non-significant difference is not evidence of equality. These two methods can provide it: an
+equivalence test against a bound that the study declares, and a Bayes factor with a prior for the
+effect size.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 if TYPE_CHECKING:
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 
-#: Scale of the Cauchy prior of d_z: the default of pingouin, JASP and the R package BayesFactor.
+#: Scale of the Cauchy prior for d_z: the default in pingouin, JASP and the R package BayesFactor.
 PRIOR_SCALE = 0.707
 #: The prior's variance g is summed over exp(-LOG_G) to exp(LOG_G), at this many values.
 LOG_G, GRID = 60.0, 12_001
@@ -35,8 +35,8 @@ class Equivalence:
     bound : float
         Above 1: equivalence means a ratio between 1/bound and bound.
     interval : ConfidenceInterval
-        Interval of the ratio, at 1 - 2 α if differences are tested at α: inside the bounds exactly
-        if ``p`` < α.
+        Interval for the ratio at level 1 - 2 α, where α is the level of the difference tests; it
+        lies inside the bounds if and only if ``p`` < α.
     p : float
         The larger of the two one-sided p-values.
     """
@@ -76,17 +76,17 @@ def equivalence(logs: MeanOverParticipants, bound: float) -> Equivalence:
 def bayes_factor(t: float, n: int) -> float:
     """Return the factor by which n differences with this t favour a difference over none.
 
-    Jeffreys, Zellner and Siow's Bayes factor, eq. 1 of Rouder et al. (2009), Psychon. Bull. Rev.
-    16, 225-237, with a Cauchy prior of d_z of scale `PRIOR_SCALE`; infinite if it overflows. It is
-    a sum over log g. pingouin's integral over g misses the peak if t is large (48 instead of 6,900
-    at n = 3, t = 10,000), and is 0 / 0 for thousands of participants.
+    The Jeffreys–Zellner–Siow Bayes factor, eq. 1 of Rouder et al. (2009), Psychon. Bull. Rev. 16,
+    225-237, with a Cauchy prior for d_z with scale `PRIOR_SCALE`; infinite if it overflows. It is
+    computed as a sum over log g. pingouin's integral over g misses the peak if t is large (48
+    instead of 6,900 at n = 3, t = 10,000), and is 0 / 0 for thousands of participants.
 
     >>> round(bayes_factor(3.5, 20), 2), round(1 / bayes_factor(0.2, 20), 2)
     (17.18, 4.23)
     """
     log_g, step = np.linspace(-LOG_G, LOG_G, GRID, retstep=True)
     spread = np.log1p(n * PRIOR_SCALE**2 * np.exp(log_g))
-    # The integrand's logarithm, multiplied by g: the step is one of log g.
+    # The logarithm of the integrand times g, because the sum is over log g.
     density = (
         -spread / 2
         - n / 2 * np.log1p(t**2 / (n - 1) * np.exp(-spread))

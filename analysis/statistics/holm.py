@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def holm(ps: Sequence[float]) -> list[float]:
-    """Return Holm's corrected p; NaN stays NaN and does not belong to the family.
+    """Return Holm-corrected p-values; NaN stays NaN and is not counted in the family.
 
     >>> holm([0.01, float("nan"), 0.04, 0.03])
     [0.03, nan, 0.06, 0.06]
@@ -25,7 +25,7 @@ def holm(ps: Sequence[float]) -> list[float]:
 
 
 def holm_rows(p: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return Holm's adjusted p, shape as ``p``; each row is a family."""
+    """Return Holm-corrected p-values, shaped as ``p``; each row is a family."""
     order = np.argsort(p, axis=1)
     steps = np.take_along_axis(p, order, axis=1) * np.arange(p.shape[1], 0, -1)
     adjusted = np.empty_like(p)

@@ -1,4 +1,4 @@
-"""Compute the mean of one value per participant: Student's interval and the test against 0."""
+"""Compute the mean of one value per participant, its t-based interval and t test against 0."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class MeanOverParticipants:
     Parameters
     ----------
     mean, sd : float
-        In the values' unit; the standard deviation is the sample's (n - 1).
+        In the unit of the values; the sample standard deviation (n - 1).
     interval : ConfidenceInterval
-        Student's interval of the mean.
+        t-based confidence interval of the mean.
     t, df, p : float, int, float
         Two-sided test of the mean against 0.
     """
@@ -48,14 +48,14 @@ class MeanOverParticipants:
 def mean_over_participants(
     values: NDArray[np.float64], confidence: float
 ) -> MeanOverParticipants | NotComputed:
-    """Return mean, Student's interval and the test against 0 of one value per participant.
+    """Return the mean of one value per participant, its t-based interval and t test against 0.
 
     Parameters
     ----------
     values : array, shape (participants,)
-        Values that are not finite are omitted.
+        Non-finite values are omitted.
     confidence : float
-        Level of the interval.
+        Confidence level of the interval.
     """
     from scipy import stats  # noqa: PLC0415 - a second's import
 
@@ -77,6 +77,6 @@ def mean_over_participants(
 
 
 def holm_of(found: Sequence[MeanOverParticipants | NotComputed]) -> list[float | None]:
-    """Return Holm's p of a family of means; None for those that were not computed."""
+    """Return the Holm-corrected p-values for a family of means; None for means not computed."""
     ps = holm([each.p if each else np.nan for each in found])
     return [p if each else None for p, each in zip(ps, found, strict=True)]

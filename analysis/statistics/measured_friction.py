@@ -1,9 +1,9 @@
 """Relate ratings to the friction measured under the same finger in the same trial.
 
-The paper could only model the film's effect on friction. If normal and lateral force were
-measured, each participant has their own line: the logarithm of the estimate against the
-coefficient of friction, over all trials. Slopes and correlations are averaged over participants,
-because trials of one person are not independent and skin differs between persons.
+The paper could only model the effect of the squeeze film on friction. If normal and lateral force
+were measured, a separate line is fitted for each participant: the logarithm of the estimate
+against the coefficient of friction, over all trials. Slopes and correlations are averaged over
+participants, because trials of one person are not independent and skin differs between persons.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-FEWEST_TRIALS = 4  # Fisher's interval needs four, and a line through three points is uninformative
+FEWEST_TRIALS = 4  # Fisher's interval needs four points, and a line through three is uninformative
 # Fisher's z is infinite for a perfect correlation.
 LARGEST_CORRELATION = 1 - 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParticipantLine:
-    """One participant's line.
+    """The regression line of one participant.
 
     Parameters
     ----------
@@ -49,11 +49,11 @@ class ParticipantLine:
     slope : float
         Change of the natural logarithm of the estimate per unit of the coefficient.
     slope_interval : ConfidenceInterval
-        Student's, by ordinary least squares; assumes independent trials.
+        t-based, from ordinary least squares; assumes independent trials.
     correlation : float
-        Pearson's correlation of the logarithm of the estimate with the coefficient.
+        Pearson correlation between the logarithm of the estimate and the coefficient.
     correlation_interval : ConfidenceInterval
-        By Fisher's z; assumes independent trials.
+        From Fisher's z; assumes independent trials.
     """
 
     participant_id: str
@@ -66,13 +66,13 @@ class ParticipantLine:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeanCorrelation:
-    """The mean of participants' correlations: the mean of their Fisher's z, transformed back.
+    """The mean correlation across participants: the mean of Fisher's z, transformed back.
 
     Parameters
     ----------
     correlation : float
     interval : ConfidenceInterval
-        Student's interval of the mean z, transformed back.
+        t-based interval of the mean z, transformed back.
     """
 
     correlation: float
@@ -81,14 +81,14 @@ class MeanCorrelation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeasuredFriction:
-    """Ratings against measured friction.
+    """The relation between ratings and measured friction.
 
     Parameters
     ----------
     trials : int
         Number of trials used.
     participants : tuple of ParticipantLine
-        Participants with their own line.
+        Participants for whom a line was fitted.
     left_out : tuple of str
         Participants with too few trials, or without variation in friction or ratings.
     slope : MeanOverParticipants or NotComputed
@@ -113,7 +113,7 @@ def used_trials(prepared: Prepared) -> pd.DataFrame:
 
 
 def measured_friction(prepared: Prepared | None) -> MeasuredFriction | None:
-    """Return ratings against measured friction; None if no friction was measured."""
+    """Return the relation between ratings and measured friction; None if none was measured."""
     if prepared is None or COEFFICIENT not in prepared.trials:
         return None
     if not prepared.trials[COEFFICIENT].notna().any():

@@ -1,8 +1,8 @@
-"""Represent a result that the data do not allow, so that code can handle "a result or a reason".
+"""Represent a result that could not be computed, so that code can handle "a result or a reason".
 
-A reason is false in a condition and a result is true: code that needs only the result uses
-``if result:``. Code that also needs the reason uses `fold` or ``isinstance``. Results that may be
-false themselves (a number, an empty tuple) are accessed with `computed`.
+A reason is falsy and a result is truthy, so code that needs only the result uses ``if result:``.
+Code that also needs the reason uses `fold` or ``isinstance``. Use `computed` for results that can
+be falsy themselves, such as a number or an empty tuple.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ S = TypeVar("S")
 
 @dataclass(frozen=True, slots=True)
 class NotComputed:
-    """A missing result and its reason.
+    """A missing result and the reason why it is missing.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class NotComputed:
     reason: str
 
     def __bool__(self) -> Literal[False]:
-        """Return False: a missing result is false in a condition."""
+        """Return False, so that a missing result is falsy."""
         return False
 
 

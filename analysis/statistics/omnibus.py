@@ -1,7 +1,7 @@
-"""Test whether estimates differ between amplitudes: analysis of variance, Friedman's test, trends.
+"""Test whether estimates differ between amplitudes: ANOVA, Friedman's test and trend tests.
 
-Each test takes a `Prepared` and returns its numbers or `NotComputed`. Constant data and too few
-participants or conditions are checked first, because SciPy returns NaN for them.
+Each test takes a `Prepared` and returns its numbers or `NotComputed`. Constant data, and too few
+participants or conditions, are detected first, because SciPy returns NaN for them.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ SHAPIRO_AT_MOST = 5000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RmAnova:
-    """Repeated-measures analysis of variance of mean logarithms.
+    """Repeated-measures analysis of variance on mean logarithms.
 
     Parameters
     ----------
@@ -52,15 +52,15 @@ class RmAnova:
     eta2_generalised_interval : ConfidenceInterval or None
         None if it is not defined.
     mauchly_w, mauchly_p : float or None
-        Test of sphericity; None for two amplitudes, which are always spherical, and for fewer
-        participants than amplitudes, for which it is not defined.
+        Test of sphericity; None for two amplitudes, for which sphericity always holds, and for
+        fewer participants than amplitudes, for which the test is not defined.
     shapiro_w, shapiro_p : float or None
-        Test of the residuals' normality; None if there are more values than SciPy's p is accurate
+        Test of normality of the residuals; None for more values than SciPy's p-value is accurate
         for.
     n, n_incomplete : int
-        Participants tested, and participants without a logarithm at some of the amplitudes.
+        Number of participants tested, and of participants without a logarithm at some amplitude.
     amplitudes_um_pp, left_out_um_pp : tuple of float
-        Amplitudes compared, and amplitudes without any logarithm because every estimate is zero.
+        Amplitudes compared, and amplitudes omitted because every estimate is zero.
     """
 
     F: float
@@ -105,7 +105,7 @@ class Friedman:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PageTrend:
-    """Page's test of an ordered trend; ``p`` is one-sided, ``method`` SciPy's."""
+    """Page's trend test; ``p`` is one-sided, and ``method`` is the one that SciPy used."""
 
     L: float
     p: float
@@ -116,14 +116,14 @@ class PageTrend:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinearTrend:
-    """Linear contrast of mean logarithms.
+    """Linear contrast on mean logarithms.
 
     Parameters
     ----------
     log_slope_per_um_pp : MeanOverParticipants or NotComputed
-        Natural logarithm per µm peak to peak.
+        Change in the natural logarithm per µm peak to peak.
     n, n_incomplete : int
-        Participants tested, and participants without a logarithm at some amplitude.
+        Number of participants tested, and of participants without a logarithm at some amplitude.
     """
 
     log_slope_per_um_pp: MeanOverParticipants | NotComputed
@@ -143,7 +143,7 @@ class LinearTrend:
 def lacking(
     table: pd.DataFrame, conditions: int = 2, quantity: Quantity = PLATE_AMPLITUDE
 ) -> str | None:
-    """Return why a table of participants by amplitudes allows no test, or None."""
+    """Return the reason why a table of participants by amplitudes allows no test, or None."""
     n, k = table.shape
     if k < conditions:
         return few(quantity.levels, k, conditions)
@@ -153,7 +153,7 @@ def lacking(
 
 
 def additive_residuals(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the residuals from participants' and amplitudes' means, shape as ``values``."""
+    """Return residuals after removing participant and amplitude means, shaped as ``values``."""
     rows, columns = values.mean(axis=1, keepdims=True), values.mean(axis=0, keepdims=True)
     return np.asarray(values - rows - columns + values.mean())
 
@@ -164,7 +164,7 @@ def _is_constant(values: NDArray[np.float64]) -> bool:
 
 
 def log_table(data: Prepared, conditions: int = 2) -> tuple[pd.DataFrame, str | None]:
-    """Return the complete table of mean logarithms, and why it allows no test."""
+    """Return the complete table of mean logarithms, and the reason if it allows no test."""
     table = data.whole_logs
     if data.refused:
         return table, data.zero_sentence
@@ -172,7 +172,7 @@ def log_table(data: Prepared, conditions: int = 2) -> tuple[pd.DataFrame, str | 
 
 
 def _no_ranks(table: pd.DataFrame, quantity: Quantity) -> str | None:
-    """Return why a complete table of participants by conditions allows no rank test, or None."""
+    """Return why a complete participants-by-conditions table allows no rank test, or None."""
     why = lacking(table, 3, quantity)
     if why is None and (np.ptp(table.to_numpy(float), axis=1) == 0).all():
         why = "every participant's estimates are all the same"
@@ -184,12 +184,12 @@ def _incomplete(data: Prepared, table: pd.DataFrame) -> int:
 
 
 def rm_anova(data: Prepared) -> RmAnova | NotComputed:
-    """Perform a repeated-measures analysis of variance of participants' mean logarithms.
+    """Perform a repeated-measures analysis of variance on participants' mean logarithms.
 
-    Sphericity: Mauchly's test; degrees of freedom are corrected after Greenhouse and Geisser and
-    after Huynh and Feldt. Effect size: generalised eta squared, see
-    `slipscale.analysis.statistics.effect_sizes`. Does not use pingouin, because its import takes
-    longer than the whole computation; a test compares all numbers with R's.
+    Sphericity is tested with Mauchly's test; degrees of freedom have Greenhouse-Geisser and
+    Huynh-Feldt corrections. The effect size is generalised eta squared, see
+    `slipscale.analysis.statistics.effect_sizes`. pingouin is not used, because importing it takes
+    longer than the whole computation. A test compares all numbers with R.
     """
     from scipy import stats  # noqa: PLC0415
 
@@ -206,8 +206,7 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
     f = float(batched.repeated_measures_f(values[None])[0])
     epsilon = float(batched.greenhouse_geisser(values[None])[0]) if df1 > 1 else 1.0
     epsilon_hf = _huynh_feldt(epsilon, len(values), df1) if df1 > 1 else 1.0
-    # W is a determinant, which is 0 for fewer participants than amplitudes, whatever their
-    # answers.
+    # W is a determinant, which is always 0 with fewer participants than amplitudes.
     sphericity = _mauchly(values) if 1 < df1 < len(values) else None
     residuals = additive_residuals(values).ravel()
     normality = stats.shapiro(residuals) if residuals.size <= SHAPIRO_AT_MOST else None
@@ -238,9 +237,9 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
 
 
 def friedman(data: Prepared) -> Friedman | NotComputed:
-    """Perform Friedman's rank test, with Kendall's W, on mean estimates.
+    """Perform Friedman's rank test on mean estimates, with Kendall's W.
 
-    Zeros and participants' scales do not affect it.
+    Neither zeros nor differences in participants' scales affect it.
     """
     return friedman_of(data.whole, _incomplete(data, data.whole), data.quantity)
 
@@ -248,7 +247,7 @@ def friedman(data: Prepared) -> Friedman | NotComputed:
 def friedman_of(
     table: pd.DataFrame, n_incomplete: int, quantity: Quantity = PLATE_AMPLITUDE
 ) -> Friedman | NotComputed:
-    """Return Friedman's rank test of a complete table of participants by conditions."""
+    """Return Friedman's rank test for a complete table of participants by conditions."""
     from scipy import stats  # noqa: PLC0415
 
     if why := _no_ranks(table, quantity):
@@ -267,16 +266,16 @@ def friedman_of(
 
 
 def page_trend(data: Prepared) -> PageTrend | NotComputed:
-    """Perform Page's test of an ordered trend: estimates increase with amplitude. One-sided."""
+    """Perform Page's one-sided trend test: estimates increase with amplitude."""
     return page_trend_of(data.whole, _incomplete(data, data.whole), data.quantity)
 
 
 def page_trend_of(
     table: pd.DataFrame, n_incomplete: int, quantity: Quantity = PLATE_AMPLITUDE
 ) -> PageTrend | NotComputed:
-    """Return Page's test of a complete table of participants by conditions in ascending order.
+    """Return Page's test for a complete table of participants by conditions in ascending order.
 
-    For a judged property that falls with the level, the expected order is descending.
+    For a property that decreases with the level, the expected order is descending.
     """
     from scipy import stats  # noqa: PLC0415
 
@@ -294,7 +293,7 @@ def page_trend_of(
 
 
 def linear_trend(data: Prepared) -> LinearTrend | NotComputed:
-    """Test the linear contrast of mean logarithms at the true amplitudes, one per participant."""
+    """Test the linear contrast of mean logarithms on amplitude, one contrast per participant."""
     table, why = log_table(data)
     if why:
         return NotComputed(why)
@@ -309,12 +308,12 @@ def linear_trend(data: Prepared) -> LinearTrend | NotComputed:
 
 
 def _huynh_feldt(epsilon_gg: float, n: int, df1: int) -> float:
-    """Return Huynh and Feldt's epsilon (1976), at most 1."""
+    """Return the Huynh-Feldt epsilon (1976), at most 1."""
     return min((n * df1 * epsilon_gg - 2) / (df1 * (n - 1 - df1 * epsilon_gg)), 1.0)
 
 
 def _mauchly(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Return W and p of Mauchly's test, as R's ``mauchly.test`` (with second-order term)."""
+    """Return W and p of Mauchly's test, as in R's ``mauchly.test`` (with second-order term)."""
     from scipy import linalg, stats  # noqa: PLC0415
 
     n, k = len(values) - 1, values.shape[1]

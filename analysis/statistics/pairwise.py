@@ -1,4 +1,4 @@
-"""Compare every two amplitudes: paired t on logarithms, Wilcoxon's test on estimates."""
+"""Compare all pairs of amplitudes: paired t tests on logarithms, Wilcoxon tests on estimates."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 
-#: Wilcoxon's test is exact up to this many differences, without and with ties.
+#: Wilcoxon's test is exact up to this many differences: without ties, and with ties.
 EXACT_AT_MOST, EXACT_WITH_TIES = 50, 13
 
 
@@ -38,11 +38,11 @@ class PairedT:
     Parameters
     ----------
     ratio : float
-        Ratio of geometric means, larger to smaller amplitude.
+        Ratio of geometric means, larger amplitude to smaller amplitude.
     ratio_interval : ConfidenceInterval
-        Student's, from the mean difference of logarithms.
+        t-based, from the mean difference of logarithms.
     t, df, p, p_holm : float, int, float, float
-        Two-sided; ``p_holm`` is corrected over all pairs.
+        Two-sided test; ``p_holm`` is corrected across all pairs.
     d_z : float
         Mean difference divided by the standard deviation of the differences.
     d_z_interval : ConfidenceInterval or None
@@ -50,9 +50,9 @@ class PairedT:
     equivalence : Equivalence
         Whether the ratio lies within the study's bound.
     equivalence_p_holm : float
-        Its p, corrected over all pairs.
+        p-value of the equivalence test, corrected across all pairs.
     bayes_factor : float
-        In favour of a difference; infinite if it overflows.
+        Bayes factor in favour of a difference; infinite if it overflows.
     """
 
     ratio: float
@@ -70,10 +70,11 @@ class PairedT:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SignedRank:
-    """Wilcoxon's signed-rank test of estimates.
+    """Wilcoxon's signed-rank test on estimates.
 
     ``up`` and ``down`` count participants whose estimate increased and decreased. ``p`` and
-    ``p_holm`` are two-sided, and NaN if no estimate changed or fewer than three people have both.
+    ``p_holm`` are two-sided, and NaN if no estimate changed or if fewer than three participants
+    have both estimates.
     """
 
     up: int
@@ -91,10 +92,10 @@ class PairComparison:
     from_um_pp, to_um_pp : float
         Smaller and larger amplitude, µm peak to peak.
     n, n_logs : int
-        Participants with an estimate at both amplitudes, and with a logarithm at both. A
-        participant without a value at one amplitude is included in the other pairs.
+        Number of participants with an estimate at both amplitudes, and with a logarithm at both. A
+        participant without a value at one amplitude is still included in the other pairs.
     logs, ranks
-        See their classes; `ranks` is from ``n`` participants, `logs` from ``n_logs``.
+        See their classes; `ranks` uses ``n`` participants, `logs` uses ``n_logs``.
     """
 
     from_um_pp: float
@@ -142,10 +143,10 @@ class PairComparison:
 
 
 def pairwise(data: Prepared) -> tuple[PairComparison, ...] | NotComputed:
-    """Compare every two amplitudes: paired t on logarithms and Wilcoxon on estimates, Holm's p.
+    """Compare all pairs of amplitudes by paired t and Wilcoxon tests, with Holm's correction.
 
-    Each pair includes all participants with both values. An estimate of zero removes the
-    participant from the logarithms of its pairs, but from no rank test.
+    Each pair includes all participants with both values. An estimate of zero excludes the
+    participant from the t tests of its pairs, but not from the rank tests.
     """
     cells = data.cells
     if cells.shape[1] < 2:  # noqa: PLR2004
@@ -195,7 +196,7 @@ def _mean(data: Prepared, differences: NDArray[np.float64]) -> MeanOverParticipa
 def _paired_t(
     data: Prepared, differences: list[NDArray[np.float64]]
 ) -> list[PairedT | NotComputed]:
-    """Return each pair's test; Holm's correction is over the pairs that have one."""
+    """Return the test for each pair; Holm's correction covers the pairs that have one."""
     means = [_mean(data, each) for each in differences]
     tested = [mean for mean in means if mean]
     same = [equivalence(mean, data.choices.equivalence_ratio) for mean in tested]
@@ -227,7 +228,7 @@ def _paired_t(
 
 
 def signed_rank_p(differences: NDArray[np.float64]) -> float:
-    """Return the two-sided p of Wilcoxon's signed-rank test, exact for small samples, ties or not.
+    """Return the two-sided p of Wilcoxon's signed-rank test, exact for small samples with ties.
 
     For ties in small samples, SciPy permutes in a Python loop, which takes about a second per
     pair. The same permutation test on precomputed ranks is a thousand times faster.

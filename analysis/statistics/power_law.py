@@ -1,4 +1,4 @@
-"""Fit Stevens's power law: the exponents of participants and of the group."""
+"""Fit Stevens's power law to each participant and to the group."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PowerLaw:
-    """The group's exponent.
+    """The group exponent.
 
     Parameters
     ----------
     exponent : float
         Mean of participants' exponents.
     interval : ConfidenceInterval
-        Student's, over participants.
+        t-based, across participants.
     sd : float
         Standard deviation of participants' exponents (n - 1).
     n : int
-        Participants with an exponent.
+        Number of participants with an exponent.
     points : int
         Maximum number of amplitudes above 0 per participant.
     """
@@ -53,7 +53,7 @@ class PowerLaw:
 
 
 def exponents(logs: pd.DataFrame) -> pd.DataFrame:
-    """Return each participant's power function by least squares in log-log coordinates.
+    """Fit each participant's power function by least squares in log-log coordinates.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def exponents(logs: pd.DataFrame) -> pd.DataFrame:
 
 
 def power_law(data: Prepared) -> PowerLaw | NotComputed:
-    """Return the group's exponent: the mean of participants' slopes, with Student's interval."""
+    """Return the group exponent: the mean of participants' slopes, with a t-based interval."""
     if data.refused:
         return NotComputed(data.zero_sentence)
     return power_law_of(data.logs, data.choices.confidence, data.quantity)
@@ -85,7 +85,7 @@ def power_law(data: Prepared) -> PowerLaw | NotComputed:
 def power_law_of(
     logs: pd.DataFrame, confidence: float, quantity: Quantity = PLATE_AMPLITUDE
 ) -> PowerLaw | NotComputed:
-    """Return the group's exponent from mean logarithms; see `exponents`."""
+    """Return the group exponent from mean logarithms; see `exponents`."""
     table = exponents(logs)
     found = mean_over_participants(table["exponent"].to_numpy(float), confidence)
     if isinstance(found, NotComputed):

@@ -1,4 +1,4 @@
-"""Fit least-squares lines of many participants at once, allowing missing cells."""
+"""Fit least-squares lines for many participants at once, allowing missing cells."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Lines:
     slope, intercept : array, shape (...)
         NaN with fewer than two points, or if all points have the same x.
     points : int array, shape (...)
-        Number of points of each line.
+        Number of points used for each line.
     """
 
     slope: Array
@@ -36,14 +36,14 @@ def fit_lines(x: Array, y: Array) -> Lines:
     Parameters
     ----------
     x : array, shape (k,)
-        Such as logarithms of amplitudes.
+        For example, log amplitudes.
     y : array, shape (..., k)
-        Such as logarithms of estimates; NaN if missing.
+        For example, log estimates; NaN if missing.
     """
     present = ~np.isnan(y)
     points = present.sum(axis=-1)
     xs, ys = np.where(present, x, 0.0), np.where(present, y, 0.0)
-    # Without two different x, this is 0 / 0: NaN.
+    # Unless two x values differ, this is 0 / 0, that is, NaN.
     with np.errstate(invalid="ignore", divide="ignore"):
         x_mean, y_mean = xs.sum(axis=-1) / points, ys.sum(axis=-1) / points
         dx = np.where(present, xs - x_mean[..., None], 0.0)

@@ -1,4 +1,4 @@
-"""Estimate the test-retest reliability of log estimates from components of variance."""
+"""Estimate the test-retest reliability of log estimates from variance components."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: A correlation this close to 1 has no finite Fisher's z.
+#: For a correlation this close to 1, Fisher's z is not finite.
 CLOSE_TO_ONE = 1 - 1e-9
 CELL = [PARTICIPANT, "amplitude_um_pp"]
-#: Number of REML fits that each omit a group of participants.
+#: Number of REML fits for the jackknife, each omitting a group of participants.
 GROUPS = 100
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IntraclassCorrelation:
-    """An intraclass correlation; without interval if it is 1 when some participant is omitted."""
+    """An intraclass correlation; no interval if it reaches 1 when some participant is omitted."""
 
     value: float
     interval: ConfidenceInterval | None
@@ -45,7 +45,7 @@ class IntraclassCorrelation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reliability:
-    """Proportion of the variance of log estimates that is between participants.
+    """Proportion of the variance in log estimates that is due to participants.
 
     Log estimate = mean of the amplitude + participant + participant x amplitude + repetition. The
     study chose the amplitudes, so differences between them do not count as reliability.
@@ -55,7 +55,7 @@ class Reliability:
     single, mean : IntraclassCorrelation
         For one estimate, and for the mean of a participant's repetitions at an amplitude.
     variance_participants, variance_interaction, variance_repetitions : float
-        Components, squared natural logarithms; not below 0.
+        Variance components of natural logarithms; not below 0.
     n, amplitudes, trials : int
         Numbers of participants, amplitudes and trials.
     repetitions : float
@@ -77,12 +77,13 @@ class Reliability:
 
 
 def reliability(data: Prepared) -> Reliability | NotComputed:
-    """Return intraclass correlations over repetitions, from components of variance.
+    """Return intraclass correlations across repetitions, from variance components.
 
     If every participant has the same number of estimates above zero at every amplitude, components
-    are those of the mean squares (Searle, Casella and McCulloch 1992, Variance Components, ch. 4).
-    Otherwise restricted maximum likelihood uses all estimates. Intervals are a jackknife over
-    participants on Fisher's z, because a participant's amplitudes are not independent targets.
+    are computed from mean squares (Searle, Casella and McCulloch 1992, Variance Components, ch.
+    4). Otherwise, they are estimated from all estimates by restricted maximum likelihood.
+    Intervals use a jackknife across participants on Fisher's z, because a participant's amplitudes
+    are not independent targets.
     """
     if data.refused:
         return NotComputed(data.zero_sentence)
@@ -132,7 +133,7 @@ def reliability(data: Prepared) -> Reliability | NotComputed:
 
 
 def _by_mean_squares(usable: pd.DataFrame, shape: tuple[int, int, int]) -> tuple[Array, Array]:
-    """Return the components of all participants, and with each participant omitted in turn."""
+    """Return the components for all participants, and with each participant omitted in turn."""
     n, k, repetitions = shape
     block = usable.sort_values(CELL, kind="stable")["log"].to_numpy(float).reshape(shape)
     squares = _sums_of_squares(block)
@@ -143,7 +144,7 @@ def _by_mean_squares(usable: pd.DataFrame, shape: tuple[int, int, int]) -> tuple
 
 
 def _by_reml(means: Array, counts: Array, squares: Array) -> tuple[Array, Array]:
-    """Return the same by REML; with many participants, groups of them are omitted in turn."""
+    """Return the same by REML; with many participants, groups are omitted in turn."""
     whole = reml_components(means, counts, squares)
     if whole[2] <= TINY:
         return whole, whole[None]
@@ -157,7 +158,7 @@ def _by_reml(means: Array, counts: Array, squares: Array) -> tuple[Array, Array]
 
 
 def _sums_of_squares(block: Array) -> Array:
-    """Return each participant's sums of squares: between people, interaction, repetitions."""
+    """Return sums of squares per participant: between participants, interaction, repetitions."""
     _, k, repetitions = block.shape
     cells = block.mean(axis=2)
     centred = cells - cells.mean(axis=0)
@@ -172,7 +173,7 @@ def _sums_of_squares(block: Array) -> Array:
 
 
 def _components(squares: Array, n: int, k: int, repetitions: int) -> Array:
-    """Return the components participant, participant x amplitude, repetition; may be below 0."""
+    """Return the participant, participant x amplitude and repetition components (may be < 0)."""
     people = squares[..., 0] / (n - 1)
     within = squares[..., 2] / (n * k * (repetitions - 1))
     interaction = squares[..., 1] / ((n - 1) * (k - 1)) if k > 1 else within

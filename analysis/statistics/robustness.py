@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SubsetSummary:
-    """The main results of some participants.
+    """The main results for a subset of participants.
 
     Parameters
     ----------
     participants : str
-        Which participants, in words.
+        Description of the subset.
     n : int
         Number of participants.
     power_law, friedman
@@ -57,7 +57,7 @@ class SubsetSummary:
 
 
 def robustness(everyone: Prepared, flagged: set[str]) -> tuple[SubsetSummary, ...]:
-    """Return the main results of all participants, and without the flagged if anyone remains."""
+    """Return the main results for all participants and, if any remain, for those without flags."""
     kept = ~everyone.trials[PARTICIPANT].isin(flagged)
     sets = {"all analysed": everyone}
     if flagged and kept.any():

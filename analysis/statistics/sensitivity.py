@@ -1,4 +1,4 @@
-"""Compare the same estimates under every normalisation rule that the data allow."""
+"""Compare results for the same estimates under every applicable normalisation rule."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RuleSummary:
-    """Means and spreads under one rule.
+    """Means and standard deviations under one rule.
 
     Parameters
     ----------
     rule : str
         A key of `slipscale.analysis.preprocessing.normalisation.RULES`.
     used : bool
-        Whether it is the rule used by the analysis.
+        Whether this is the rule used by the analysis.
     unit : str
-        Unit of mean and standard deviation.
+        Unit of the mean and standard deviation.
     mean, sd_sample : Mapping
-        Amplitude (µm peak to peak) -> value over participants.
+        Amplitude (µm peak to peak) -> value across participants.
     """
 
     rule: str
@@ -39,13 +39,13 @@ class RuleSummary:
 
 
 def sensitivity(trials: pd.DataFrame, used: str, quantity: Quantity) -> tuple[RuleSummary, ...]:
-    """Return Table III's means and spreads under every rule that the data allow.
+    """Return Table III's means and standard deviations under every applicable rule.
 
-    The exponent and every within-participant test on logarithms are the same under all of them.
+    The exponent and every within-participant test on logarithms are the same under all rules.
     """
     rows = []
     normalised = normalise_by_all(trials)
-    # Trials are sorted into cells once for all rules, because that takes longer than the means.
+    # Trials are grouped into cells once for all rules, because that takes longer than averaging.
     means = cell_means(trials.assign(**normalised), list(normalised))
     for name in normalised:
         cells = pd.DataFrame(means[name])

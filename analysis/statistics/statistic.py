@@ -1,11 +1,12 @@
-"""Declare statistics: what each needs, how to compute it, and the results of all of them.
+"""Declare statistics: what each needs, how it is computed, and the results of all.
 
 One declaration contains everything about a statistic that the report, its files, a
-pre-registration and a pilot need. The rules:
+pre-registration and a pilot need. Rules:
 
-- a statistic that the study did not choose, or that the data do not allow, is a `NotComputed` with
-  its reason; no other code decides that;
-- results are looked up by their declaration, ``inference[FRIEDMAN]``, so that their type is known.
+- a statistic that the study did not choose, or that the data do not support, is a `NotComputed`
+  with the reason; no other code decides this;
+- results are looked up by their declaration, as in ``inference[FRIEDMAN]``, so that their type is
+  known.
 """
 
 from __future__ import annotations
@@ -31,26 +32,26 @@ T = TypeVar("T")
 #: results of a statistic are passed to its callables.
 T_co = TypeVar("T_co", covariant=True)
 
-#: A measure of a session: name, unit, and values of participants (rows) by sessions (columns).
+#: A session measure: name, unit, and values with participants as rows and sessions as columns.
 SessionTable = tuple[str, str, "pd.DataFrame"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inputs:
-    """Inputs of statistics.
+    """Input data shared by all statistics.
 
     Parameters
     ----------
     data : Dataset
-        After exclusions.
+        The data set after exclusions.
     prepared : Prepared or None
         Magnitude estimates; None if there are none.
     rule : str or None
-        Rule of normalisation; None without estimates.
+        Normalisation rule; None without estimates.
     bayesian : bool
         Whether to sample the hierarchical Bayesian power function, which takes half a minute.
     session_tables : callable
-        Returns each measure of a participant's session, for every kind of task.
+        Returns the session measures of every kind of task.
     found : Inference
         The results of the statistics declared before this one.
     """
@@ -70,13 +71,13 @@ class Family(Generic[T_co]):
     Parameters
     ----------
     name : str
-        What is tested, and how, for a quantity ``q``.
+        What is tested and how, for a quantity ``q``.
     read : callable
         Returns the uncorrected p-values of a result.
     primary : {"ranks", "logarithms"}, optional
-        The primary analysis to which it belongs.
+        The primary analysis to which the family belongs.
     corrected : bool
-        Whether Holm's correction is over its tests.
+        Whether Holm's correction is applied to its tests.
     """
 
     name: str
@@ -87,15 +88,15 @@ class Family(Generic[T_co]):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sentence(Generic[T_co]):
-    """One sentence about a result.
+    """A report sentence about a result.
 
     Parameters
     ----------
     write : callable
-        Returns it from the result, the confidence level and the quantity; None if there is
-        nothing to report.
+        Returns the sentence, given the result, the confidence level and the quantity; None if
+        there is nothing to report.
     primary : {"ranks", "logarithms"}, optional
-        The primary analysis to which it belongs; with other primary analyses it is secondary.
+        The primary analysis to which the sentence belongs; with any other, it is secondary.
     """
 
     write: Callable[[T_co, float, Quantity], str | None]
@@ -104,32 +105,32 @@ class Sentence(Generic[T_co]):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Statistic(Generic[T_co]):
-    """One entry of ``inference.json``.
+    """A statistic, written as one entry of ``inference.json``.
 
     Parameters
     ----------
     key : str
-        Its key there, and its name in a study's ``tests``.
+        Key in ``inference.json``, and name in a study's ``tests``.
     meaning : str
-        What is computed, for a pre-registration.
+        Description of what is computed, for a pre-registration.
     compute : callable
-        Returns the result, or why there is none.
+        Returns the result, or the reason why there is none.
     test : bool
         Whether a study can omit it.
     title : str
-        Its name in the list of tests that could not be computed; if empty, it is not listed.
+        Name in the list of tests that could not be computed; if empty, it is not listed.
     parts : callable, optional
-        Returns the parts of a result that may be missing separately, by title, for a quantity
-        ``q``.
+        Returns the parts of a result that can be missing separately, keyed by title, for a
+        quantity ``q``.
     families : tuple of Family
-        The tests that the report evaluates by a p-value. Estimates with intervals have none.
+        The tests that the report evaluates by p-values. Estimates with intervals have no family.
     sentences : tuple of Sentence
-        In the order of a results section.
+        Report sentences, in the order of the results section.
     methods : str
-        Its sentence in a methods section, for a quantity ``q``, with references as ``[[key]]``.
+        Sentence for the methods section, for a quantity ``q``, with references as ``[[key]]``.
     conclusions, headlines : Mapping
-        For simulated pilots: a pattern of names below its key -> description, for conclusions and
-        for the numbers that are drawn. ``{0}`` is the pattern's first group.
+        For simulated pilots: regular expression for names below the key -> description, for
+        conclusions and for the numbers plotted. ``{0}`` is the first group of the expression.
     """
 
     key: str
@@ -150,7 +151,7 @@ class Statistic(Generic[T_co]):
 
 
 def _statistic_of(key: str) -> object:
-    # Looked up by name when unpickled, because the declarations import this module.
+    # Looked up by name when unpickling, because the declarations import this module.
     kinds = import_module("slipscale.analysis.tasks.outside.guard").every_kind()
     return next(each for kind in kinds for each in kind.statistics if each.key == key)
 
@@ -170,7 +171,7 @@ class Inference:
     declared: tuple[Statistic[object], ...] = ()
 
     def __getitem__(self, statistic: Statistic[T]) -> T | NotComputed:
-        """Return the result, or why there is none."""
+        """Return the result, or the reason why there is none."""
         return cast("T | NotComputed", self.results[statistic.key])
 
     def found(self, statistic: Statistic[T]) -> T | None:
@@ -194,7 +195,7 @@ class Inference:
         return self.results
 
     def with_result(self, statistic: Statistic[object], result: object) -> Inference:
-        """Return the results with one more added."""
+        """Return the results with one more result added."""
         results = {**self.results, statistic.key: result}
         return Inference(results, (*self.declared, statistic))
 

@@ -1,4 +1,4 @@
-"""Compute the analysis of variance with two factors within participants, as R's afex does."""
+"""Compute the two-way within-participant analysis of variance, as R's afex does."""
 
 from __future__ import annotations
 
@@ -22,14 +22,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
-    """An effect of an analysis of variance with a factor within participants.
+    """An effect in a within-participant analysis of variance.
 
     Parameters
     ----------
     F, df1, df2, p : float
-        Degrees of freedom as used: with amplitude, after Greenhouse and Geisser.
+        Degrees of freedom as used: Greenhouse-Geisser-corrected for effects that involve
+        amplitude.
     eta2_partial, eta2_partial_interval
-        By the non-central F; None if it is not defined.
+        Interval from the non-central F distribution; None if it is not defined.
     """
 
     F: float
@@ -62,18 +63,18 @@ def effect(f: float, df1: float, df2: float, epsilon: float, confidence: float) 
 def two_way(
     whole: pd.DataFrame, confidence: float, cells: str
 ) -> tuple[Effect, Effect, Effect] | NotComputed:
-    """Test two factors within participants, with Greenhouse and Geisser's correction.
+    """Test two within-participant factors, with the Greenhouse-Geisser correction.
 
-    Uses pingouin, which agrees with R in sums of squares and epsilons if every cell is present.
+    Uses pingouin, whose sums of squares and epsilons agree with R if no cell is missing.
 
     Parameters
     ----------
     whole : DataFrame, shape (participants, first x second)
-        Means of the participants with every cell; its columns have two levels.
+        Cell means of the participants without missing cells; the columns have two levels.
     confidence : float
-        Level of the intervals of effect sizes.
+        Confidence level of the effect-size intervals.
     cells : str
-        What is needed, for the message: "every amplitude in every session".
+        What the data must contain, for the message: "every amplitude in every session".
 
     Returns
     -------
@@ -96,7 +97,7 @@ def two_way(
         }
     )
     with warnings.catch_warnings():
-        # Only pingouin's warning on pandas 3 (dropna in place).
+        # Suppresses only pingouin's warning with pandas 3 (dropna in place).
         warnings.filterwarnings("ignore", category=pd.errors.Pandas4Warning)
         found = pingouin.rm_anova(
             data=long,

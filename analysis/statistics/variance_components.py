@@ -1,10 +1,10 @@
-"""Estimate components of variance of unbalanced repeated estimates, by REML.
+"""Estimate variance components from unbalanced repeated estimates by REML.
 
 Model: log estimate = mean of the level + participant + participant x level + repetition.
-Restricted maximum likelihood needs only means and counts of cells (participant x level), and the
-sum of squares within cells. If every cell has the same number of repetitions and no component is
-below 0, the fit equals that of the mean squares. Searle, Casella and McCulloch 1992, Variance
-Components, ch. 6.
+Restricted maximum likelihood needs only the means and counts of cells (participant x level) and
+the sum of squares within cells. If every cell has the same number of repetitions and no component
+is negative, the result equals the mean-squares estimate. Searle, Casella and McCulloch 1992,
+Variance Components, ch. 6.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Starting values of the search: the two components relative to the repetitions' variance.
+#: Starting values of the search: the two other components relative to the repetition variance.
 STARTS = ((1.0, 0.5), (0.05, 0.05))
 
 
 def reml_components(
     means: Array, counts: Array, squares: Array, starts: Sequence[Sequence[float]] = STARTS
 ) -> Array:
-    """Return the components participant, participant x level and repetition; none is below 0.
+    """Return the components (participant, participant x level, repetition); none is negative.
 
     Parameters
     ----------
     means : array, shape (participants, levels)
-        Mean of each cell; any number in an empty one.
+        Mean of each cell; arbitrary for an empty cell.
     counts : array, shape (participants, levels)
-        Estimates in each cell; 0 in an empty one.
+        Number of estimates in each cell; 0 for an empty cell.
     squares : array, shape (participants,)
-        Each participant's sum of squares around the means of their cells.
+        Each participant's sum of squares around their cell means.
     starts : sequence of (float, float)
         Starting values of the search.
     """
@@ -45,8 +45,7 @@ def reml_components(
     used = (counts > 0).any(axis=0)
     own, cells = np.where(counts > 0, means, 0.0)[:, used], counts[:, used]
     within, freedom = squares.sum(), counts.sum() - (counts > 0).sum()
-    # Participants with the same counts are represented by their number, sums, and sums of
-    # products.
+    # Participants with the same counts are summarised by their number, sums and sums of products.
     order = np.lexsort(cells.T)
     own, cells = own[order], cells[order]
     first = np.flatnonzero(np.append(True, (np.diff(cells, axis=0) != 0).any(axis=1)))
@@ -80,11 +79,11 @@ def _deviance(  # noqa: PLR0917
     within: float,
     freedom: float,
 ) -> tuple[float, Array, float]:
-    """Return -2 log restricted likelihood without a constant, its gradient, repetitions' variance.
+    """Return -2 log restricted likelihood (no constant), its gradient and repetition variance.
 
-    ``ratios`` are the other components relative to that variance, which has a closed form.
-    ``counts`` are those of groups of ``people`` with the same counts, whose cell means have these
-    sums and products.
+    ``ratios`` are the other components relative to the repetition variance, which has a closed
+    form. Each row of ``counts`` belongs to a group of ``people`` with the same counts; the sums
+    and products are those of the group's cell means.
     """
     person, cell = ratios
     there = counts > 0
@@ -105,7 +104,7 @@ def _deviance(  # noqa: PLR0917
         + np.linalg.slogdet(normal)[1]
     )
     # A group's covariance V is 1 person + diagonal cell + diagonal 1 / count, relative to the
-    # variance.
+    # repetition variance.
     inverse = weights[:, :, None] * np.eye(len(levels))
     inverse -= shrink[:, None, None] * weights[:, :, None] * weights[:, None, :]
     across = sums[:, :, None] * levels

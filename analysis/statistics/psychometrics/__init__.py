@@ -1,1 +1,1 @@
-"""Fit thresholds and slopes: psychometric functions of each participant and of the population."""
+"""Fit psychometric functions for each participant and for the population."""

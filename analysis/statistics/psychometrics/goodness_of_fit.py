@@ -28,20 +28,20 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.adaptive.interleaved import Interleaved
 
 
-#: Number of simulated runs of an adaptive rule.
+#: Number of simulated runs with an adaptive rule.
 RUNS = 200
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoodnessOfFit:
-    """Deviation of answers from a fitted curve.
+    """Deviation of the answers from a fitted curve.
 
     Parameters
     ----------
     deviance : float
-        Twice the log likelihood gained by a curve through every proportion.
+        Twice the gain in log likelihood of a curve that passes through every observed proportion.
     p : float
-        Proportion of data sets, simulated from the curve and refitted, with at least this
+        Proportion of data sets, simulated from the curve and refitted, that have at least this
         deviance.
     simulations : int
         Number of simulated data sets.
@@ -62,23 +62,24 @@ def goodness_of_fit(
     simulations: int = 1000,
     seed: int = 2001,
 ) -> GoodnessOfFit | NotComputed:
-    """Test a curve by its deviance, against data sets simulated from it and refitted.
+    """Test a curve's deviance against data sets simulated from the curve and refitted.
 
     Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313: with few answers per level the
     deviance is not chi-square distributed, so its distribution is simulated. If an adaptive rule
     chose the levels, the rule also chooses the levels of each simulated data set. The simulated
     answers then follow the posterior's curve. With few adaptive answers, the maximum-likelihood
-    curve is too steep, and data simulated from it are too regular. Of 80 runs of a staircase of 60
-    trials, 5 had p < .05 this way, compared to 9 from the maximum-likelihood curve; at the
-    observed levels, it was 21 of 100.
+    curve is too steep, and data simulated from it are too regular. In 80 runs of a 60-trial
+    staircase, 5 had p < .05 with this method and 9 with the maximum-likelihood curve. Simulation
+    at the observed levels gave 21 of 100.
 
     Parameters
     ----------
     fitted : PsychometricFunction
         Result of `fit_threshold` with the same ``largest_lapse``.
     tracks : Interleaved, optional
-        The rule that chose the levels, before its first trial; default: they were fixed. The
-        number of simulations is then at most `RUNS`, and ``generating`` is required.
+        The rule that chose the levels, in its state before the first trial; requires
+        ``generating`` and limits the number of simulations to `RUNS`. Default: the levels were
+        fixed.
     generating : PsychometricFunction, optional
         Result of `fit_threshold_by_posterior` for the same answers.
     """
@@ -117,7 +118,7 @@ def goodness_of_fit(
 
 
 def deviance(counts: Counts, proportion: Array) -> Array:
-    """Return the deviance of answers from proportions, shape (sets,)."""
+    """Return the deviance between answers and proportions, shape (sets,)."""
     # A level without answers only pads a row and has no deviance.
     own = counts.log_likelihood(counts.correct / np.maximum(counts.trials, 1))
     return 2 * (own - counts.log_likelihood(proportion))

@@ -1,16 +1,16 @@
-"""Fit a hierarchical psychometric model: thresholds of a population and its members in one fit.
+"""Fit a hierarchical psychometric model: population and individual thresholds in one fit.
 
     p(level u, participant i, condition c) = guess + (1 - guess - lapse) G(a + s (u - m_ic))
     m_ic = x_ic β + τ b_i + ω e_ic,   log s_i = log s + ν d_i,   b, e and d standard normal
 
 ``u`` is the level's coordinate, ``G`` the curve and ``a`` its argument at the threshold. The lapse
-rate is shared, so all participants' answers determine it. A shared slope would take the answers of
-people with shallow curves for lapses, and make the typical curve too steep. With several
-conditions ν is 0: the third integral would take seven times as long. A participant's few answers
-need neither a prior nor a bound near the true value. Catch trials, at a level that nobody misses,
-are wrong only because of lapses and enter the likelihood. The fit is by maximum marginal
-likelihood (see `integrated_over_people`). No package on PyPI fits a psychometric function with
-lapses, random thresholds and random slopes.
+rate is shared, so it is estimated from the answers of all participants. A shared slope would treat
+the errors of people with shallow curves as lapses and make the typical curve too steep. With
+several conditions, ν is 0, because a third integral would take seven times as long. Even if a
+participant gave few answers, the fit needs neither a prior nor a bound near the true value. Catch
+trials, at a level that nobody misses, are wrong only because of lapses and enter the likelihood.
+The fit is by maximum marginal likelihood (see `integrated_over_people`). No package on PyPI fits a
+psychometric function with lapses, random thresholds and random slopes.
 """
 
 from __future__ import annotations
@@ -38,42 +38,43 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Model
 
-#: Largest standard deviation of people, and farthest threshold, in standard deviations of the
+#: Largest standard deviation between people, and farthest threshold, in standard deviations of the
 #: levels.
 WIDEST, FARTHEST = 5.0, 6.0
-#: Slopes range from a rise over 20 standard deviations of the levels to one within a fiftieth.
+#: Slopes range from a rise over 20 standard deviations of the levels to a rise over one fiftieth.
 SHALLOWEST, STEEPEST = 20.0, 0.02
-#: Nodes of people per square root of a participant's answers, with their minimum and maximum, and
-#: how many standard deviations they extend. Curves that may be steep need twice as many nodes.
+#: Number of nodes for people, per square root of a participant's answers; its minimum and maximum,
+#: and how many standard deviations the nodes extend. Curves that may be steep need twice as many
+#: nodes.
 NODES, FEWEST_NODES, MOST_NODES, OUTERMOST = 4.0, 21, 161, 4.0
-#: Nodes of a participant's deviations between conditions.
+#: Nodes for a participant's deviations between conditions.
 INNER_NODES = 9
-#: Of slopes, which a participant's answers hardly determine: with one standard deviation between
-#: nodes, estimates differ from those of 41 nodes by less than 0.1 of a standard error.
+#: Nodes for slopes, which a participant's answers hardly determine. With one standard deviation
+#: between nodes, estimates differ from those with 41 nodes by less than 0.1 of a standard error.
 OF_SLOPES = even(7, 3.0)
-#: Largest standard deviation of people's logarithmic slopes.
+#: Largest standard deviation of log slopes between people.
 MOST_UNLIKE = 1.5
-#: Initial lapse rates: the likelihood can have a peak for each. And the initial rise of the curve
-#: in standard deviations of the levels.
+#: Initial lapse rates, because the likelihood can have a peak for each; and the initial rise of the
+#: curve, in standard deviations of the levels.
 LAPSES, WIDTHS = (0.005, 0.03, 0.1), (3.0, 1.5, 0.8)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trials:
-    """Counted answers of several people; one row per person, condition and level.
+    """Answer counts for several people; one row per person, condition and level.
 
     Parameters
     ----------
     person, condition : int array, shape (rows,)
-        From 0.
+        Indices from 0.
     design : array, shape (rows, coefficients)
-        Multipliers of the thresholds' coefficients; constant within a person's condition.
+        Design matrix of the thresholds; constant within each condition of a person.
     u : array, shape (rows,)
         Coordinates of the levels; `psychometric_fit.FAR_BELOW` for 0 on a logarithmic axis.
     yes, n : array, shape (rows,)
-        Correct (or "yes") answers, and all.
+        Number of correct (or "yes") answers, and of all answers.
     catch_right, catch_wrong : int
-        Catch trials of all participants.
+        Number of correct and wrong catch trials, over all participants.
     """
 
     person: NDArray[np.intp]
@@ -87,7 +88,7 @@ class Trials:
 
 
 class HierarchicalFit:
-    """A fitted hierarchical model with profile likelihood intervals.
+    """A fitted hierarchical model with profile-likelihood confidence intervals.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ class HierarchicalFit:
         Curve, share, guess rate and largest lapse rate.
     trials : Trials
     start : array, optional
-        Starting point of the search, if a maximum is nearly known.
+        Starting point of the search, if an approximate maximum is known.
     slopes_differ : bool
         Whether people differ in slope; used with one condition.
     """
@@ -155,7 +156,7 @@ class HierarchicalFit:
         self.best = self._best() if start is None else self._fitted.fit(start)
 
     def _best(self) -> Maximum:
-        """Return the best maximum over all initial lapse rates, of a shared slope."""
+        """Return the best maximum over all initial lapse rates, with a shared slope."""
         if self.slopes_differ:
             shared = HierarchicalFit(self.model, self.trials, slopes_differ=False)
             return self._fitted.fit(shared.best.theta)
@@ -214,11 +215,11 @@ class HierarchicalFit:
         return Prediction(np.log(p), np.log1p(-p), gradient)
 
     def coordinates(self, coefficient: Array) -> Array:
-        """Return coordinates of levels for values of a coefficient of the thresholds."""
+        """Return the level coordinates that correspond to values of a threshold coefficient."""
         return self._centre + self._scale * np.asarray(coefficient, float)
 
     def interval(self, place: int, df: int, confidence: float) -> Interval:
-        """Return a parameter with its profile likelihood interval, in the fit's own units.
+        """Return a parameter with its profile-likelihood interval, in the fit's internal units.
 
         Parameters
         ----------
@@ -231,7 +232,7 @@ class HierarchicalFit:
         return self._fitted.profile(self.best, place, fall)
 
     def p(self, coefficient: int, df: int) -> float:
-        """Return the p of a coefficient of 0: from the Student's t interval that ends at 0."""
+        """Return the p-value for a coefficient of 0, from the t-based interval that ends at 0."""
         from scipy import stats  # noqa: PLC0415 - half a second's import
 
         fallen = max(self.fallen({coefficient: 0.0}), 0.0)
@@ -239,7 +240,7 @@ class HierarchicalFit:
         return float(2 * stats.t.sf(t, df))
 
     def fallen(self, held: dict[int, float]) -> float:
-        """Return the loss of log likelihood of the best fit with some parameters held."""
+        """Return the loss in log likelihood of the best fit with some parameters held fixed."""
         return self.best.log_likelihood - self._fitted.fit(self.best.theta, held).log_likelihood
 
     @property
@@ -251,8 +252,8 @@ class HierarchicalFit:
     def deviations(self) -> Array:
         """Return each person's deviation from the population's threshold, in coordinates.
 
-        Means given the person's answers and the fit, shrunk towards 0; the shrinkage increases
-        with fewer answers.
+        Conditional means given the person's answers and the fit. They are shrunk towards 0; the
+        fewer the answers, the stronger the shrinkage.
         """
         _, shares = self._fitted.posteriors(self.best.theta)
         return np.asarray(self.sd * (shares @ self._fitted.outer.nodes[0]))

@@ -1,16 +1,17 @@
-"""Integrate likelihoods of counts over differences between people, and compute their profiles.
+"""Integrate the likelihood of counts over differences between people, and compute profiles.
 
-A participant's answers come in kinds (a level, a size of step), and kinds in cells (a condition).
-All kinds of a participant share random effects; those of a cell share another one:
+A participant's answers are grouped into kinds (such as a level or a step size), and kinds into
+cells (such as a condition). All kinds of a participant share random effects; the kinds in a cell
+share a further one:
 
     L(participant) = ∑_b w_b ∏_cells ∑_e w_e ∏_kinds p(b, e)^yes (1 - p(b, e))^no
 
-All are standard normal and summed on even grids. With a step below the width of a participant's
-own likelihood the error is negligible, whereas Gauss-Hermite quadrature with few points misses a
-narrow peak.
+All random effects are standard normal and are summed on evenly spaced grids. If the step is
+smaller than the width of a participant's likelihood, the error is negligible, whereas
+Gauss-Hermite quadrature with few points misses a narrow peak.
 
-Intervals are from the profile likelihood. The drop in log likelihood at their ends is the one that
-gives Student's interval of a normal sample exactly, (n / 2) log(1 + t² / df). With few people,
+Confidence intervals use the profile likelihood. The drop in log likelihood at their ends is (n /
+2) log(1 + t² / df), which reproduces the t interval exactly for a normal sample. With few people,
 intervals are therefore no narrower than those of a t test.
 """
 
@@ -29,22 +30,23 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Grids of random effects extend this many standard deviations from 0, unless stated otherwise.
+#: Grids for random effects extend this many standard deviations from 0 by default.
 FARTHEST_NODE = 5.0
 #: If the log likelihood falls by less than this up to the edge of the search, it has no maximum.
 FLAT = 1e-3
 #: Relative accuracy of an interval's end (distance from the maximum), and maximum number of fits.
 PRECISION, MOST_FITS = 1e-3, 30
-#: Initial distance from the maximum in the search for an interval's end, in the model's units.
+#: Initial distance from the maximum when searching for an interval's end, in the model's units.
 FIRST_STEP = 0.3
-#: Smallest initial standard deviation of people: at 0 the slope is 0 by symmetry.
+#: Smallest initial standard deviation between people: at 0 the gradient is 0 by symmetry.
 AWAY_FROM_ZERO = 0.3
 
 
 class Prediction(NamedTuple):
     """Log probabilities of yes and no, (kinds, outer nodes, inner nodes), and their derivatives.
 
-    ``gradient`` returns the log likelihood's gradient from the weight of each yes and each no.
+    ``gradient`` returns the gradient of the log likelihood, given the weight of each yes and each
+    no.
     """
 
     log_yes: Array
@@ -61,7 +63,7 @@ class Predict(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Counted:
-    """Answers of people, counted by kind.
+    """Answer counts per person and kind.
 
     Parameters
     ----------
@@ -79,7 +81,7 @@ class Counted:
 
     @property
     def most_answers(self) -> float:
-        """The largest number of answers of one participant."""
+        """Largest number of answers from one participant."""
         return float((self.yes + self.no).sum(axis=1).max())
 
 
@@ -114,12 +116,12 @@ class Grid(NamedTuple):
         )
 
 
-#: Stands for an effect that is left out.
+#: Placeholder for an effect that is left out.
 NO_EFFECT = Grid(np.zeros((1, 1)), np.zeros(1))
 
 
 def even(count: int, farthest: float = FARTHEST_NODE) -> Grid:
-    """Return an even grid of one variable."""
+    """Return an evenly spaced grid of one variable."""
     found = np.linspace(-farthest, farthest, count)
     return Grid(found[None], -(found**2) / 2 - log(np.exp(-(found**2) / 2).sum()))
 
@@ -133,20 +135,20 @@ def students_fall(people: int, df: int, confidence: float) -> float:
 
 
 class IntegratedModel:
-    """A model with random effects of people, fitted by maximum marginal likelihood.
+    """A model with random effects for people, fitted by maximum marginal likelihood.
 
     Parameters
     ----------
     counted : Counted
     predict : Predict
     bounds : sequence of (float, float)
-        Bounds of each parameter; equal bounds fix it.
+        Bounds of each parameter; equal bounds hold it fixed.
     spreads : collection of int
         Indices of the parameters that are standard deviations of random effects.
     outer, inner : Grid
-        Effects of a participant, and the effect of a cell.
+        Grids for a participant's effects, and for the effect of a cell.
     more : callable, optional
-        Returns the log likelihood, and its gradient, of answers without random effects.
+        Returns the log likelihood of answers without random effects, and its gradient.
     """
 
     def __init__(
@@ -206,7 +208,7 @@ class IntegratedModel:
         return -value, -gradient
 
     def fit(self, start: Array, held: Mapping[int, float] | None = None) -> Maximum:
-        """Return the maximum, with some parameters held."""
+        """Return the maximum, with some parameters held fixed."""
         from scipy import optimize  # noqa: PLC0415
 
         bounds, start = list(self.bounds), np.array(start, float)
@@ -233,8 +235,8 @@ class IntegratedModel:
         for edge in self.bounds[place]:
             end, likeliest, level = self._end(best, place, edge, fall)
             if likeliest.log_likelihood > best.log_likelihood + FLAT:
-                # With the parameter held elsewhere, the search may continue where the free one
-                # stopped.
+                # With the parameter held at another value, the search may get further than the free
+                # one.
                 return self.profile(self.fit(likeliest.theta), place, fall)
             ends.append(end)
             flat = flat or level
@@ -243,9 +245,9 @@ class IntegratedModel:
     def _end(
         self, best: Maximum, place: int, edge: float, fall: float
     ) -> tuple[float, Maximum, bool]:
-        """Search outwards for the point at which the profile has fallen by ``fall``.
+        """Search outwards for the point at which the profile likelihood has fallen by ``fall``.
 
-        The root of the fall is nearly linear in the parameter, so few of Newton's steps are
+        The square root of the fall is nearly linear in the parameter, so few Newton steps are
         needed.
 
         Returns
@@ -253,7 +255,7 @@ class IntegratedModel:
         end : float
             Infinite if the profile falls by less up to the edge.
         likeliest : Maximum
-            The best fit found during the search.
+            Best fit found during the search.
         flat : bool
             Whether the profile does not fall at all up to the edge.
         """

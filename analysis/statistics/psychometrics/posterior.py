@@ -2,15 +2,16 @@
 
 The parameters are those of `psychometric_fit`, on a grid. The priors are:
 
-- threshold: uniform in its coordinate, to one range of levels beyond the outermost;
-- slope: log-normal, `SLOPE_SD`. For a logarithmic curve the median is `USUAL_SLOPE`, between the
-  1.3 of a d' proportional to the level and the 3.5 of contrast detection (Watson and Pelli 1983,
-  Percept. Psychophys. 33, 113-120). Other curves rise from 5 to 95 % over the levels' range;
+- threshold: uniform in its coordinate, extending one range of levels beyond the outermost levels;
+- slope: log-normal with standard deviation `SLOPE_SD`. For a logarithmic curve, the median is
+  `USUAL_SLOPE`, which lies between 1.3 (d' proportional to the level) and 3.5 (contrast detection,
+  Watson and Pelli 1983, Percept. Psychophys. 33, 113-120). For other curves, the median slope
+  rises from 5 to 95 % over the range of levels;
 - lapse rate: uniform up to its bound (Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313);
   a free guess rate is uniform up to its own bound.
 
-Levels may have depended on earlier answers: a posterior depends on the answers alone. For the
-intervals' coverage, see ``docs/validation/measured/statistics.md``.
+The levels may depend on earlier answers, because a posterior is not affected by how levels were
+chosen. For the coverage of the intervals, see ``docs/validation/measured/statistics.md``.
 """
 
 from __future__ import annotations
@@ -28,26 +29,26 @@ if TYPE_CHECKING:
 
 USUAL_SLOPE = 2.0
 SLOPE_SD = 0.6
-#: Slopes more standard deviations than this from the usual one are ignored.
+#: Slopes further than this many standard deviations from the usual one are ignored.
 SLOPE_SDS = 3.5
-#: Points of threshold and slope on a first, coarse grid that locates the posterior, and on the
-#: second.
+#: Numbers of threshold and slope values on the first, coarse grid, which locates the posterior, and
+#: on the second grid.
 COARSE, FINE = (60, 30), (100, 40)
 LAPSES, GUESSES = 8, 10
-#: Omitted at either end of the coarse grid: a probability that changes no interval.
+#: Probability omitted at either end of the coarse grid: too small to change any interval.
 TAIL = 1e-5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Marginals:
-    """Medians and interval ends of one data set's posterior.
+    """Medians and interval ends of the posterior for one data set.
 
     Parameters
     ----------
     threshold, log_slope : array, shape (3,)
-        Median, lower and upper end; coordinates of the curve, natural logarithms.
+        Median, lower end and upper end; in coordinates of the curve and in natural logarithms.
     lapse, guess : float
-        Means.
+        Posterior means.
     """
 
     threshold: Array
@@ -72,7 +73,7 @@ def marginals(model: Model, counts: Counts, confidence: float) -> Marginals:
     guesses = _middles(low[likelihood.GUESS], high[likelihood.GUESS], GUESSES)
 
     def posterior(thresholds: Array, log_slopes: Array) -> Array:
-        """Return probabilities, shape (thresholds, slopes, lapses, guesses)."""
+        """Return posterior probabilities, shape (thresholds, slopes, lapses, guesses)."""
         away = counts.u[0] - thresholds[:, None, None]
         share = model.curve.distribution(model.offset + np.exp(log_slopes)[:, None] * away)
         value = np.stack(
@@ -109,7 +110,7 @@ def _middles(low: float, high: float, parts: int) -> Array:
 
 
 def _where(values: Array, weights: Array, points: int) -> Array:
-    """Return a finer grid over the part of a coarse one that has probability."""
+    """Return a finer grid over the part of a coarse grid that has non-negligible probability."""
     below = np.cumsum(weights)
     first = max(int(np.searchsorted(below, TAIL)) - 1, 0)
     last = min(int(np.searchsorted(below, 1 - TAIL)) + 1, len(values) - 1)
@@ -117,6 +118,6 @@ def _where(values: Array, weights: Array, points: int) -> Array:
 
 
 def _quantiles(values: Array, weights: Array, confidence: float) -> Array:
-    """Return the median and the ends, with each weight spread evenly around its value."""
+    """Return the median and interval ends, with each weight spread evenly around its value."""
     below = np.cumsum(weights) - weights / 2
     return np.interp([0.5, (1 - confidence) / 2, (1 + confidence) / 2], below, values)

@@ -1,8 +1,8 @@
 """Fit psychometric functions by maximum likelihood, for many data sets at once.
 
-Fisher scoring with Levenberg's damping, with each parameter held within its bounds. Each NumPy
+Uses Fisher scoring with Levenberg damping and keeps each parameter within its bounds. Each NumPy
 pass updates all data sets, so intervals, Monte Carlo tests and simulations cost little more than
-one fit. For a participant's data, use `thresholds`.
+one fit. To fit a single participant, use `thresholds`.
 """
 
 from __future__ import annotations
@@ -31,21 +31,21 @@ LARGEST_GUESS = 0.5
 ITERATIONS = 200
 #: Smaller gains of log likelihood count as none.
 TOLERANCE = 1e-9
-#: Damping at which the search stops: no step is short enough to gain.
+#: Damping at which the search stops: even shorter steps would not improve the fit.
 MOST_DAMPING = 1e10
-#: An interval's end is searched among this many values at once, repeated this often between two of
-#: them: to a 65-thousandth of the range searched.
+#: The end of an interval is searched on a grid of this many values, refined this many times: the
+#: resolution is 1/65,000 of the range.
 SECTIONS, ROUNDS = 16, 4
 
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """Answers of some data sets.
+    """Answer counts for several data sets.
 
     Parameters
     ----------
     u : array, shape (sets, levels)
-        Coordinates of the levels (`coordinates`).
+        Coordinates of the levels; see `coordinates`.
     correct, trials : array, shape (sets, levels)
         Correct answers and all answers; levels without answers are ignored.
     """
@@ -67,7 +67,7 @@ class Counts:
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """Search ranges of parameters, each of shape (sets, 4)."""
+    """Search ranges of the parameters, each of shape (sets, 4)."""
 
     low: Array
     high: Array
@@ -79,18 +79,18 @@ class Bounds:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
-    """The model to fit.
+    """A psychometric model to fit.
 
     Parameters
     ----------
     curve : Curve
         The family.
     share : float
-        Value of the curve, without guesses and lapses, at the threshold.
+        Value of the curve at the threshold, before guesses and lapses.
     guess : {"fixed", "free", "equal to lapse"}
         Lower asymptote.
     guess_rate : float
-        Its value if it is fixed.
+        Value of the lower asymptote if it is fixed.
     largest_lapse : float
         Upper bound of the lapse rate; 0 fixes it at 0.
     """
@@ -108,7 +108,7 @@ class Model:
 
     @property
     def spread(self) -> float:
-        """Distance between the curve's arguments at 5 and 95 %."""
+        """Difference between the curve's arguments at 95 and 5 %."""
         low, high = self.curve.inverse(np.array([0.05, 0.95]))
         return float(high - low)
 
@@ -142,7 +142,7 @@ class Model:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fits:
-    """Maximum-likelihood parameters of some data sets.
+    """Maximum-likelihood parameters for several data sets.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ class Fits:
     bounds: Bounds
 
     def at_bound(self, parameter: int) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-        """Return whether a parameter is at its lower and its upper bound, each (sets,)."""
+        """Return whether a parameter is at its lower and upper bounds, each of shape (sets,)."""
         value = self.theta[:, parameter]
         low, high = self.bounds.low[:, parameter], self.bounds.high[:, parameter]
         near = 1e-6 * (high - low)
@@ -167,15 +167,15 @@ class Fits:
 
 
 def coordinates(curve: Curve, levels_um_pp: Array) -> Array:
-    """Return finite coordinates of levels; 0 on a logarithmic axis is far below the others."""
+    """Return finite level coordinates; 0 on a logarithmic axis is placed far below the others."""
     return np.maximum(curve.coordinate(levels_um_pp), FAR_BELOW)
 
 
 def search_bounds(model: Model, u: Array) -> Bounds:
     """Return the search ranges of parameters.
 
-    The threshold lies within one range of levels beyond the outermost. Slopes extend from a rise
-    over twenty ranges to one within a tenth of the distance between the closest levels.
+    Thresholds extend one range of levels beyond the outermost levels. Slopes extend from a rise
+    over twenty ranges to a rise over one tenth of the distance between the closest levels.
     """
     seen = np.where(u > FAR_BELOW, u, np.nan)
     bottom, top = np.nanmin(seen, axis=1), np.nanmax(seen, axis=1)
@@ -206,11 +206,11 @@ def fit(model: Model, counts: Counts, bounds: Bounds | None = None) -> Fits:
     Parameters
     ----------
     bounds : Bounds or None
-        Search ranges; equal bounds hold a parameter. Default: `search_bounds`.
+        Search ranges; equal bounds hold a parameter fixed. Default: `search_bounds`.
     """
     bounds = search_bounds(model, counts.u) if bounds is None else bounds
-    # Two starts: the lapse rate explains errors at high levels, or does not; the likelihood can
-    # have a peak for each. Both climb in one pass.
+    # Two starting points: the lapse rate explains errors at high levels, or it does not. The
+    # likelihood can have a peak for each. Both climb in one pass.
     lapses = (0.0, model.largest_lapse)
     start = np.concatenate([_start(model, counts, bounds, lapse) for lapse in lapses])
     twice = np.tile(np.arange(len(counts.u)), 2)
@@ -227,7 +227,7 @@ def fit(model: Model, counts: Counts, bounds: Bounds | None = None) -> Fits:
 def profile(
     model: Model, counts: Counts, fits: Fits, parameter: int, *, drop: float
 ) -> tuple[Array, Array]:
-    """Return where the likelihood, with other parameters refitted, has fallen by an amount.
+    """Return where the profile likelihood has fallen by a given amount.
 
     Parameters
     ----------
@@ -239,7 +239,7 @@ def profile(
     Returns
     -------
     tuple of arrays, each of shape (sets,)
-        Lower and upper end; infinite if the drop is not reached within the bounds.
+        Lower and upper ends; infinite if the drop is not reached within the bounds.
     """
     # Each set twice: its lower end, then its upper one.
     sets = np.tile(np.arange(len(fits.theta)), 2)
@@ -272,8 +272,8 @@ def profile(
 def _start(model: Model, counts: Counts, bounds: Bounds, lapse: float) -> Array:
     """Return the best parameters of a coarse grid, shape (sets, 4).
 
-    If a curve declares an observed answer impossible, its gradient does not lead away from there,
-    so the grid starts with shallow curves.
+    If a curve gives an observed answer a probability of 0, its gradient does not lead to a better
+    curve, so the grid starts with shallow curves.
     """
     sets = len(counts.u)
     # Data sets simulated from one model differ only in their answers, so one curve of each kind
@@ -305,7 +305,7 @@ def _start(model: Model, counts: Counts, bounds: Bounds, lapse: float) -> Array:
 
 
 def _climb(model: Model, counts: Counts, start: Array, bounds: Bounds) -> Fits:
-    """Return the local maxima of the likelihoods, from the given start."""
+    """Return the local maxima of the likelihoods reached from the given starting points."""
     theta = start.copy()
     value = counts.log_likelihood(model.proportion(theta, counts.u))
     damping = np.full(len(theta), 1e-2)
@@ -339,8 +339,8 @@ def _step(model: Model, counts: Counts, theta: Array, bounds: Bounds, damping: A
     score = np.where(held, 0.0, score)
     information = np.where(held[:, :, None] | held[:, None, :], 0.0, information)
     diagonal = np.einsum("spp->sp", information)
-    # A parameter that is held or not determined by the data has a row of zeros: 1 keeps it
-    # solvable.
+    # A parameter that is held fixed or not determined by the data has a row of zeros: a 1 keeps the
+    # system solvable.
     ridge = np.where(diagonal > 0, damping[:, None] * diagonal, 1.0) + EDGE
     information[:, range(4), range(4)] += ridge
     return np.asarray(np.linalg.solve(information, score[:, :, None])[:, :, 0])

@@ -1,6 +1,6 @@
-"""Represent a fitted psychometric function, and the answers it is fitted to.
+"""Represent a fitted psychometric function and the answers it was fitted to.
 
-Levels are µm peak to peak: an amplitude (detection) or a difference of amplitudes
+Levels are in µm peak to peak: an amplitude (detection) or a difference between amplitudes
 (discrimination).
 """
 
@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Method:
-    """How a question is asked, as far as its psychometric function depends on it.
+    """The properties of a question that determine its psychometric function.
 
     Parameters
     ----------
     guess : {"fixed", "free", "equal to lapse"}
         Constraint on the lower asymptote.
     guess_rate : float
-        Its value if it is fixed.
+        Value of the lower asymptote if it is fixed.
     """
 
     guess: Guess
@@ -42,7 +42,7 @@ class Method:
 METHODS: dict[str, Method] = {
     "two_interval": Method(guess="fixed", guess_rate=1 / 2),
     "three_interval": Method(guess="fixed", guess_rate=1 / 3),
-    # "Was there a vibration?": the rate of yes without a vibration depends on the participant.
+    # "Was there a vibration?": the rate of "yes" without a vibration depends on the participant.
     "yes_no": Method(guess="free", guess_rate=0.0),
     # "Is the second more slippery?": a lapse gives either answer.
     "comparison": Method(guess="equal to lapse", guess_rate=0.0),
@@ -58,7 +58,7 @@ class Answers:
     levels_um_pp : array, shape (levels,)
         µm peak to peak, ascending.
     correct, trials : array, shape (levels,)
-        Correct (or "yes") answers, and all.
+        Number of correct (or "yes") answers, and of all answers.
 
     Raises
     ------
@@ -92,14 +92,14 @@ class Answers:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """A value with its interval, in the unit given by the name of its field."""
+    """A value with its interval, in the unit given by the field name."""
 
     value: float
     interval: ConfidenceInterval
 
 
 def estimate(value_and_ends: Array, confidence: float) -> Estimate:
-    """Return an estimate from a value, a lower and an upper end."""
+    """Return an estimate from a value and the lower and upper end of its interval."""
     value, low, high = (float(number) for number in value_and_ends)
     return Estimate(value=value, interval=ConfidenceInterval(low, high, confidence))
 
@@ -115,16 +115,16 @@ class PsychometricFunction:
     curve, method : str
         Keys of `slipscale.experiments.protocols.adaptive.curves.CURVES` and of `METHODS`.
     share : float
-        Value of the curve, without guesses and lapses, at the threshold.
+        Value of the curve at the threshold, before guesses and lapses.
     threshold_um_pp : Estimate
-        µm peak to peak; an end that the data do not determine is infinite, or 0 on a logarithmic
-        curve.
+        In µm peak to peak; an end that the data do not determine is infinite, or 0 for a
+        logarithmic curve.
     slope : Estimate or NotComputed
-        Slope of the curve's argument: per µm, or without unit on a logarithmic curve.
+        Slope of the curve's argument: per µm, or dimensionless for a logarithmic curve.
     lapse, guess : float
-        1 minus the upper asymptote, and the lower one.
+        1 minus the upper asymptote, and the lower asymptote.
     slope_value : float
-        The slope, even if it is only the steepest that was tried.
+        The slope, even if it is only the steepest slope tried.
     trials, levels : int
         Numbers of trials and levels.
     """
@@ -142,7 +142,7 @@ class PsychometricFunction:
     levels: int
 
     def proportion(self, levels_um_pp: Array) -> Array:
-        """Return the proportion correct at levels, µm peak to peak."""
+        """Return the proportion correct at levels in µm peak to peak."""
         curve = CURVES[self.curve]
         z = float(curve.inverse(np.array(self.share))) + self.slope_value * (
             curve.coordinate(levels_um_pp) - curve.coordinate(self.threshold_um_pp.value)
@@ -150,7 +150,7 @@ class PsychometricFunction:
         return np.asarray(self.guess + (1 - self.guess - self.lapse) * curve.distribution(z))
 
     def level_um_pp(self, proportion: float) -> float:
-        """Return the level of a proportion correct: the inverse of `proportion`.
+        """Return the level that gives a proportion correct: the inverse of `proportion`.
 
         Raises
         ------

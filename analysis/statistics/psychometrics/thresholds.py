@@ -1,6 +1,6 @@
-"""Estimate thresholds: a participant's psychometric function with intervals, in two ways.
+"""Estimate a participant's threshold and slope with intervals, by either of two methods.
 
-Levels are µm peak to peak: an amplitude (detection) or a difference of amplitudes
+Levels are in µm peak to peak: an amplitude (detection) or a difference between amplitudes
 (discrimination). For definitions and measured performance, see ``docs/explanation/thresholds.md``.
 """
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 LARGEST_LAPSE = 0.06
 #: A negligible drop in log likelihood.
 NO_LESS_LIKELY = 1e-3
-#: A slope is not determined if the ratio of its interval's ends exceeds this factor.
+#: A slope is undetermined if the ratio of its interval's ends exceeds this factor.
 WIDEST = 20.0
 
 
@@ -47,22 +47,22 @@ def fit_threshold(
     largest_lapse: float = LARGEST_LAPSE,
     confidence: float = 0.95,
 ) -> PsychometricFunction | NotComputed:
-    """Fit a psychometric function by maximum likelihood, with profile likelihood intervals.
+    """Fit a psychometric function by maximum likelihood, with profile-likelihood intervals.
 
     Parameters
     ----------
     method, curve : str
         Keys of `METHODS` and `CURVES`.
     share : float
-        Position of the threshold on the curve without guesses and lapses: 0.5 is half-way between
-        the asymptotes (75 % correct of two intervals, if there are no lapses).
+        Position of the threshold on the curve before guesses and lapses: 0.5 is half-way between
+        the asymptotes (75 % correct with two intervals and no lapses).
     largest_lapse : float
         Upper bound of the lapse rate; 0 for none.
 
     Raises
     ------
     UserError
-        An unknown method or curve, or a number out of range.
+        The method or curve is unknown, or a number is out of range.
     """
     model = model_of(method, curve, share, largest_lapse)
     found = _likeliest(answers, model)
@@ -98,15 +98,15 @@ def fit_threshold(
 def threshold_values(
     people: Sequence[Answers], *, method: str, curve: str, half_width: bool = False
 ) -> Array:
-    """Return many people's thresholds at once, µm peak to peak, equal to those of `fit_threshold`.
+    """Return many people's thresholds at once, in µm peak to peak, as `fit_threshold` would.
 
-    Intervals are not computed, so that thousands of thresholds take a second.
+    Intervals are not computed, so thousands of thresholds take a second.
 
     Parameters
     ----------
     half_width : bool
-        Return half the distance between 25 and 75 % of the curve instead of the threshold; the
-        curve must be a function of the amplitude itself.
+        Return half the distance between the curve's 25 and 75 % points instead of the threshold;
+        the curve must be a function of the amplitude, not of its logarithm.
 
     Returns
     -------
@@ -134,7 +134,7 @@ def threshold_values(
 
 
 def side_by_side(sets: Sequence[Counts]) -> Counts:
-    """Return data sets as one; shorter ones are padded with their last level, without answers."""
+    """Combine data sets; shorter ones are padded with their last level, without answers."""
     longest = max(each.u.shape[1] for each in sets)
 
     def padded(values: Array, *, repeat: bool) -> Array:
@@ -156,10 +156,11 @@ def fit_threshold_by_posterior(
     share: float = 0.5,
     confidence: float = 0.95,
 ) -> PsychometricFunction | NotComputed:
-    """Fit a psychometric function by medians of a posterior, with equal-tailed intervals.
+    """Fit a psychometric function using posterior medians and equal-tailed credible intervals.
 
     For the priors, see `slipscale.analysis.statistics.psychometrics.posterior`. Parameters and
-    errors are those of `fit_threshold`; if that finds no threshold, neither does this.
+    errors are those of `fit_threshold`. If `fit_threshold` finds no threshold, neither does this
+    function.
     """
     model = model_of(method, curve, share, LARGEST_LAPSE)
     likeliest = _likeliest(answers, model)
@@ -209,7 +210,7 @@ def counts_of(answers: Answers, model: Model) -> Counts:
 
 
 def _likeliest(answers: Answers, model: Model) -> likelihood.Fits | NotComputed:
-    """Return the maximum-likelihood parameters, or why the answers have no threshold."""
+    """Return the maximum-likelihood parameters, or the reason why there is no threshold."""
     if why := _too_little(answers, model):
         return NotComputed(why)
     found = likelihood.fit(model, counts_of(answers, model))
