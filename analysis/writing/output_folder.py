@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import stat
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,8 +12,12 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.dataset import Dataset
 
 
+OF_OTHERS = stat.S_IRWXG | stat.S_IRWXO
+PEOPLE = "participants.tsv"
+
+
 def make_folder(out: Path) -> None:
-    """Create the output folder.
+    """Create the output folder; only its owner can enter it in a data set that others cannot read.
 
     Raises
     ------
@@ -21,6 +26,9 @@ def make_folder(out: Path) -> None:
     """
     try:
         out.mkdir(parents=True, exist_ok=True)
+        for people in (folder / PEOPLE for folder in out.parents):
+            if people.exists() and not people.stat().st_mode & OF_OTHERS:
+                out.chmod(stat.S_IRWXU)
     except FileExistsError as error:
         raise UserError(f"{out}: is a file; expected a folder for the output") from error
     except OSError as error:
