@@ -58,9 +58,9 @@ SIZES = (3, 6, 12, 30)
 #: Slow rows are measured on a fraction of the studies, and the row reports their number.
 SLOW = {
     "exponent, mixed model": 5,
-    "exponents of two groups of n, difference, Welch's": 4,
-    "own threshold, 4 sizes, n answers each (one participant)": 4,
-    "growth of two groups of n, mixed analysis of variance": 4,
+    "exponent difference between two groups of n, Welch": 4,
+    "individual threshold, 4 sizes, n answers each (one participant)": 4,
+    "growth in two groups of n, mixed ANOVA": 4,
 }
 AMPLITUDES = np.array([0.3, 0.5, 1.2, 2.3])
 EXPONENT, SD_EXPONENT, SD_PERSON, SD_TRIAL = 0.6, 0.15, 0.5, 0.3
@@ -301,11 +301,11 @@ def share(p: float, answers: int, alike: float) -> Trial:
 
 
 COVERAGE: dict[str, Trial] = {
-    "mean, Student's (log-normal estimates, SD 0.6)": lambda r, n: mean_interval(r, n, log=False),
-    "geometric mean, Student's on logarithms": lambda r, n: mean_interval(r, n, log=True),
-    "within-participant bars (difference of two)": within,
+    "mean, t interval (log-normal estimates, SD 0.6)": lambda r, n: mean_interval(r, n, log=False),
+    "geometric mean, t interval on logarithms": lambda r, n: mean_interval(r, n, log=True),
+    "within-participant bars (difference between two)": within,
     "exponent, mean of slopes": exponent,
-    "exponent, 20 % zeros at the least amplitude": lambda r, n: exponent(r, n, 0.2),
+    "exponent, 20 % zeros at the smallest amplitude": lambda r, n: exponent(r, n, 0.2),
     "exponent, mixed model": mixed,
     "ratio of geometric means, paired t": ratio,
     "the same, 20 % zeros at another amplitude": lambda r, n: ratio(r, n, 0.2),
@@ -314,23 +314,23 @@ COVERAGE: dict[str, Trial] = {
     "d′ = 2, 3 steps and 1 catch step": d_prime(2.0, 3, 1),
     "d′ = 3, 3 steps and 1 catch step": d_prime(3.0, 3, 1),
     "d′ = 2, 10 and 10, d′ differs between people (SD 0.4)": d_prime(2.0, 10, 10, 0.4),
-    "share of “yes” .9, one answer each": share(0.9, 1, 0.3),
-    "exponents of two groups of n, difference, Welch's": group_gap,
+    "proportion of “yes” .9, one answer each": share(0.9, 1, 0.3),
+    "exponent difference between two groups of n, Welch": group_gap,
     "the same, Hedges' g, spreads 1.2 and 0.8": group_effect_size,
-    "half “yes” on a step, Fieller's, 4 sizes, 3 answers each": half_yes("removed_um_pp"),
-    "own threshold, 4 sizes, n answers each (one participant)": own_threshold,
-    "share of “yes” .5, 10 answers each, correlation .3": share(0.5, 10, 0.3),
-    "share of “yes” .9, 10 answers each, correlation .3": share(0.9, 10, 0.3),
+    "50 % “yes” point, Fieller, 4 sizes, 3 answers each": half_yes("removed_um_pp"),
+    "individual threshold, 4 sizes, n answers each (one participant)": own_threshold,
+    "proportion of “yes” .5, 10 answers each, correlation .3": share(0.5, 10, 0.3),
+    "proportion of “yes” .9, 10 answers each, correlation .3": share(0.9, 10, 0.3),
 }
 ERRORS: dict[str, Trial] = {
     "repeated-measures ANOVA, Greenhouse-Geisser": errs("anova"),
     "Friedman": errs("friedman"),
     "Wilcoxon, any of 6 pairs, Holm": errs("wilcoxon"),
     "paired t, any of 6 pairs, Holm": errs("t"),
-    "called equal at the bound of equivalence, one pair": equal_errs,
-    "growth of two groups of n, mixed analysis of variance": group_errs,
-    "drift, while there is carry-over": order_errs("log_slope_per_trial", carry=0.3),
-    "carry-over, while there is drift": order_errs("log_slope_per_um_pp_before", drift=0.05),
+    "called equal at the equivalence bound, one pair": equal_errs,
+    "growth in two groups of n, mixed ANOVA": group_errs,
+    "drift in the presence of carry-over": order_errs("log_slope_per_trial", carry=0.3),
+    "carry-over in the presence of drift": order_errs("log_slope_per_um_pp_before", drift=0.05),
 }
 
 
@@ -375,8 +375,8 @@ def main() -> None:
     gc.freeze()
     size = f"{args.studies} simulated studies per cell unless stated otherwise; seed {args.seed}."
     lines = [size, ""]
-    lines += table("Interval of .95: share that covers", COVERAGE, args.studies, args.seed)
-    lines += ["", *table("Test at .05: share of errors", ERRORS, args.studies, args.seed)]
+    lines += table("Coverage of 95 % intervals", COVERAGE, args.studies, args.seed)
+    lines += ["", *table("Error rate of tests at .05", ERRORS, args.studies, args.seed)]
     if args.write:
         put("coverage", lines)
 

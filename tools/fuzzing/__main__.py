@@ -135,7 +135,7 @@ def add(whole: Outcome, part: Outcome) -> None:
 
 def table(state: dict[str, Outcome]) -> list[str]:
     """Return the counts as lines of a table."""
-    heads = ("texts", "tried", "used, not refused", "longest, s of the processor", "finds")
+    heads = ("texts", "tried", "accepted", "longest CPU time, s", "finds")
     lines = [f"| {' | '.join(heads)} |", f"|{' --- |' * len(heads)}"]
     return [*lines, *(_line(name, outcome) for name, outcome in state.items())]
 
@@ -189,7 +189,7 @@ def main(words: list[str] | None = None) -> int:
     with suppress(KeyboardInterrupt):
         campaign(args.kind or KINDS, args.texts, args.processes, state)
     text = "\n".join(
-        [f"Last figures ({datetime.now(UTC).date()}, `make fuzz`):", "", *table(state), ""]
+        [f"Latest results ({datetime.now(UTC).date()}, `make fuzz`):", "", *table(state), ""]
     )
     print(text)
     found = causes(state)

@@ -94,4 +94,4 @@ def _use(place: Path, content: bytes) -> bool:
     return True
 
 
-KIND = Kind(title="meanings of columns (analysis.toml)", prepared=_prepared)
+KIND = Kind(title="column meanings (analysis.toml)", prepared=_prepared)

@@ -86,4 +86,4 @@ def _taken(dataset: Path) -> bool:
     return True
 
 
-KIND = Kind(title="files of a data set", prepared=_prepared)
+KIND = Kind(title="data set files", prepared=_prepared)

@@ -100,4 +100,4 @@ def _use(path: Path, content: bytes, mapping: TableMapping | None) -> bool:
     return True
 
 
-KIND = Kind(title="tables by hand", prepared=_prepared)
+KIND = Kind(title="hand-made tables", prepared=_prepared)

@@ -45,7 +45,7 @@ def table(outcome: Outcome) -> list[str]:
         cases[fault] += count
     bad = Counter(fault for fault, _ in outcome.bad)
     return [
-        "| fault | cases | data lost, doubled or changed |",
+        "| fault | cases | data lost, duplicated or changed |",
         "| --- | --- | --- |",
         *(f"| {fault} | {count:,} | {bad[fault]} |" for fault, count in cases.items()),
     ]
@@ -55,8 +55,8 @@ def figures(outcome: Outcome, words: str) -> str:
     """Return the page's text about a campaign."""
     names = dict.fromkeys(study for _, study in outcome.counts)
     said = (
-        f"Last figures ({datetime.now(UTC).date()}, `make torture{words}`): "
-        f"{outcome.counts.total():,} cases, {len(outcome.bad)} with other data. Studies: "
+        f"Latest results ({datetime.now(UTC).date()}, `make torture{words}`): "
+        f"{outcome.counts.total():,} cases, {len(outcome.bad)} with different data. Studies: "
         f"{', '.join(f'`{name}`' for name in names)}."
     )
     return "\n".join([said, "", *table(outcome), ""])

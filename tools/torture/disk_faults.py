@@ -27,13 +27,13 @@ SECTOR = 512
 # Names of the faults, which affect the bytes of one record.
 KILLS = ("kill before", "kill within", "kill after", "power cut")
 # Killed, resumed, and killed again a few records later, several times and in different ways.
-AGAIN, LIVES, LIFE = "again and again", 6, 12
+AGAIN, LIVES, LIFE = "repeated kills", 6, 12
 ERRORS = {
     "EIO": errno.EIO,
     "ENOSPC": errno.ENOSPC,
     "EROFS": errno.EROFS,
 }
-WITHIN = tuple(f"{name} {place}" for name in ERRORS for place in ("at once", "half way"))
+WITHIN = tuple(f"{name} {place}" for name in ERRORS for place in ("at once", "halfway"))
 GONE = ("removed", "renamed", "folder removed", "folder renamed")
 FAULTS = (*KILLS, AGAIN, *WITHIN, "fsync EIO", "short writes", *GONE)
 
@@ -92,7 +92,7 @@ class Disk:
             raise Killed
         name, _, place = fault.partition(" ")
         if name in ERRORS:
-            stream.raw(line[:half] if place == "half way" else b"")
+            stream.raw(line[:half] if place == "halfway" else b"")
             raise OSError(ERRORS[name], os.strerror(ERRORS[name]))
         return stream.raw(line[: max(half, 1)] if fault == "short writes" else line)
 

@@ -216,17 +216,17 @@ def main(words: list[str] | None = None) -> int:
         parser.error(f"--sessions {args.sessions}: expected {2 * TENTHS} or more")
     heads = (
         *("hours", "sessions", "memory MiB", "board MiB", "files", "threads"),
-        *("processor s", "in times of the same work", "median s", "longest s"),
+        *("CPU s", "relative to reference work", "median s", "longest s"),
     )
     head = f"| {' | '.join(heads)} |\n|{' --- |' * len(heads)}"
     print(head, flush=True)
     lines, levels = day(args.sessions, 3600 * args.hours if args.hours else None)
     worse = grown(levels)
-    said = f"Grown: {', '.join(worse) or 'nothing'}."
+    said = f"Grew: {', '.join(worse) or 'nothing'}."
     print(said, file=sys.stderr)
     if args.write:
         today = datetime.now(UTC).date()
-        last = f"Last figures ({today}, `make soak`), the second and the last tenth. {said}"
+        last = f"Latest results ({today}, `make soak`), for the second and the last tenth. {said}"
         put("make soak", "\n".join([last, "", head, lines[1], lines[-1], ""]))
     return 1 if worse else 0
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 WRITERS = 4
-KINDS = ("two writers, system's locks", "two writers, lock files alone")
+KINDS = ("two writers, system locks", "two writers, lock files only")
 
 
 def writer_campaign(plan: RunPlan, rounds: int, outcome: Outcome) -> None:
