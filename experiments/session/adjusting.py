@@ -1,4 +1,4 @@
-"""Let the participant adjust a surface, and record every amplitude on the way."""
+"""Let the participant adjust a surface, and record every intermediate amplitude."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Adjusting:
     watch : callable
         Checks the plate and the operator; called at every frame.
     wait : callable
-        Shows the operator that the session is waiting for the participant.
+        Tells the operator that the session is waiting for the participant.
     """
 
     surface: SurfaceState
@@ -47,7 +47,7 @@ class Adjusting:
     wait: Callable[[], None]
 
     def adjust(self, step: Adjust) -> Adjusted:
-        """Let the participant adjust the surface, and record every amplitude on the way."""
+        """Let the participant adjust the surface, and record every intermediate amplitude."""
         start = self.surface.wanted
         if start is None:
             raise ValueError("no surface to adjust: none was presented")
@@ -90,7 +90,7 @@ class Adjusting:
         """Let the participant adjust the surface, and present the reference again on request.
 
         The time limit covers only the time spent adjusting. The response time runs from the first
-        screen to the last key.
+        screen to the last key press.
         """
         reply = first = self.participant.adjust(step, turn, self.watch)
         left, count = step, 0

@@ -1,4 +1,4 @@
-"""Textures that follow the finger: compute the plate's command at each frame.
+"""Textures that follow the finger: compute the plate command for each frame.
 
 A texture follows the finger only if a source measures the finger's position and
 `followed_texture` finds that the plate supports it. Otherwise the plate plays the texture without
@@ -22,7 +22,7 @@ LEAST_CHANGE_UM = 0.005  # smaller changes cannot be felt and would only load th
 
 
 class Following:
-    """Makes textures follow the finger, if the plate supports it.
+    """Makes textures follow the finger if the plate supports it.
 
     Parameters
     ----------

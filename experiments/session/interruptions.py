@@ -1,7 +1,7 @@
-"""Interruptions of a session's steps: requests from the operator and faults of the rig.
+"""Interruptions of a session's steps: operator requests and rig faults.
 
-This module does not depend on the protocol or its steps. It only carries out actions, and starts
-them again after a pause or once the rig works again.
+This module does not depend on the protocol or its steps. It only carries out actions, and restarts
+them after a pause or once the rig works again.
 """
 
 from __future__ import annotations
@@ -36,17 +36,17 @@ UNBLINDED = "unblinded: the operator sees the amplitude from now on"
 
 
 class _Paused(Exception):
-    """The operator requested a pause in the middle of a step."""
+    """The operator requested a pause during a step."""
 
 
 def stop_of(request: Request) -> StopRequested:
-    """Return the exception that ends the session, with the operator's reason if one was given."""
+    """Return the exception that ends the session, with the operator's reason, if any."""
     reason = f": {request.reason}" if request.reason else ""
     return StopRequested(f"requested by the operator{reason}")
 
 
 class Interruptions:
-    """Watches the operator and the rig while a session's steps are carried out.
+    """Monitors the operator and the rig while a session's steps are carried out.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class Interruptions:
                 paused = True
 
     def watch(self) -> None:
-        """Check plate, disk and operator. Called at every frame of a participant's step."""
+        """Check the plate, disk and operator. Called on every frame of a participant's step."""
         self._surface.check()
         self._journal.check()
         self.watch_operator()
@@ -137,7 +137,7 @@ class Interruptions:
         return voided
 
     def take_questions(self) -> list[Ask]:
-        """Return the questions to be repeated, and clear the list."""
+        """Return the questions to repeat, and clear the list."""
         wanted, self._questions = self._questions, []
         return [
             asked
@@ -183,7 +183,7 @@ class Interruptions:
             self._progress.say(f"'{question.name}' will be asked again after the trial")
 
     def _note(self, request: Request) -> None:
-        """Write the operator's note into the journal."""
+        """Write the operator's note to the journal."""
         self._journal.write("note", text=request.reason)
         self._progress.say("the note was saved in the journal")
 
@@ -194,7 +194,7 @@ class Interruptions:
             self._progress.unblind()
 
     def _voided(self) -> list[tuple[str, int]]:
-        """Return all trials voided in this run, as pairs of task and number."""
+        """Return all trials voided in this run, as (task, number) pairs."""
         voids = [record.data for record in self._journal.records if record.kind == "void"]
         return [(void["task"], void["trial"]) for void in voids]
 
@@ -254,7 +254,7 @@ class Interruptions:
 
 
 def _pending_questions(records: list[Record]) -> list[dict[str, Any]]:
-    """Return the step records of questions that still have to be repeated."""
+    """Return the step records of questions that have yet to be repeated."""
     waiting: list[dict[str, Any]] = []
     for record in records:
         if record.kind == "ask_again":
@@ -265,7 +265,7 @@ def _pending_questions(records: list[Record]) -> list[dict[str, Any]]:
 
 
 def _pending_voids(records: list[Record]) -> list[int]:
-    """Return the voided trials that the protocol has not received yet."""
+    """Return the voided trials that have not been passed to the protocol yet."""
     waiting: list[int] = []
     for record in records:
         if record.kind == "void":

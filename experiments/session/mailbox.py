@@ -1,10 +1,10 @@
 """The mailbox of a running session: it publishes a status and takes requests from other processes.
 
 The mailbox is a folder next to the run's journal that only its owner can access. The session
-writes ``status.json`` there and reads the request files that other processes put there (a second
-terminal, the console). Neither side waits for the other: the session runs the same without a
-console, or if the console crashes. The folder is deleted with the session; the next session
-removes what a crash left behind.
+writes ``status.json`` there and reads the request files that other processes (a second terminal,
+the console) put there. Neither side waits for the other: the session is unaffected if there is no
+console or if it crashes. The folder is deleted with the session; the next session removes what a
+crash left behind.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.steps import Ask, Trial
 
-# Shortest interval between two reads of the folder, which are slow on a slow disk.
+# Minimum interval between two reads of the folder, which can be slow on a slow disk.
 LOOK_S = 0.05
-# While it polls, the session touches its folder of requests this often to show that it is alive.
+# While polling, the session touches its requests folder at this interval to show that it is alive.
 BEAT_S = 1.0
 LONGEST_REQUEST = 20_000
 STATUS, REQUESTS = "status.json", "requests"
@@ -97,7 +97,7 @@ def mailbox_of(journal: Path) -> Path:
 
 
 class Mailbox:
-    """The session's side of the mailbox: an operator that relays requests from other processes.
+    """The session side of the mailbox: an operator that relays requests from other processes.
 
     Parameters
     ----------
@@ -144,11 +144,11 @@ class Mailbox:
         return None
 
     def _request(self, text: bytes) -> Request | None:
-        """Return the request that a file contains, or None after recording why it was refused."""
+        """Return the request in a file, or None after recording why it was refused."""
         try:
             asked = LiveRequest.model_validate_json(text)
         except ValidationError:
-            return None  # half a file, or not ours
+            return None  # an incomplete file, or not one of ours
         if asked.token != self._token:
             return None  # meant for an earlier session
         trial = self._trial(asked.trial)
@@ -171,7 +171,7 @@ class Mailbox:
         return status.answering is not None and wanted == now
 
     def _trial(self, wanted: TrialName | None) -> Trial | None:
-        """Return the named trial, or None if the session has moved past it in the meantime."""
+        """Return the named trial, or None if the session has already moved past it."""
         known = (self._status.voidable, self._status.answered)
         return next((trial for trial in known if trial and wanted == _name(trial)), None)
 
@@ -219,7 +219,7 @@ class Mailbox:
         self.__enter__()
 
     def __enter__(self) -> Self:
-        # Write access allows stopping the session, so only the owner gets it. The session
+        # Anyone with write access could stop the session, so only the owner has it. The session
         # continues even if the mailbox cannot be created.
         with suppress(OSError):
             if self._folder.is_symlink():
@@ -244,7 +244,8 @@ class Mailbox:
 def read_status(journal: Path) -> LiveStatus | None:
     """Return the published status of a journal's session, or None if there is none.
 
-    A status that a crashed session left behind is ignored once another process writes the journal.
+    A status left behind by a crashed session is ignored once another process writes to the
+    journal.
     """
     try:
         status = LiveStatus.model_validate_json((mailbox_of(journal) / STATUS).read_bytes())
@@ -255,7 +256,7 @@ def read_status(journal: Path) -> LiveStatus | None:
 
 
 def beat_ns(journal: Path) -> int | None:
-    """Return when a journal's session last showed that it is alive; None without a mailbox."""
+    """Return the time of the session's last sign of life; None without a mailbox."""
     try:
         return (mailbox_of(journal) / REQUESTS).stat().st_mtime_ns
     except OSError:
@@ -268,7 +269,7 @@ def post(journal: Path, request: LiveRequest) -> None:
     Raises
     ------
     UserError
-        If the mailbox does not exist: the session is over, or never had one.
+        If the mailbox does not exist: the session is over or never had one.
     """
     folder = mailbox_of(journal) / REQUESTS
     try:

@@ -17,20 +17,20 @@ from slipscale.faults.extras import how_to_install
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-# A recorder that samples at 500 Hz sees a pulse of 5 ms twice.
+# A recorder that samples at 500 Hz captures a 5 ms pulse in two samples.
 PULSE_S = 0.005
 STREAM = "Slipscale"
-# liblsl reports its sockets on the operator's terminal; -1 keeps warnings and errors.
+# liblsl would log its sockets to the operator's terminal; -1 keeps only warnings and errors.
 QUIET = "[log]\nlevel = -1\n"
 
 
 class LabStream:
-    """A Lab Streaming Layer marker stream with two channels: the event's name and the trial.
+    """A Lab Streaming Layer marker stream with two channels: the event name and the trial.
 
     Parameters
     ----------
     argument : str
-        The stream's name; `STREAM` if empty.
+        The stream name; `STREAM` if empty.
     """
 
     def __init__(self, argument: str) -> None:
@@ -40,7 +40,7 @@ class LabStream:
             raise UserError(f"--markers lsl: {how_to_install('pylsl')}") from None
         except (RuntimeError, OSError) as error:
             raise UserError(f"--markers lsl: liblsl cannot be loaded ({error})") from None
-        with suppress(AttributeError, RuntimeError):  # of pylsl or liblsl before 1.17
+        with suppress(AttributeError, RuntimeError):  # pylsl or liblsl before 1.17
             pylsl.set_config_content(QUIET)
         stream = argument or STREAM
         self.name = f"lsl:{stream}"
@@ -62,7 +62,7 @@ class LabStream:
 
 
 class SerialTrigger:
-    """A trigger box on a serial line: sends the event's code as one byte, then zero.
+    """A trigger box on a serial line: sends the event code as one byte, then zero.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class ParallelTrigger:
     Parameters
     ----------
     argument : str
-        The port's address in PsychoPy's notation: ``0x378``, ``/dev/parport0``.
+        The port address in PsychoPy's notation: ``0x378``, ``/dev/parport0``.
     """
 
     def __init__(self, argument: str) -> None:
@@ -142,7 +142,7 @@ NEED_AN_ARGUMENT = ("serial", "parallel")
 
 @contextmanager
 def open_markers(specs: Sequence[str]) -> Iterator[Markers]:
-    """Open the outputs that the specifications name, and close them at the end.
+    """Open the specified outputs, and close them at the end.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def open_markers(specs: Sequence[str]) -> Iterator[Markers]:
     Raises
     ------
     UserError
-        If an output does not exist, is named twice, or cannot be opened.
+        If an output does not exist, is specified twice or cannot be opened.
     """
     outputs: list[MarkerOutput] = []
     try:

@@ -1,7 +1,7 @@
-"""Markers: report the events of a session to external recorders (EEG, video, ...) without delay.
+"""Markers: report session events to external recorders (EEG, video, ...) without delay.
 
 A marker contains the event and the trial, but never the amplitude, because the person at the
-recorder must stay blinded. To add the amplitudes later, join the data set's rows by trial.
+recorder must stay blinded. To add the amplitudes later, join with the data set rows by trial.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 
 class Event(IntEnum):
-    """The marked events, with the code that a trigger line carries.
+    """The marked events, with their trigger codes.
 
-    The codes are powers of two, so that each event has its own wire on an eight-wire line.
+    The codes are powers of two, so that each event has its own wire on an eight-wire port.
     """
 
     BEGIN = 1  # the run begins or resumes
@@ -36,7 +36,7 @@ class MarkerOutput(Protocol):
     name: str
 
     def send(self, event: Event, trial: int | None) -> None:
-        """Send an event without delay. Raises OSError if the device does not take it."""
+        """Send an event without delay. Raises OSError if the device does not accept it."""
 
     def close(self) -> None:
         """Set all lines to inactive."""
@@ -45,7 +45,8 @@ class MarkerOutput(Protocol):
 class Markers:
     """All marker outputs of a session.
 
-    A failing recorder does not end the session: the output is reported, recorded and dropped.
+    A failing recorder does not end the session: the failure is reported and recorded, and the
+    output is dropped.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 REMEDY = "plug in headphones and choose them as the system's output, or turn masking off"
 COMMON_RATE_HZ = 48_000.0
 CHANNELS = 2
-STALL_S = 1.0  # longest time that a device may take to finish after a fade
+STALL_S = 1.0  # maximum time a device may take to finish after a fade
 NoiseState = Literal["absent", "silent", "playing"]
 
 
@@ -50,7 +50,7 @@ class NoNoise:
 
 
 def check_device() -> str | None:
-    """Return what is wrong with the sound output and how to fix it, or None if it works."""
+    """Return the problem with the sound output and its remedy, or None if it works."""
     try:
         import sounddevice  # noqa: PLC0415  cannot be imported without PortAudio
     except OSError:
@@ -74,7 +74,7 @@ def device_rate_hz() -> float:
 
 
 class Playback:
-    """Supplies noise to the sound card's thread block by block, with a fading gain.
+    """Supplies noise to the sound card thread block by block, with fades.
 
     Parameters
     ----------
@@ -140,7 +140,8 @@ class MaskingNoise:
     def start(self) -> None:
         """Fade the noise in and wait until it has reached its level; do nothing if it is playing.
 
-        The plate may move only after that, because a half-faded noise does not mask its sound.
+        The plate may vibrate only after that, because partly faded-in noise does not mask its
+        sound.
 
         Raises
         ------
@@ -161,7 +162,7 @@ class MaskingNoise:
             playback.fill(np.frombuffer(memory, np.float32).reshape(-1, CHANNELS))
 
         try:
-            # Raw, because NumPy 2.5 warns each time sounddevice creates its own arrays.
+            # A raw stream, because NumPy 2.5 warns each time sounddevice creates its own arrays.
             stream = sounddevice.RawOutputStream(
                 samplerate=self._rate_hz, channels=CHANNELS, dtype="float32", callback=fill
             )

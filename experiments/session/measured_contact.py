@@ -1,7 +1,7 @@
-"""Measure and record the finger while a participant explores or answers, and pass its position on.
+"""Measure and record finger contact during exploration and answers, and pass on the position.
 
-Each step's samples are records of the journal (docs/decisions/one-journal.md), written before the
-step's answer. The samples of an interrupted step are kept and marked as such.
+Each step's samples are written to the journal (docs/decisions/one-journal.md) before the step's
+answer. The samples of an interrupted step are kept and marked as such.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Ask
     from slipscale.hardware.contact.source import ContactSource, Kind, Sample
 
-# Largest number of samples per record; longer ones are written in parts.
+# Maximum number of samples per record; longer series are split.
 A_RECORD = 2000
 TIME_DIGITS, VALUE_DIGITS = 4, 4
 
@@ -32,10 +32,10 @@ class Contact:
     Parameters
     ----------
     sources : Mapping
-        Connected; empty if nothing is measured.
+        Connected sources; empty if nothing is measured.
     journal : Journal
     follow : callable
-        Called with the new position samples at every frame; the list may be empty.
+        Called with the new position samples on every frame; the list may be empty.
     """
 
     def __init__(
@@ -50,12 +50,12 @@ class Contact:
 
     @contextmanager
     def measured(self, step: Explore | Ask, watch: Watch) -> Iterator[Watch]:
-        """Yield the function to call at every frame instead of ``watch``; record the samples.
+        """Yield the function to call on every frame instead of ``watch``; record the samples.
 
         Raises
         ------
         SensorFault
-            If a source was lost. It is connected again when the step is repeated.
+            If a source was lost. It is reconnected when the step is repeated.
         """
         if not self._sources or step.trial is None:
             yield watch
@@ -77,7 +77,7 @@ class Contact:
             trace.write(self._journal, ends="whole")
 
     def _look(self, watch: Watch, traces: list[_Trace]) -> None:
-        """Do one frame's work: call ``watch``, then take and record new samples."""
+        """Process one frame: call ``watch``, then fetch and record new samples."""
         watch()
         for trace in traces:
             new = trace.take()
@@ -87,7 +87,7 @@ class Contact:
 
 
 class _Trace:
-    """The unwritten samples of one source during one step."""
+    """The unwritten samples from one source during one step."""
 
     def __init__(self, kind: Kind, source: ContactSource, step: Explore | Ask) -> None:
         self.kind = kind
@@ -97,7 +97,7 @@ class _Trace:
         self._unreadable = source.unreadable  # before
 
     def take(self) -> list[Sample]:
-        """Take the new samples from the source, and return them."""
+        """Fetch and return the new samples from the source."""
         new = self._source.take()
         self._samples += new
         return new

@@ -1,4 +1,4 @@
-"""The operator of a session: the status they see, and the requests they can make."""
+"""The session operator: the status they see, and the requests they can make."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ State = Literal["showing", "presenting", "waiting", "paused", "fault", "done"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionStatus:
-    """The state of a session. It contains an amplitude only if the session is unblinded.
+    """The state of a session. Contains an amplitude only if the session is unblinded.
 
     Parameters
     ----------
@@ -25,24 +25,25 @@ class SessionStatus:
         "showing" a screen, "presenting" a surface, "waiting" for the participant, "paused",
         "fault" (the rig failed: retry or stop?), "done".
     task : str
-        The task's label.
+        The task label.
     trial, total : int
         Trial k of n within the task; 0 before the first.
     voidable : Trial or None
         The trial that a void request affects by default: the one in progress, or the last.
     answered : Trial or None
-        The trial before the one in progress. It can be voided too, because a slip of the finger is
-        often noticed when the next surface has already been presented.
+        The trial before the one in progress. It can also be voided, because a slip of the finger
+        is often noticed when the next surface has already been presented.
     asked : tuple of Ask
         The questions about the run and the participant so far. Each can be repeated.
     answering : Ask or None
         The question that the operator has to answer: a verbal report, or a decision.
     done, planned : int
-        Finished and planned trials in the whole session.
+        Number of finished and planned trials in the whole session.
     elapsed_s : float
-        Time since the session began (or was resumed), without faults and pauses.
+        Time since the session began (or was resumed), excluding faults and pauses.
     time_left_s : float or None
-        Estimated from the pace so far, without faults and pauses; None before the first trial ends.
+        Estimated from the pace so far, excluding faults and pauses; None before the first trial
+        ends.
     faults, voided : int
         Number of faults and voided trials so far.
     noise : str
@@ -87,12 +88,12 @@ class SessionStatus:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """A request by the operator: pause, resume, void a trial, repeat a question, retry or stop.
+    """An operator request: pause, resume, void a trial, repeat a question, retry or stop.
 
     Parameters
     ----------
     what : str
-        "note" writes ``reason`` into the journal. "unblind" shows the amplitude from now on, which
+        "note" writes ``reason`` to the journal. "unblind" shows the amplitude from now on, which
         is recorded in the journal. "answer" passes ``reason`` on as the answer to
         `SessionStatus.answering`.
     reason : str
@@ -117,7 +118,7 @@ class Operator(Protocol):
 
     @property
     def busy(self) -> bool:
-        """Whether the operator is typing a request; the end of a task waits for it."""
+        """Whether the operator is typing a request; a task does not end while this is the case."""
 
     def tell(self, status: SessionStatus) -> None:
         """Show the state."""
@@ -142,7 +143,7 @@ def answer_wanted(ask: Ask) -> str:
 
 
 class Operators:
-    """Several operators of one session: all see the status, and the first request wins."""
+    """Several operators for one session: all see the status, and the first request wins."""
 
     def __init__(self, *operators: Operator) -> None:
         self._operators = operators

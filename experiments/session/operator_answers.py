@@ -1,7 +1,7 @@
-"""Questions that the operator answers: verbal reports by the participant, or decisions.
+"""Questions answered by the operator: verbal reports by the participant, or decisions.
 
-Meanwhile the participant's screen shows the question. The operator's entry is checked by the same
-rules as a participant's.
+The participant's screen shows the question meanwhile. The operator's entry is validated like a
+participant's.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class _Given(Exception):
 
 
 class OperatorAnswers:
-    """Takes the operator's answers to a session's questions.
+    """Collects the operator's answers to a session's questions.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class OperatorAnswers:
             self._progress.asks_operator(None)
 
     def take(self, typed: str) -> None:
-        """Take the operator's entry as the answer, or show why it is not valid."""
+        """Accept the operator's entry as the answer, or show why it is invalid."""
         if self._question is None:
             self._progress.say("no question is open now")
             return

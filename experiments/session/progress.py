@@ -1,4 +1,4 @@
-"""Progress of a session: keeps the counts of the operator's status."""
+"""Session progress: maintains the counts in the operator's status."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 
 class Progress:
-    """Counts trials, faults and voids, and updates the operator's status.
+    """Counts trials, faults and voided trials, and updates the operator's status.
 
     Parameters
     ----------
     operator : Operator
     clock : Clock
     noise, surface
-        Those of the session; the status includes their states.
+        The session's noise and surface; the status includes their states.
     planned : int
         Expected number of trials in the whole session.
     voided : int
@@ -64,10 +64,10 @@ class Progress:
         self._begun_s = clock.now()
         self._away_s = 0.0  # faults and pauses
         self._done_before = 0
-        self._trial: Trial | None = None  # the last whose surface was presented
+        self._trial: Trial | None = None  # the last trial whose surface was presented
         self._over = False
-        self._before: Trial | None = None  # the last finished one, while another is in progress
-        self._closing = False  # the protocol can still repeat a finished trial
+        self._before: Trial | None = None  # the last finished trial, while another is in progress
+        self._closing = False  # whether the protocol can still repeat a finished trial
 
     @property
     def voidable(self) -> Trial | None:
@@ -102,7 +102,7 @@ class Progress:
         return question in self._status.asked
 
     def before(self, question: Ask) -> Ask | None:
-        """Return the question before one, if the participant can return to it."""
+        """Return the previous question, if the participant can return to it."""
         asked = self.asked
         place = asked.index(question) if question in asked else len(asked)
         if not _is_lasting(question) or place == 0 or asked[place - 1].by != "participant":
@@ -119,7 +119,7 @@ class Progress:
             self._away_s += self._clock.now() - began_s
 
     def replayed(self) -> None:
-        """Mark the end of the replay; the pace is measured from here."""
+        """Mark the end of the replay; the pace is measured from this point."""
         self._done_before = self._status.done
 
     def begins(self, step: Step) -> None:

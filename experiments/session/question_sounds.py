@@ -19,21 +19,21 @@ if TYPE_CHECKING:
 
 
 class Sounds(Protocol):
-    """Plays sounds in the headphones."""
+    """Plays sounds through the headphones."""
 
     @property
     def missing(self) -> str:
         """Why nothing can be heard; empty if sound can be played."""
 
     def start(self, sound: HeadphoneSound) -> None:
-        """Start playing a sound, and stop the one that is playing."""
+        """Start playing a sound, after stopping any that is playing."""
 
     def stop(self) -> None:
         """Stop the sound that is playing."""
 
 
 class NoSounds:
-    """A missing sound output."""
+    """A stand-in for a missing sound output."""
 
     def __init__(self, missing: str) -> None:
         self.missing = missing
@@ -46,14 +46,14 @@ class NoSounds:
 
 
 class ImaginedSounds(NoSounds):
-    """Sounds for simulated participants, who receive the sound itself."""
+    """Sounds for simulated participants, who receive the samples directly."""
 
     def __init__(self) -> None:
         super().__init__("")
 
 
 class Once:
-    """Supplies samples once, then silence, to the sound card's thread."""
+    """Supplies samples once, then silence, to the sound card thread."""
 
     def __init__(self, samples: NDArray[np.float32]) -> None:
         self._samples = samples
@@ -68,7 +68,7 @@ class Once:
 
 
 class SoundOutput:
-    """The system's sound output; `masking_noise.check_device` reports whether there is one."""
+    """The system's sound output; use `masking_noise.check_device` to check that there is one."""
 
     missing = ""
 

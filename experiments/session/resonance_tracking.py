@@ -1,7 +1,7 @@
 """Resonance tracking between trials, for plates that do not track their resonance themselves.
 
-The plate is swept before a trial's surface is presented. It is never swept while a surface is felt
-or rated, nor for a standard outside trials. A failed sweep is a fault of the rig, like a failed
+The sweep runs before a trial's surface is presented. It never runs while a surface is felt or
+rated, nor for a standard outside trials. A failed sweep is a rig fault, like a failed
 presentation.
 """
 
@@ -26,15 +26,15 @@ READ_S = 0.1  # duration over which an amplitude is averaged
 
 
 class ResonanceTracking:
-    """Sweeps three points before a trial if the last sweep is long enough ago.
+    """Sweeps three frequencies before a trial if the last sweep was long enough ago.
 
     Parameters
     ----------
     plate : PlateDriver
     vibrometer : ContactSource
-        Connected; measures the plate's amplitude in µm peak to peak.
+        A connected source that measures the plate's amplitude in µm peak to peak.
     every_s : float
-        Shortest time between two sweeps.
+        Minimum time between two sweeps.
     """
 
     def __init__(self, plate: PlateDriver, vibrometer: ContactSource, every_s: float) -> None:
@@ -44,12 +44,12 @@ class ResonanceTracking:
         self._last_s = -math.inf
 
     def before(self, step: Present, journal: Journal, clock: Clock) -> None:
-        """Sweep if a sweep is due, and record the result.
+        """Run a sweep if one is due, and record the result.
 
         Raises
         ------
         PlateFault
-            If the rig or the vibrometer failed; the plate is silent.
+            If the rig or the vibrometer failed; the plate is then silent.
         """
         if step.trial is None or clock.now() - self._last_s < self._every_s:
             return

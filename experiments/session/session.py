@@ -1,10 +1,10 @@
-"""The session loop: interprets a protocol's steps with a plate, a participant and a journal.
+"""The session loop: performs a protocol's steps with a plate, a participant and a journal.
 
-One rule governs it: **a step is over when its answer is in the journal; only then does the
-protocol receive the answer. The next question is asked when that answer is on disk.** A crash
-therefore loses at most the step in progress, and a power cut at most the last answer. Resuming is
-the same loop, with the first answers read from the journal. The disk is written while surfaces are
-presented and explored.
+It follows one rule: **a step is over when its answer is in the journal; only then does the
+protocol receive the answer. The next question is asked only after that answer is on disk.** A
+crash therefore loses at most the step in progress, and a power cut at most the last answer.
+Resuming runs the same loop, with the first answers read from the journal. Data are flushed to disk
+while surfaces are presented and explored.
 """
 
 from __future__ import annotations
@@ -72,9 +72,9 @@ if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
 
 RunOutcome = Literal["complete", "stopped"]
-# After these records, a step starts again from its beginning.
+# After these records, a step restarts from the beginning.
 BEGUN_ANEW = ("go_on", "retry")
-# These steps do not wait until the last answer is on disk.
+# These steps do not wait for the last answer to reach the disk.
 WHILE_THE_DISK_WORKS = (Present, Explore, Silence, Feedback, EndTrial)
 
 
@@ -94,14 +94,14 @@ class Session:
     steps : generator
         The protocol.
     plate, participant, journal, clock, operator
-        Everything that a session acts on. A session with a virtual clock, a mock plate and a
-        simulated participant can therefore be replayed byte for byte.
+        Everything that a session interacts with. A session with a virtual clock, a mock plate and
+        a simulated participant can therefore be replayed byte for byte.
     texts : Mapping
-        For the screen that asks the participant to wait.
+        Texts for the screen that asks the participant to wait.
     planned : int
         Expected number of trials in the whole session.
     noise : Noise, optional
-        Masking noise; plays from the first surface of a block to the next text or rest.
+        Masking noise, played from the first surface of a block to the next text or rest.
     sounds : Sounds, optional
         Plays the sounds of the headphone test.
     markers : Markers, optional
@@ -114,7 +114,7 @@ class Session:
     tracking : ResonanceTracking, optional
         Tracks the resonance between trials.
     warnings : tuple of str, optional
-        Problems found earlier, for the operator.
+        Problems found earlier, to show to the operator.
     """
 
     def __init__(
@@ -200,7 +200,7 @@ class Session:
         }
 
     def run(self) -> RunOutcome:
-        """Run until the end or until somebody stops the session; the plate is silent afterwards.
+        """Run until the end or until someone stops the session; the plate is silent afterwards.
 
         Raises
         ------
@@ -232,7 +232,7 @@ class Session:
         return "complete"
 
     def _loop(self) -> None:
-        """Carry out the steps: replay those in the journal, then continue live."""
+        """Carry out the steps: replay the ones in the journal, then continue live."""
         past = _past(self._journal.records)
         answer: Answer = None
         number = 0
@@ -259,7 +259,7 @@ class Session:
     # From the journal -----------------------------------------------------------------------
 
     def _replay(self, step: Step, past: Past) -> Answer:
-        """Return a step's answer from the journal, and note the surface that it leaves."""
+        """Return a step's answer from the journal, and note the resulting surface."""
         if not same_step(past.begun.data["what"], step_record(step)):
             raise UserError(
                 f"journal {self._journal.path}, line {past.done.number + 1}: the protocol's "
@@ -278,7 +278,7 @@ class Session:
         return answer
 
     def _take_up(self, step: Step) -> None:
-        """Change from replayed to live steps: present the interrupted surface again."""
+        """Switch from replayed to live steps: present the interrupted surface again."""
         self._progress.replayed()
         virtual = isinstance(self._clock, VirtualClock)
         self._journal.write("take_up", virtual=virtual)
@@ -292,8 +292,8 @@ class Session:
     def _when_it_was_presented(self) -> Iterator[Callable[[float], None]]:
         """Yield a function that sets a resumed pilot's clock to a presentation's original time.
 
-        The clock is set back afterwards. The pilot continues as if it had not been interrupted:
-        textures change with time, and are explored at their original times.
+        The clock is restored afterwards. The pilot thus continues as if it had not been
+        interrupted: textures change with time, and are explored at their original times.
         """
         clock = self._clock
         if not (self._rewinds and isinstance(clock, VirtualClock)):
@@ -325,8 +325,8 @@ class Session:
     def _ask_again(self) -> None:
         """Repeat the questions that the operator selected; the new answers replace the old ones.
 
-        The protocol does not receive the new answers, so its earlier steps stay as they are. No
-        shipped protocol makes decisions based on these answers.
+        The protocol does not receive the new answers, so its earlier steps are unchanged. No
+        shipped protocol bases decisions on these answers.
         """
         for question in self._interruptions.take_questions():
             self._again(question)
@@ -400,10 +400,10 @@ class Session:
         return self._adjusting.adjust(step)
 
     def _answer(self, step: Ask) -> Reply:
-        """Have a question answered, after those before it to which the participant returns.
+        """Have a question answered, after any previous ones that the participant returns to.
 
-        An earlier question is repeated as if the operator had asked for it: the journal holds both
-        answers, and a session that is killed in between asks it again.
+        An earlier question is repeated as if the operator had requested it: the journal contains
+        both answers, and a session that is killed in between asks it again.
         """
         before = self._progress.before(step) if step.by == "participant" else None
         while True:
@@ -474,7 +474,7 @@ class Session:
         return self._interruptions.take_voids()
 
     def _restore(self, step: Step) -> None:
-        """If the surface was lost, have it presented and explored again before the step."""
+        """If the surface was lost, present it and have it explored again before the step."""
         if self._surface.must_be_felt_again(step):
             self._noise.start()
             self._progress.tell("presenting")
@@ -497,7 +497,7 @@ class Session:
             self._journal.write("standard_again", trial=trial, answer=answer_record(made))
 
     def _wait(self) -> None:
-        """Show the operator that the session is waiting for the participant."""
+        """Indicate to the operator that the session is waiting for the participant."""
         self._progress.tell("waiting", level=self._surface.level)
 
 

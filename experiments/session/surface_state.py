@@ -1,12 +1,12 @@
-"""The surface that should be on the plate, or was felt, and whether it was interrupted.
+"""The surface that should be on the plate or was felt, and whether it was interrupted.
 
 A *script* is what a trial presents: one surface and its exploration, or several intervals with the
 silences between them. After a fault, a pause or a crash, the script is performed again from its
 first step before the participant answers a question or feels the next interval. An answer is never
-taken about a surface that is not there, or that the participant has not just felt.
+recorded for a surface that is not there or that the participant has not just felt.
 
 A surface outside a trial remains on the plate until the protocol silences the plate. If a trial
-silences its surface before the question, the surface is part of the script and is remembered
+silences its surface before the question, the surface remains part of the script
 (docs/decisions/interrupted-trials.md).
 
 A surface that was explored and silenced outside a trial is a *standard*: the reference for the
@@ -46,7 +46,7 @@ class Done:
 
 
 class SurfaceState:
-    """The surface that the participant should feel or has felt, and whether it was interrupted.
+    """The surface that the participant should feel or has felt, and any interruption.
 
     Parameters
     ----------
@@ -121,11 +121,11 @@ class SurfaceState:
         return asked and step.trial == self._trial
 
     def begins(self, step: Present) -> bool:
-        """Return whether a presentation begins a script, rather than being its next interval."""
+        """Return whether a presentation begins a new script, rather than the next interval."""
         return step.interval is None or step.trial is None or step.trial != self._trial
 
     def present(self, step: Present) -> Presented:
-        """Present a surface, after its lead-in if that is not on the plate already."""
+        """Present a surface, after its lead-in unless that is already on the plate."""
         self._feel_standard(step)
         if step.lead_in:
             before, explore = step.lead_in
@@ -154,7 +154,7 @@ class SurfaceState:
             self._script.append(Done(step=step))
 
     def turn(self, surface: Stimulus) -> None:
-        """Change the surface on the plate while the participant adjusts it."""
+        """Change the surface on the plate during an adjustment."""
         if self._wanted is None:
             raise ValueError("no surface to turn: none was presented")
         self._make(replace(self._wanted, surface=surface))
@@ -187,7 +187,7 @@ class SurfaceState:
         return made
 
     def restore(self, at: Callable[[float], None]) -> list[tuple[Present, Presented]]:
-        """Perform the script again, from its first step to where it was interrupted.
+        """Perform the script again, from its first step to the point of interruption.
 
         Call it when `must_be_felt_again` returns True.
 
@@ -199,7 +199,7 @@ class SurfaceState:
         Returns
         -------
         list of tuple
-            Each presentation and what the plate did.
+            Each presentation and its result on the plate.
         """
         wanted = self._wanted
         made: list[tuple[Present, Presented]] = []
@@ -221,7 +221,7 @@ class SurfaceState:
     def confirm(self) -> None:
         """Raise a `PlateFault` unless the commanded surface is still on the plate.
 
-        The tolerance is the driver's, and the same as at presentation
+        The tolerance is set by the driver and is the same as at presentation
         (docs/decisions/one-tolerance.md). For a texture, the command and the readback are means.
         """
         if self._wanted is not None:
@@ -238,12 +238,12 @@ class SurfaceState:
         return told.level
 
     def check(self) -> None:
-        """Raise the plate's fault, if any, while a surface is on the plate. Fast."""
+        """Raise the plate fault, if any, while a surface is on the plate. This check is fast."""
         if self._wanted is not None and self._held:
             self._plate.check()
 
     def follow(self, samples: list[Sample]) -> None:
-        """Command the amplitude for the finger's position while a texture follows it."""
+        """Command the amplitude for the finger position while a texture follows the finger."""
         if self._wanted is not None and self._held:
             self._following.see(samples)
 
@@ -255,7 +255,7 @@ class SurfaceState:
         self.silenced(step)
 
     def silenced(self, step: Silence) -> None:
-        """Note that the protocol silenced the plate; its trial may continue."""
+        """Note that the protocol silenced the plate; the trial may continue."""
         if self._wanted is None:
             return
         if self._wanted.trial is None:
@@ -277,7 +277,7 @@ class SurfaceState:
         self._standard = None
 
     def take_standard_made(self) -> Presented | None:
-        """Return how the standard was repeated since the last call, if it was."""
+        """Return the repetition of the standard since the last call, if any."""
         made, self._standard_made = self._standard_made, None
         return made
 
@@ -293,7 +293,7 @@ class SurfaceState:
         self._hushed = True
 
     def shut_down(self) -> None:
-        """Silence the plate at the end or after a fault; close the line if that fails."""
+        """Silence the plate at the end or after a fault; close the connection if that fails."""
         self.interrupt()
         try:
             self._plate.silence()
@@ -327,7 +327,7 @@ class SurfaceState:
         return self._drive(step)
 
     def _drive(self, step: Present) -> Presented:
-        """Present a surface, and return once it has settled and matches its readback."""
+        """Present a surface, and return once it has settled and the readback matches."""
         self._wanted, self._held = None, True
         return self._make(step)
 

@@ -1,6 +1,6 @@
 """The operator's terminal: live status lines, and keys to pause, void, ask again, retry or stop.
 
-Keys are polled at every frame of the participant's screen without waiting, so the terminal never
+Keys are polled on every frame of the participant's screen without blocking, so the terminal never
 delays the session. A reason for voiding is typed while the session continues.
 """
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.session.operator import State
 
 ENTER, ESCAPE, BACKSPACE = "\r\n", "\x1b", "\x7f\b"
-# A key: the whole sequence of an arrow or function key, or one character.
+# A key: the complete escape sequence of an arrow or function key, or one character.
 KEY = re.compile(r"\x1b[\[O][0-9;]*[A-Za-z~]|.", re.DOTALL)
 
 STATES: dict[State, tuple[str, str]] = {
@@ -43,7 +43,7 @@ STATES: dict[State, tuple[str, str]] = {
     "done": ("done", "bold green"),
 }
 
-# Keys that make a request immediately, per state; v, b, a and s open a prompt first.
+# Keys that make a request immediately, by state; v, b, a and s open a prompt first.
 KEYS: dict[State, dict[str, Request]] = {
     "paused": {"p": Request(what="go_on")},
     "fault": {"r": Request(what="retry")},
@@ -80,7 +80,7 @@ class Prompt:
 
 
 def void_prompt(trial: Trial) -> Prompt:
-    """Return the prompt for the reason why a trial is voided. A reason is required."""
+    """Return the prompt for the reason for voiding a trial. A reason is required."""
 
     def request(reason: str) -> Request | None:
         return Request(what="void", reason=reason, trial=trial) if reason else None
@@ -90,7 +90,7 @@ def void_prompt(trial: Trial) -> Prompt:
 
 
 def stop_prompt() -> Prompt:
-    """Return the prompt for the reason why the session is stopped. The reason is optional."""
+    """Return the prompt for the reason for stopping the session. The reason is optional."""
     return Prompt(
         "stop the session because (Enter to stop, Esc to continue)",
         lambda reason: Request(what="stop", reason=reason),
@@ -137,9 +137,9 @@ class PromptKey(NamedTuple):
     states : tuple of str
         The states in which the key opens the prompt.
     open : callable
-        Returns the prompt, or None if there is nothing to type about.
+        Returns the prompt, or None if there is nothing to enter.
     without : Request or None
-        The request to make in that case; the session replies why it is refused.
+        The request to make in that case; the session replies with the reason for refusing it.
     """
 
     states: tuple[State, ...]
@@ -171,7 +171,8 @@ class TerminalOperator:
     read_key : callable
         Returns the key that was pressed, or "" without waiting.
     retries : int
-        Number of faults that are retried without asking, so that touching a plug needs no click.
+        Number of faults that are retried without asking, so that a briefly loose plug needs no
+        action.
     heading : tuple of str
         Describes the session: participant, study, plate; shown above the state.
     """
@@ -189,7 +190,7 @@ class TerminalOperator:
         self._heading = heading
         self._status = SessionStatus(state="showing")
         self._prompt: Prompt | None = None  # being typed
-        self._answer: Prompt | None = None  # the one that opens automatically
+        self._answer: Prompt | None = None  # the prompt that opens automatically
         self._live = Live(console=console, auto_refresh=False, transient=False)
 
     @property
@@ -198,11 +199,11 @@ class TerminalOperator:
         return self._prompt is not None
 
     def tell(self, status: SessionStatus) -> None:
-        """Show the state; ring the bell once at a fault."""
+        """Show the state; ring the bell once per fault."""
         if self._console.is_terminal and status.state == "fault" != self._status.state:
             self._console.bell()
         if status.answering is not self._status.answering:
-            # Keep a prompt for something else that the operator is typing in.
+            # Keep any other prompt that the operator is typing in.
             if self._prompt is self._answer:
                 self._prompt = None
             self._answer = answer_prompt(status.answering) if status.answering else None
@@ -211,7 +212,7 @@ class TerminalOperator:
         self._draw()
 
     def poll(self) -> Request | None:
-        """Return the request that the operator's key makes, if any."""
+        """Return the request made by the operator's key press, if any."""
         key = self._read_key()
         state = self._status.state
         if self._prompt is not None:
@@ -302,11 +303,11 @@ class TerminalOperator:
     ) -> None:
         self._live.stop()
         if not self._console.is_terminal:
-            self._console.print()  # in a file, Live ends in the middle of a line
+            self._console.print()  # when writing to a file, Live ends in the middle of a line
 
 
 class Keys:
-    """Reads single keys from a terminal without waiting; returns none without a terminal."""
+    """Reads single keys from a terminal without blocking; returns none if there is no terminal."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
         self._stream: TextIO | None = stream or sys.stdin  # may be None
@@ -331,15 +332,15 @@ class Keys:
         self._stack.close()
 
     def _posix(self, descriptor: int) -> Callable[[], str]:
-        # Unix only, as is the next method's msvcrt on Windows.
+        # Unix only; the next method's msvcrt is Windows only.
         import select  # noqa: PLC0415
         import termios  # noqa: PLC0415
         import tty  # noqa: PLC0415
 
         before = termios.tcgetattr(descriptor)
-        # Registered first, because a signal may arrive in between.
+        # Registered first, because a signal may arrive in the meantime.
         self._stack.callback(termios.tcsetattr, descriptor, termios.TCSADRAIN, before)
-        # Ctrl-C still interrupts: cbreak leaves the signal keys alone.
+        # Ctrl-C still interrupts: cbreak mode leaves the signal keys unchanged.
         tty.setcbreak(descriptor)
 
         waiting: deque[str] = deque()

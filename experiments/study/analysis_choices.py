@@ -72,7 +72,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Thresholds(BaseModel):
-    """Criteria for flagging a participant's data (only flags in ``exclusions`` exclude it)."""
+    """Criteria for flagging a participant's data (only those in ``exclusions`` exclude it)."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -45,7 +45,7 @@ MISHEARD = 0.02
 
 
 class HeadphoneTest(BaseModel):
-    """Asks which of three tones is the quietest; with loudspeakers, another tone appears to be."""
+    """Asks which of three tones is quietest; with loudspeakers, a different one seems quietest."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -132,7 +132,7 @@ class HeadphoneTest(BaseModel):
     def _tones(
         self, attempt: int, context: Context, texts: Texts
     ) -> Generator[Ask, Answer, int | None]:
-        """Ask for the quietest tone; return how often it was right, or None without sound."""
+        """Ask for the quietest tone; return the number correct, or None without sound."""
         right = 0
         words = tuple(part.strip() for part in texts["headphones.tones"].split("|"))
         question = ComparisonQuestion(

@@ -78,7 +78,7 @@ class Levels:
 
     @classmethod
     def stated(cls, content: Mapping[str, Any]) -> Levels:
-        """Return the levels that a study file states; `ValueError` if a table is not valid."""
+        """Return the levels in a study file. Raises `ValueError` if a table is invalid."""
         stimulus = content.get("stimulus")
         return cls.of(
             {
@@ -129,7 +129,7 @@ class Levels:
     def unpresentable(self, place: Place, *levels: float) -> Iterator[Fault]:
         """Yield the levels that cannot be presented, with the reason."""
         if self.vary and not self.stimulus:
-            return  # The fault of the table is reported; no level has a surface without it.
+            return  # The table error is reported elsewhere; without it no level has a surface.
         possible = []
         for level in levels:
             try:
@@ -142,7 +142,7 @@ class Levels:
         yield from self.beyond(place, *possible)
 
     def follow(self, surface: Stimulus) -> None:
-        """Raise `UserError` unless plate, line and, on an ultrasonic plate, film can follow."""
+        """Raise `UserError` unless plate, line and (if ultrasonic) film respond fast enough."""
         loop = surface.made.loop()
         if loop is None or not self.made.in_um_pp:
             return

@@ -74,7 +74,7 @@ MOST = 100
 
 
 class Study(BaseModel):
-    """What to run. Each field is a key of the study file; its description explains it."""
+    """The study definition. Each field is a key of the study file, with a description."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -494,7 +494,7 @@ def _unreadable(texts: dict[str, dict[str, Any]], tasks: tuple[Options, ...]) ->
 
 
 def _unspoken(texts: dict[str, dict[str, Any]], info: ValidationInfo) -> Iterator[Fault]:
-    """Yield the questions that cannot be asked in the study's language, and an unknown language."""
+    """Yield questions that cannot be asked in the study's language, and any unknown language."""
     known = [*languages(), *sorted(set(texts) - set(languages()))]
     language, asked = info.data.get("language"), info.data.get("about_you", ())
     yield from _named_twice("about_you", [question.name for question in asked])

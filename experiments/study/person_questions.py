@@ -44,7 +44,7 @@ def distinct(
 
 
 class PersonQuestion(BaseModel):
-    """A question about the participant; names are never asked for.
+    """A question about the participant, never about their name.
 
     Give either ``options``, or ``minimum`` and ``maximum`` for a whole number to be typed.
     """
@@ -104,7 +104,7 @@ class PersonQuestion(BaseModel):
         return self
 
     def languages(self) -> Iterator[tuple[str, str]]:
-        """Yield each key that has words in several languages, once per language, with its code."""
+        """Yield each key with words in several languages, with the code of each language."""
         for words in self.options.values() if isinstance(self.options, dict) else ():
             yield from (("options", language) for language in words)
         if isinstance(self.prompt, dict):

@@ -146,7 +146,7 @@ def unusable(
     known: Collection[str],
     taken: Collection[str],
 ) -> Iterator[Fault]:
-    """Yield place and message of everything that cannot be asked in a language or is ambiguous.
+    """Yield location and message for anything ambiguous or that cannot be asked in a language.
 
     Parameters
     ----------
