@@ -1,1 +1,1 @@
-"""Commands of the analysis, one module each, imported when called."""
+"""Analysis commands, one module each, imported when called."""

@@ -1,4 +1,4 @@
-"""Implement ``slipscale analyse``; pandas, SciPy and matplotlib are imported when it runs."""
+"""Implement ``slipscale analyse``; imports pandas, SciPy and Matplotlib only when it runs."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 LOG = logging.getLogger(__name__)
-#: Options for the columns of a foreign table: option -> name of its value, help text.
+#: Options that name the columns of a foreign table: option -> metavar, help text.
 COLUMN_OPTIONS = {
     "participant": ("COLUMN", "the column with the participant's label"),
     "stimulus": ("COLUMN:UNIT", "the column with the stimulus, and its unit"),
@@ -45,7 +45,7 @@ COLUMN_OPTIONS = {
 
 
 class _Once(Action):
-    """Option that names one column and may be given only once; argparse would use the last one."""
+    """Option that names one column and may be given only once; argparse would use the last."""
 
     def __call__(
         self,
@@ -88,7 +88,7 @@ def add_analyse(parser: ArgumentParser) -> None:
 
 
 def add_data(parser: ArgumentParser) -> None:
-    """Add the arguments for the data and the method of analysis."""
+    """Add the arguments for the data and the analysis method."""
     from typing import get_args  # noqa: PLC0415
 
     from slipscale.experiments.study.analysis_choices import Normalisation  # noqa: PLC0415
@@ -187,7 +187,7 @@ def add_mapping(parser: ArgumentParser) -> None:
 
 def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     """Read and analyse the data as specified by the options."""
-    # Before NumPy is imported: the matrices are small, and threads of linear algebra would only
+    # Set before NumPy is imported: the matrices are small, and linear-algebra threads would only
     # busy-wait.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from slipscale.analysis.cli.mapping_options import mapping_from  # noqa: PLC0415
@@ -231,10 +231,10 @@ def run_analyse(args: Namespace) -> int:
         data = analysis.dataset
         out = Path(args.out) if args.out else default_folder(data, args.dataset)
         if args.in_session and not args.out:
-            out /= f"ses-{args.in_session}"  # next to the results of all sessions together
+            out /= f"ses-{args.in_session}"  # next to the results for all sessions together
         if args.task and not args.out:
             out /= f"task-{args.task}"
-        # Matplotlib takes a second to import, so this is delayed until a figure is drawn.
+        # Matplotlib takes a second to import, so the import is delayed until a figure is drawn.
         from slipscale.analysis.reporting.files import write_analysis  # noqa: PLC0415
 
         report = write_analysis(analysis, out, progress, formats=args.figures)
@@ -248,14 +248,14 @@ def run_analyse(args: Namespace) -> int:
         )
     else:
         print_table3(analysis)
-        # Table III is the answer for estimates.
+        # For magnitude estimates, Table III is the main result.
         print_answers(analysis, outside_only=analysis.prepared is not None)
         print(f"report: {report}")
     return tell_plan(analysis)
 
 
 def held_against(bundle: Bundle, analysis: Analysis, args: Namespace) -> Analysis:
-    """Return an analysis with its deviations from a frozen plan."""
+    """Return an analysis together with its deviations from a frozen plan."""
     from slipscale.analysis.cli.mapping_options import OTHERS  # noqa: PLC0415
     from slipscale.analysis.preregistration.check import check_plan  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""Implement ``slipscale power --protocols``: compare protocols for equal people and minutes."""
+"""Implement ``slipscale power --protocols``: compare protocols at equal numbers and durations."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from slipscale.faults import DONE, UserError
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-#: Number of simulated studies per protocol; these are answered step by step.
+#: Number of simulated studies per protocol; low, because answers are simulated step by step.
 STUDIES = 50
 WIDTH = 170
 #: Default numbers of participants to compare.
@@ -87,7 +87,7 @@ def compare_protocols(args: Namespace) -> int:
         for row in rows:
             shown.add_row(*row)
         console = Console()
-        # Truncated numbers would mislead, so a narrow terminal wraps the lines.
+        # Truncated numbers would be misleading, so lines wrap on a narrow terminal.
         console.width = max(console.width, WIDTH)
         console.print(shown)
         for line in sentences(found, minutes, population.name):
@@ -100,7 +100,7 @@ def compare_protocols(args: Namespace) -> int:
 
 
 def _refuse_others(args: Namespace) -> None:
-    """Reject options that would have no effect."""
+    """Reject options that would have no effect in a comparison."""
     given = [name for name, default in OTHERS.items() if getattr(args, name) != default]
     if given:
         raise UserError(

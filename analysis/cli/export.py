@@ -1,4 +1,4 @@
-"""Implement ``slipscale export``; pandas, SciPy and matplotlib are imported when it runs."""
+"""Implement ``slipscale export``; imports pandas, SciPy and Matplotlib only when it runs."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FORMS = {
     "methods": "a methods section with its references (methods.md, references.bib)",
     "french-excel": "tables with semicolons and decimal commas (excel-fr/)",
 }
-#: Default of --forms; tables for French Excel are written only on request.
+#: Default for --forms; tables for French Excel are written only on request.
 DEFAULT = ("word", "pdf", "scripts", "methods")
 
 
@@ -43,7 +43,7 @@ def add_export(parser: ArgumentParser) -> None:
 
 
 def run_export(args: Namespace) -> int:
-    """Analyse a data set, write every requested format, and print what was written."""
+    """Analyse a data set, write every requested format, and list the files written."""
     from slipscale.analysis.export.files import check_installed, write_export  # noqa: PLC0415
 
     say(here())

@@ -1,4 +1,4 @@
-"""Convert the options of ``slipscale analyse`` for a table's columns to a mapping."""
+"""Convert the column options of ``slipscale analyse`` to a mapping."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def mapping_from(args: Namespace) -> TableMapping | None:
         name, unit = unit, ""
     stimulus = {"unit": unit} | ({"in_unit": args.in_unit} if args.in_unit else {})
     if args.levels:
-        # A wide table has no stimulus column; the option gives the stimulus' name instead.
+        # A wide table has no stimulus column; the option gives the name of the stimulus instead.
         columns.pop("stimulus", None)
         stimulus |= {"name": name} if name else {}
     elif name:

@@ -1,4 +1,4 @@
-"""Implement ``slipscale pilot``: simulate the study, then analyse it."""
+"""Implement ``slipscale pilot``: simulate a study, then analyse it."""
 
 from __future__ import annotations
 
@@ -109,8 +109,8 @@ def run(args: Namespace) -> int:
             report = write_analysis(analysis, default_folder(analysis.dataset, folder))
             progress.update(work, total=1, completed=1)
     except KeyboardInterrupt:
-        # Unformatted and on one line, so that it can be copied; a path may contain markup
-        # characters.
+        # Printed without markup and on one line, so that it can be copied; a path may contain
+        # markup characters.
         command = repeated(args, folder)
         console.print(f"Nothing is lost. To continue: {command}", markup=False, soft_wrap=True)
         raise
@@ -128,7 +128,7 @@ def run(args: Namespace) -> int:
 
 
 def repeated(args: Namespace, folder: Path) -> str:
-    """Return the command that completes this pilot, with every option repeated."""
+    """Return the command that completes this pilot, including all options."""
     given = {
         "--participants": args.participants,
         "--seed": args.seed,

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.planning.distribution.distribution import Distribution
 
-#: Options for the plate of a single pilot, which do not apply to repeated simulations.
+#: Plate options of a single pilot, which do not apply to repeated simulations.
 OF_ONE = ("position", "force")
 MOST = 1_000_000
-#: Subfolder of the pilots' folder, separate from the pilots, which are data sets.
+#: Subfolder of the pilot folder; separate from the pilots, which are data sets.
 FOLDER = "distributions"
 
 
@@ -83,7 +83,7 @@ def run_times(args: Namespace) -> int:
 
 
 def _tell(found: Distribution, folder: Path) -> int:
-    # Matplotlib takes a second to import, so this is delayed until a figure is drawn.
+    # Matplotlib takes a second to import, so the import is delayed until a figure is drawn.
     from slipscale.analysis.planning.distribution.files import write_distribution  # noqa: PLC0415
     from slipscale.analysis.planning.distribution.terminal import print_distribution  # noqa: PLC0415
 
@@ -94,7 +94,7 @@ def _tell(found: Distribution, folder: Path) -> int:
 
 
 def _folder(out: Path | None, pilots: Path) -> Path:
-    """Return the output folder, after checking that it contains nothing else."""
+    """Return the output folder, after checking that it contains no other files."""
     from slipscale.analysis.planning.distribution.files import claim  # noqa: PLC0415
     from slipscale.experiments.running.pilot import next_folder  # noqa: PLC0415
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.planning.power.design import Design
     from slipscale.analysis.planning.power.run_grid import Part
 
-#: Axis -> description, and its default if it is not the study's or the population's.
+#: Axis -> description, and the default if neither the study nor the population sets one.
 AXES = {
     "participants": "numbers of participants to try (default: 6,8,10,12,16,20,24,32)",
     "repetitions": "ratings per surface (default: the study's)",
@@ -127,7 +127,7 @@ def add_power(parser: ArgumentParser) -> None:
     )
 
 
-#: Option of ``power``: check of its values, and what was expected.
+#: Option of ``power`` -> check of its values, and description of valid values.
 EXPECTED: dict[str, tuple[Callable[[Any], bool], str]] = {
     "studies": (lambda n: n is None or n >= 1, "1 or more"),
     "minutes": (lambda each: each is None or 0 < each < math.inf, "a number above 0"),
@@ -153,7 +153,7 @@ def refuse_nonsense(args: Namespace) -> None:
 
 
 def axes_of(args: Namespace, design: Design) -> dict[str, tuple[Any, ...]]:
-    """Return the values of every axis."""
+    """Return the values along every axis."""
     from slipscale.analysis.planning.power.grid import orders_of, values_of  # noqa: PLC0415
 
     if args.catch_steps is not None and design.steps is None:
@@ -179,7 +179,7 @@ def axes_of(args: Namespace, design: Design) -> dict[str, tuple[Any, ...]]:
 
 
 def part_of(text: str | None, cache: Path | None) -> Part:
-    """Return which part of the grid to compute in this run."""
+    """Return the part of the grid to compute in this run."""
     from slipscale.analysis.planning.power.run_grid import Part  # noqa: PLC0415
 
     if text is None:
@@ -193,7 +193,7 @@ def part_of(text: str | None, cache: Path | None) -> Part:
 
 
 def assurance_of(text: str | None) -> Assurance | None:
-    """Return the effect's distribution, if given."""
+    """Return the distribution of the effect, if given."""
     from slipscale.analysis.planning.power.answers import Assurance  # noqa: PLC0415
 
     if text is None:
@@ -284,7 +284,7 @@ def run_power(args: Namespace) -> int:
 
 
 def ask_for_long(args: Namespace, left: list[Any], part: Part) -> None:
-    """Reject a grid of more than an hour unless ``--yes`` was given."""
+    """Reject a grid that takes more than an hour unless ``--yes`` was given."""
     from slipscale.analysis.planning.power.run_grid import HOUR_S, estimated_s  # noqa: PLC0415
 
     if args.yes or args.scheduler:

@@ -1,4 +1,4 @@
-"""Show the progress of a command: one line on a terminal, or separate lines for a program."""
+"""Show a command's progress: one line on a terminal, or one line per step for a program."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def add_steps(parser: ArgumentParser) -> None:
 
 @contextmanager
 def telling(*, lines: bool = False) -> Iterator[Callable[[str], None]]:
-    """Show progress in one line on stderr if it is a terminal; log it with --verbose.
+    """Show progress in one line on stderr if stderr is a terminal; log it with --verbose.
 
     Parameters
     ----------

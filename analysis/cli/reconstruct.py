@@ -107,7 +107,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Answer for every column; return 1 if one is inconsistent or a printed test is impossible."""
+    """Report on every column; return 1 if one is inconsistent or a printed test is impossible."""
     # Imported here so that --help does not import NumPy.
     if arguments.batch:
         from slipscale.analysis.cli.reconstruct_batch import run_batch  # noqa: PLC0415
@@ -139,7 +139,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _answer_intervals(table: PublishedTable, arguments: argparse.Namespace) -> int:
-    """Answer for columns of continuous values, which cannot be counted, listed or drawn."""
+    """Report on columns of continuous values, which cannot be counted, listed or sampled."""
     import json  # noqa: PLC0415
 
     from slipscale.analysis.reconstruction import report  # noqa: PLC0415
@@ -169,7 +169,7 @@ def _answer_intervals(table: PublishedTable, arguments: argparse.Namespace) -> i
     return ANSWER_IS_NO if wrong or any(t.verdict == "impossible" for t in tests) else DONE
 
 
-# Shorter waits are not announced.
+# Shorter computations are not announced.
 WORTH_SAYING_S = 5.0
 
 
@@ -218,7 +218,7 @@ def _answer(
     design: Design | None,
     arguments: argparse.Namespace,
 ) -> bool:
-    """Write each answer as soon as it is available; tests first, because they need no long count.
+    """Write each answer as soon as it is available; tests first, because they are fast.
 
     Returns whether a printed test is impossible.
     """
@@ -276,7 +276,7 @@ def _answer(
 
 
 def _tests(table: PublishedTable, columns: list[Solutions]) -> list[PrintedTestAnswer]:
-    """Return the answers on the printed tests."""
+    """Return the answers about the printed tests."""
     if not table.tests:
         return []
     from slipscale.analysis.reconstruction.inference.printed_test_answers import answer  # noqa: PLC0415 - if printed
@@ -295,7 +295,7 @@ def _known_across(
 
 
 def _across(columns: list[Solutions], design: Design, arguments: argparse.Namespace) -> Across:
-    """Return the answers across columns, with a progress display because it may take long."""
+    """Return the answers across columns, with a progress display because this may take long."""
     from slipscale.analysis.reconstruction.answers import across, seconds_across  # noqa: PLC0415
     from slipscale.analysis.reconstruction.counts.problem import duration  # noqa: PLC0415
 
@@ -307,7 +307,7 @@ def _across(columns: list[Solutions], design: Design, arguments: argparse.Namesp
 
 
 def _sample(columns: list[Solutions], arguments: argparse.Namespace) -> None:
-    """Write samples of every column that has some, and report why the others have none."""
+    """Write samples for every column that has data sets, and report why the others have none."""
     usable = _usable(columns)
     for solutions in columns:
         if solutions not in usable:
@@ -319,7 +319,7 @@ def _sample(columns: list[Solutions], arguments: argparse.Namespace) -> None:
 
 
 def _usable(columns: list[Solutions]) -> list[Solutions]:
-    """Return the columns with drawable data sets; other columns do not prevent this."""
+    """Return the columns whose data sets can be sampled; ignore the other columns."""
     return [solutions for solutions in columns if not solutions.not_drawn and solutions.consistent]
 
 
@@ -365,7 +365,7 @@ def _write_samples(
         column = sampler.solutions.column
         label = harmless_cell(column.label)
         names = [f"{float(column.scale.value(v)):.10g}" for v in range(column.scale.steps + 1)]
-        # A column's samples do not depend on the other columns.
+        # The samples for a column do not depend on the other columns.
         generator = np.random.default_rng([arguments.seed, place])
         number = 0
         for block in sampler.stream(arguments.sample, generator):

@@ -1,4 +1,4 @@
-"""Implement `slipscale reconstruct --batch`: a verdict for every row of a CSV, resumable."""
+"""Implement `slipscale reconstruct --batch`: check every row of a CSV file, resumably."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _earlier(path: Path, names: list[str], rows: Sequence[Row]) -> list[tuple[st
     Raises
     ------
     UserError
-        The file contains something else, or verdicts on other rows.
+        The file contains something else, or verdicts for other rows.
     """
     from slipscale.analysis.reconstruction.data_sets.batch import digest  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""Implement ``slipscale study``: the actions of `slipscale.experiments.cli.study`, and freeze."""
+"""Implement ``slipscale study``: the actions in `slipscale.experiments.cli.study`, and freeze."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def run_study(args: Namespace) -> int:
 
 
 def _freeze(args: Namespace) -> int:
-    """Write a bundle; print its path and the SHA-256 that represents all of it."""
+    """Write a bundle; print its path and the SHA-256 of its whole content."""
     import tempfile  # noqa: PLC0415
 
     from slipscale.analysis.preregistration.bundle import refuse_taken  # noqa: PLC0415

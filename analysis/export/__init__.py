@@ -1,1 +1,1 @@
-"""Export an analysis for a manuscript and its reviewers: Word, PDF, scripts that recompute it."""
+"""Export an analysis for a manuscript and reviewers: Word, PDF and scripts that recompute it."""

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-#: The script, and its input if there are tasks other than estimates and differences.
+#: The script, and its input if there are tasks other than magnitude estimation and differences.
 SCRIPT, TASK_SCRIPT = "recompute.R", "recompute_tasks.R"
 
 
@@ -97,7 +97,7 @@ def _scripts(analysis: Analysis, report: Path) -> list[str]:
         text = (
             files("slipscale.analysis.export").joinpath("scripts", name).read_text(encoding="utf-8")
         )
-        named = analysis.dataset.quantity.key(text)  # the columns that the script reads
+        named = analysis.dataset.quantity.key(text)  # the columns used by the script
         report.with_name(name).write_text(named, encoding="utf-8", newline="\n")
     return [*scripts, "numbers.csv", "settings.csv", *(f"{name}.csv" for name in trials)]
 

@@ -1,4 +1,4 @@
-"""Write the report as a Word document, with the same headings, text, tables, figures and order."""
+"""Write the report as a Word document with the same headings, text, tables and figures."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-#: Width of a figure, cm; an A4 page with Word's margins has 16.
+#: Figure width in cm; the text width of an A4 page with Word's margins is 16 cm.
 FIGURE_CM = 13.0
 #: Tables with more columns use a smaller font.
 WIDE = 7
-#: Fixed, so that the same report gives the same bytes.
+#: Fixed date, so that the same report gives the same bytes.
 DATE = (1980, 1, 1, 0, 0, 0)
 
 
@@ -24,7 +24,7 @@ def write_word(report: Path, out: Path) -> None:
     Parameters
     ----------
     report : Path
-        ``report.html``; the figures' ``.png`` are next to it.
+        ``report.html``, with the figures as ``.png`` files next to it.
     out : Path
         The file to write.
     """

@@ -1,8 +1,8 @@
-"""Assess data quality per participant: flags, and exclusion only if the study declares it.
+"""Assess data quality per participant: flags, and exclusion only if the study defines it.
 
 A flag alone never excludes a participant. Thresholds and excluding flags are set in the study file
-before the data are examined. The report counts both and shows results with and without the flagged
-participants.
+before the data are examined. The report gives the number of flagged and of excluded participants,
+and shows results with and without the flagged ones.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.experiments.study.analysis_choices import Thresholds
 
-#: Maximum probability that chance alone raises a flag that is decided by a test.
+#: For flags based on a test: maximum probability of being flagged by chance.
 RARE = 0.05
-#: With so many amplitudes, as many different numbers are what is to be expected.
+#: With this many amplitudes, one expects as many different numbers.
 FEW_LEVELS = 2
 #: Minimum number of trials to detect a drift or compute a split-half correlation.
 TRIALS_FOR_DRIFT = 8
@@ -34,7 +34,7 @@ TRIALS_FOR_DRIFT = 8
 #: With one catch step, honest participants say "yes" too often to justify a flag.
 CATCHES = 2
 
-#: A flag -> its meaning for a quantity ``q``.
+#: Flag -> its description for a quantity ``q``.
 MEANINGS = {
     "non_monotone": "mean estimates {q.shrink} from one {q.level} to the next",
     "constant": "very few distinct numbers",
@@ -50,12 +50,12 @@ MEANINGS = {
 
 
 def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
-    """Return the measures that decide flags, one row per participant.
+    """Return the measures on which flags are based, one row per participant.
 
     Returns
     -------
     DataFrame
-        Index ``participant_id``; one column per flag, in the flag's own measure: counts,
+        Index ``participant_id``; one column per flag, in the measure used for that flag: counts,
         proportions, a factor (``drift``), a correlation (``unreliable``). NaN if the data do not
         determine it.
     """
@@ -70,7 +70,7 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
         if thresholds.falling_steps is None:
             falling = np.where(falling >= rarely_falling(means.shape[1]), falling, 0.0)
         found["non_monotone"] = _indexed(falling, means)
-        # A different number for each amplitude is not constant, even with few amplitudes.
+        # A participant who gives a different number for each amplitude is not constant.
         levels = by["amplitude_um_pp"].nunique()
         found["constant"] = by["estimate"].nunique().where(levels > FEW_LEVELS)
         felt = trials[trials["amplitude_um_pp"] > 0]
@@ -89,11 +89,11 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
 
 
 def rarely_falling(levels: int) -> int:
-    """Return the smallest number of falls between means that chance gives with at most 1 in 20.
+    """Return the smallest number of falls between means with a chance probability below 1 in 20.
 
-    For a participant who feels no difference, every order of the means is equally likely; one who
-    feels a difference has fewer falls. The numbers of orders with a given number of falls are
-    Euler's.
+    For a participant who feels no difference, every order of the means is equally likely; a
+    participant who feels a difference has fewer falls. The number of orders with a given number of
+    falls is an Eulerian number.
 
     >>> [rarely_falling(levels) for levels in (2, 3, 4, 5, 8)]
     [2, 3, 3, 4, 6]
@@ -115,7 +115,7 @@ def _share(rows: pd.DataFrame, which: pd.Series[bool]) -> pd.Series[float]:
 
 
 def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
-    """Return outliers, drift and split-half correlation, on logarithms of positive estimates."""
+    """Return outliers, drift and split-half correlation, from logarithms of positive estimates."""
     positive = trials[trials["estimate"] > 0]
     logs = log_cell_means(positive)
     columns: dict[str, pd.Series[float]] = {}
@@ -127,7 +127,7 @@ def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
     people = len(logs)
     left = residuals(work, logs)
     outlying = np.abs(left) > thresholds.outlier_sd * _spreads(left, what)
-    # With two participants, one's residuals mirror the other's, so neither is an outlier.
+    # With two participants, the residuals mirror each other, so neither is an outlier.
     columns["outlying"] = _indexed(
         np.where(people >= FEWEST, np.bincount(who, outlying, people), np.nan), logs
     )
@@ -143,11 +143,11 @@ def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
 
 
 def _spreads(left: np.ndarray, what: np.ndarray) -> np.ndarray:
-    """Return the robust standard deviation against which each residual is judged.
+    """Return the robust standard deviation with which each residual is compared.
 
     Small amplitudes have a larger spread than large ones, so a common spread would flag half of
-    the participants who answer often. An amplitude's own spread is uncertain with few people, so
-    the mean of both variances is used.
+    the participants with many answers. With few people, the spread at a single amplitude is
+    uncertain, so the two variances are averaged.
     """
     pooled = _robust_sd(left)
     places, at = np.unique(what, return_inverse=True)
@@ -163,7 +163,7 @@ def _robust_sd(values: np.ndarray) -> float:
 def _split_half(
     work: pd.DataFrame, who: np.ndarray, what: np.ndarray, logs: pd.DataFrame
 ) -> np.ndarray:
-    """Return each participant's correlation between the two halves' means per amplitude."""
+    """Return each participant's correlation between the amplitude means of the two halves."""
     people, kinds = logs.shape
     cell = who * kinds + what
     total = np.bincount(cell, minlength=people * kinds)

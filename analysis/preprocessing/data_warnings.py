@@ -1,4 +1,4 @@
-"""Generate warnings about the data to read before any result, one sentence each."""
+"""Generate warnings to read before any result, one sentence each."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
     from slipscale.stimuli.quantity import Quantity
 
-#: Rules that use the same factor for all participants, and the ratio of scales that causes a
+#: Rules that use the same factor for all participants, and the ratio between scales that triggers a
 #: warning.
 ONE_FACTOR, SCALES_APART = ("none", "grand_maximum"), 5.0
 
 
 def absent(data: Dataset) -> list[str]:
-    """Report listed participants without data, duplicates, and those who did not finish."""
+    """Report participants listed without data or twice, and participants who did not finish."""
     about = data.participants
     names = about["participant_id"].astype(str)
     notes = []
@@ -48,7 +48,7 @@ def absent(data: Dataset) -> list[str]:
 
 
 def changing_tops(data: Dataset) -> list[str]:
-    """Report participants who declared several tops of their scale."""
+    """Report participants who stated several scale maxima."""
     tops = data.estimates.groupby(PARTICIPANT, observed=True)["scale_top"].nunique()
     several = tops.index[tops > 1].astype(str)
     if not len(several):
@@ -61,7 +61,7 @@ def changing_tops(data: Dataset) -> list[str]:
 
 
 def beyond_tops(data: Dataset) -> list[str]:
-    """Report the number of estimates that exceed the top of their scale."""
+    """Report the number of estimates that exceed the maximum of their scale."""
     above = data.estimates["estimate"] > data.estimates["scale_top"]
     if not above.any():
         return []
@@ -74,7 +74,7 @@ def beyond_tops(data: Dataset) -> list[str]:
 
 
 def nothing(data: Dataset, kinds: Sequence[TaskTrials]) -> str:
-    """Report why there is nothing to analyse."""
+    """Return the reason why there is nothing to analyse."""
     rows = sum(data.counts.get(f"{kind.counted}_rows", 0) for kind in kinds)
     parts = [
         f"{data.counts[key]} {words}"
@@ -94,11 +94,11 @@ def nothing(data: Dataset, kinds: Sequence[TaskTrials]) -> str:
 
 
 def too_few_data(cells: pd.DataFrame, quantity: Quantity) -> list[str]:
-    """Report what cannot be concluded from so little data."""
+    """Report which conclusions the small amount of data does not allow."""
     notes = []
     participants, amplitudes = cells.shape
     if not participants:
-        return []  # the other tasks have their own messages
+        return []  # other tasks have their own messages
     if participants == 1:
         notes.append(
             "One participant: means are shown; standard deviations need at least two, intervals "
@@ -124,7 +124,7 @@ def too_few_data(cells: pd.DataFrame, quantity: Quantity) -> list[str]:
 
 
 def scales(cells: pd.DataFrame, rule: str) -> list[str]:
-    """Report if the rule leaves participants on different scales, or removes differences."""
+    """Report if the rule leaves participants on different scales, or removes real differences."""
     if rule == "modulus_equalisation" and len(cells) >= FEWEST:
         without = (
             "Modulus equalisation removes differences in level between participants: "
@@ -148,7 +148,7 @@ def scales(cells: pd.DataFrame, rule: str) -> list[str]:
 
 
 def unequal(prepared: Prepared | None) -> list[str]:
-    """Report if participants have unequal repetitions."""
+    """Report if participants have unequal numbers of repetitions."""
     if prepared is None:
         return []
     counts = prepared.trials.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True).size()

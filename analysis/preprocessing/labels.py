@@ -1,4 +1,4 @@
-"""The order of labels in tables and figures."""
+"""Define the order of labels in tables and figures."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Prepare estimates for inference: logarithms with a zero rule, positions, repetitions.
 
 The spread of estimates is proportional to their size, and scaling to a maximum forces the spread
-towards zero at the top. Inference therefore uses logarithms or ranks. Zeros have no logarithm; an
-explicit rule defines how they are treated.
+towards zero at the top of the scale. Inference therefore uses logarithms or ranks. Zeros have no
+logarithm; an explicit rule defines how they are treated.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def _half_minimum(values: pd.Series[float]) -> PositiveEstimates:
     )
 
 
-#: Zero rule -> its effect on normalised estimates. No rule adds a constant without reporting it.
+#: Zero rule -> its effect on normalised estimates. A rule that adds a constant always reports it.
 ZERO_RULES: dict[str, Callable[[pd.Series[float]], PositiveEstimates]] = {
     "exclude": _exclude,
     "refuse": _refuse,
@@ -72,7 +72,7 @@ ZERO_RULES: dict[str, Callable[[pd.Series[float]], PositiveEstimates]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prepared:
-    """Input of the tests.
+    """Input to the tests.
 
     Parameters
     ----------
@@ -86,9 +86,9 @@ class Prepared:
     zeros : int
         Number of estimates that are zero.
     zero_sentence : str
-        How they were treated; empty if there are none.
+        Description of how zeros were treated; empty if there are none.
     refused : bool
-        Whether nothing may be computed on logarithms.
+        Whether all computations on logarithms are ruled out.
     quantity : Quantity
         Quantity of the amplitudes.
     """
@@ -104,27 +104,27 @@ class Prepared:
 
     @property
     def whole(self) -> pd.DataFrame:
-        """Mean estimates of the participants who have one at every amplitude."""
+        """Mean estimates of the participants who have an estimate at every amplitude."""
         return complete(self.cells)
 
     @property
     def whole_logs(self) -> pd.DataFrame:
-        """Mean logarithms of the participants who have one at every amplitude in `logged`."""
+        """Mean logarithms of participants who have a logarithm at every amplitude in `logged`."""
         return complete(self.logs[self.logged])
 
     @property
     def logged(self) -> list[float]:
-        """Amplitudes, µm peak to peak, at which any participant has a logarithm."""
+        """Amplitudes (µm peak to peak) at which at least one participant has a logarithm."""
         return [float(value) for value in self.logs.columns[self.logs.notna().any()]]
 
     @property
     def geometric(self) -> bool:
-        """Whether geometric means exist: there are logarithms, and none is refused."""
+        """Whether geometric means exist: logarithms exist and the zero rule allows their use."""
         return not self.refused and bool(self.logged)
 
     @property
     def without_log(self) -> frozenset[float]:
-        """Amplitudes, µm peak to peak, at which an estimate of zero has no logarithm."""
+        """Amplitudes (µm peak to peak) with an estimate of zero, which has no logarithm."""
         left_out = self.trials["log"].isna()
         return frozenset(self.trials.loc[left_out, "amplitude_um_pp"].astype(float))
 
@@ -139,7 +139,7 @@ def prepare(
     estimates : DataFrame
         Trials with their ``normalised`` estimate, in order of presentation.
     choices : AnalysisChoices
-        Only the zero rule is used here; the other choices are passed on.
+        Only the zero rule is used here; the other choices are kept for later steps.
     quantity : Quantity
         Quantity of the amplitudes.
     """

@@ -1,9 +1,9 @@
-"""Normalise estimates to a common scale: named rules, each with its effect on zeros.
+"""Normalise estimates to a common scale with named rules that state their effect on zeros.
 
 The paper states only that estimates "were multiplied in order to bring them to 100" (Section
-IV-B), which has many interpretations; docs/how-to/your-data.md compares them. Every rule except
-``modulus_equalisation`` divides by a positive number, so zeros stay zeros and the exponent of a
-participant's power function does not change.
+IV-B), which can be interpreted in many ways; docs/how-to/your-data.md compares them. Every rule
+except ``modulus_equalisation`` divides by a positive number, so zeros stay zeros and participants'
+power-function exponents do not change.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Rule:
     Parameters
     ----------
     divisor : callable
-        Trials (DataFrame) -> divisor of each estimate, before multiplication by ``top``. NaN or 0
+        Trials (DataFrame) -> divisor for each estimate, before multiplication by ``top``. NaN or 0
         if the rule cannot be applied.
     top : float
         Normalised value of an estimate equal to the divisor.
@@ -42,9 +42,9 @@ class Rule:
     source : str
         Reference that describes the rule.
     needs : str
-        What the data must contain, for the message if they do not.
+        What the data must contain; used in the error message.
     unit : str
-        Unit of the result, for axes, for a quantity ``q``.
+        Unit of the result for axis labels, for a quantity ``q``.
     """
 
     divisor: Callable[[pd.DataFrame], pd.Series[float]]
@@ -58,13 +58,14 @@ class Rule:
 
 
 def cell_means(trials: pd.DataFrame, column: str | list[str] = "estimate") -> pd.DataFrame:
-    """Return the arithmetic mean of each participant at each amplitude.
+    """Return each participant's arithmetic mean at each amplitude.
 
     Returns
     -------
     DataFrame, shape (participants, amplitudes)
         Index ``participant_id``, columns amplitudes in µm peak to peak, both sorted; NaN if a
-        participant has no estimate. For a list of columns: one such block per column.
+        participant has no estimate. If a list of columns is given, there is one such block per
+        column.
     """
     cells = trials.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True, sort=True)
     means = cells[column].mean()
@@ -195,7 +196,7 @@ def default_rule(trials: pd.DataFrame) -> str:
 
 
 def divisors(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
-    """Return the divisor of each trial's estimate under a rule; NaN if it cannot be applied."""
+    """Return the divisor for each trial's estimate; NaN if the rule does not apply."""
     if rule not in RULES:
         raise UserError(f"normalisation '{rule}': expected one of {', '.join(RULES)}")
     if not len(trials):
@@ -231,7 +232,7 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
 
 
 def normalise_by_all(trials: pd.DataFrame) -> dict[str, pd.Series[float]]:
-    """Return normalised estimates under every rule that the data allow, in the table's order."""
+    """Return normalised estimates under every applicable rule, in the order of `RULES`."""
     found = {name: divisors(trials, name) for name in RULES}
     return {
         name: _scaled(trials, name, below)

@@ -1,4 +1,4 @@
-"""Compute residuals of log estimates from participants' and amplitudes' means, and slopes."""
+"""Compute residuals of log estimates after removing participant and amplitude means; slopes."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
-    """Return log estimates minus participants' and amplitudes' means, one per trial.
+    """Return log estimates minus participant and amplitude means, one per trial.
 
     Parameters
     ----------
     trials : DataFrame
-        With ``log``.
+        Trials with a column ``log``.
     logs : DataFrame, shape (participants, amplitudes)
         Mean logarithms.
     """
@@ -30,8 +30,7 @@ def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
     what = logs.columns.get_indexer(pd.Index(trials["amplitude_um_pp"]))
     table = logs.to_numpy(float)
     with warnings.catch_warnings():
-        # A participant or amplitude without logarithms has no mean; its trials have no logarithm
-        # either.
+        # A participant or amplitude without logarithms has no mean, and no trials with a logarithm.
         warnings.filterwarnings("ignore", "Mean of empty slice", RuntimeWarning)
         rows, columns = np.nanmean(table, axis=1), np.nanmean(table, axis=0)
     grand = np.nanmean(columns) if np.isfinite(columns).any() else np.nan
@@ -46,7 +45,7 @@ def slopes_per_participant(
     Parameters
     ----------
     who : int array, shape (trials,)
-        0 to ``people`` - 1.
+        Participant indices, 0 to ``people`` - 1.
     """
     here = np.isfinite(x) & np.isfinite(y)
     who, x, y = who[here], x[here], y[here]

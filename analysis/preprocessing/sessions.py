@@ -1,4 +1,4 @@
-"""Analyse one session, or pool all sessions and report it."""
+"""Select one session, or pool all sessions and report that they are pooled."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def _rows(table: pd.DataFrame, session: str) -> pd.DataFrame:
 
 
 def pooled(data: Dataset) -> list[str]:
-    """Report that a participant's sessions are pooled, and where they are compared."""
+    """Report that each participant's sessions are pooled, and where they are compared."""
     known = sessions_of(data)
     if len(known) < 2:  # noqa: PLR2004 - several
         return []

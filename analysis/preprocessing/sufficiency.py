@@ -1,15 +1,15 @@
-"""Define how much data a result needs, and the message if there is less."""
+"""Define how much data a result requires, and the message for insufficient data."""
 
 from __future__ import annotations
 
-#: Smaller relative differences are rounding errors.
+#: Smaller relative differences are treated as rounding errors.
 TINY = 1e-12
 #: Minimum number of participants for a test.
 FEWEST = 3
 
 
 def few(what: str, there: int, needed: int = FEWEST) -> str:
-    """Return a message about missing data.
+    """Return a message about insufficient data.
 
     >>> few("amplitudes", 1, 2)
     'amplitudes: 1 (at least 2 are needed)'

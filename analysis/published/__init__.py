@@ -1,1 +1,1 @@
-"""Numbers printed in the paper, and tables that they allow; all of them are defined here."""
+"""Numbers printed in the paper, and tables consistent with them; defined only here."""

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from slipscale.analysis.reconstruction.table.rounding import Printed
 
-#: The name of the shipped study that repeats the paper's.
+#: Name of the shipped study that replicates the paper.
 STUDY = "biet2007"
 
 #: Participants in the paper's Section IV-B: nine men, three women, aged between 18 and 25.
@@ -23,8 +23,9 @@ PARTICIPANTS = 12
 #: Table III as printed; its numbers are defined only here.
 TABLE3_FILE = Path(__file__).with_name("biet2007_table3.toml")
 
-#: A data set that Table III allows: twelve integer ratings per column, found by a search. It is
-#: not the authors' raw data, which were never published; other data sets give the same table.
+#: A data set that is consistent with Table III: twelve integer ratings per column, found by a
+#: search. It is not the authors' raw data, which were never published; other data sets give the
+#: same table.
 ALLOWED_DATASET = Path(__file__).with_name("biet2007_table3_dataset.csv")
 
 NOT_RAW_DATA = (
@@ -66,25 +67,26 @@ TABLE3: tuple[TableRow, ...] = _table3()
 STATISTICS: tuple[str, ...] = ("mean", "maximum_deviation", "standard_deviation")
 
 
-#: The same by amplitude, µm peak to peak.
+#: The same columns, keyed by amplitude in µm peak to peak.
 BY_AMPLITUDE: dict[float, TableRow] = {float(row.amplitude_um_pp): row for row in TABLE3}
 
 
 def published_means() -> dict[float, float]:
-    """Return {amplitude in µm peak to peak: mean estimate} of Table III, as plotted in Fig. 15."""
+    """Return {amplitude in µm peak to peak: mean estimate} from Table III (plotted in Fig. 15)."""
     return {amplitude: float(row.mean) for amplitude, row in BY_AMPLITUDE.items()}
 
 
 def agrees(published: str, ours: float) -> bool:
     """Return whether ``ours`` rounds to the printed number.
 
-    The printed number represents the closed interval of half a unit of its last place on either
-    side, so half-up and half-even rounding both agree.
+    The printed number stands for the closed interval of half a unit in its last place on either
+    side, so both half-up and half-even rounding agree.
 
     >>> agrees("19.58", 235 / 12), agrees("19.58", 19.574)
     (True, False)
     """
     allowed = Printed(published).values("nearest")
-    # A mean of twelve floats misses half a unit of the last place because of rounding errors.
+    # Because of rounding errors, a mean of twelve floats can just miss half a unit in the last
+    # place.
     slack = Fraction(1, 10**12) * max(abs(allowed.high), Fraction(1))
     return allowed.low - slack <= Fraction(ours) <= allowed.high + slack

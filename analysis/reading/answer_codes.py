@@ -1,4 +1,4 @@
-"""Identify which codes in a column of answers mean yes.
+"""Identify which codes in an answer column mean yes.
 
 Rules:
 
@@ -87,7 +87,7 @@ def as_answers(
 
 
 def _codes(cells: pd.Series[Any]) -> pd.Series[Any]:
-    """Normalise cells for comparison: lower case, whole numbers without decimals."""
+    """Normalise cells for comparison: lower case, and whole numbers without decimals."""
     text = cells.astype("object").map(
         lambda value: (
             f"{value:g}"

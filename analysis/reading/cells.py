@@ -11,11 +11,11 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reading.delimited import Source
 
-#: Maximum number of characters of a cell in a message.
+#: Maximum number of characters shown for a cell in a message.
 LONGEST_CELL = 60
 #: If the wrong cells exceed both this number and this share, the column is misread.
 FEW, FEW_SHARE = 3, 0.05
-#: Maximum length of a list of participants.
+#: Maximum number of participants in a list.
 LISTED = 6
 
 
@@ -36,7 +36,7 @@ def cell(value: object) -> str:
 
 
 def listed(names: Iterable[str], most: int = LISTED) -> str:
-    """Join names for a sentence, shortened if there are many.
+    """Join names for a sentence; shorten the list if there are many.
 
     >>> listed("abcdefgh")
     'a, b, c, d, e, f and 2 more'

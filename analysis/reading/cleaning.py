@@ -1,4 +1,4 @@
-"""Convert raw rows to validated columns.
+"""Convert raw rows into validated columns.
 
 Numbers are parsed, answers become 1 and 0, and missing labels are set to their default. Every
 invalid cell is reported by file and line and becomes missing.
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 PHASES = (MAIN, PRACTICE)
-#: A block's number is a name and may be a word.
+#: A block number is a label and may be a word.
 ESTIMATION_NUMBERS = tuple(name for name in ESTIMATION.numbers if name != BLOCK)
 #: A trial is unusable if one of these columns is missing.
 NEEDED = (*ESTIMATION.required, *STEP_AMPLITUDES)
-#: Larger numbers are typing errors, and their squares overflow.
+#: Larger numbers are treated as typing errors; their squares would overflow.
 LARGEST = 1e100
 
 
@@ -46,9 +46,9 @@ def clean_estimates(
     quantity: Quantity = PLATE_AMPLITUDE,
     factors: Sequence[str] = (),
 ) -> pd.DataFrame:
-    """Return rows with every column of the tidy table, with numbers parsed.
+    """Return rows with every column of the tidy table and with parsed numbers.
 
-    The columns in ``factors`` that are there become labels, named by `FACTOR` and the column.
+    Columns listed in ``factors``, if present, become labels named `FACTOR` plus the column name.
     """
     clean = pd.DataFrame(
         {
@@ -82,7 +82,7 @@ def clean_differences(
     *,
     yes: str | None = None,
 ) -> pd.DataFrame:
-    """Return steps of the descending difference; ``difference_felt`` is 1, 0 or missing.
+    """Return the steps of a descending difference task; ``difference_felt`` is 1, 0 or missing.
 
     ``yes`` is the code that means yes, if declared.
     """
@@ -101,7 +101,7 @@ def clean_differences(
 
 
 def told_apart(levels: pd.Series[float], quantity: Quantity) -> pd.Series[float]:
-    """Return levels of a quantity, rounded so that arithmetic errors create no extra levels."""
+    """Return levels, rounded so that floating-point errors create no extra levels."""
     if quantity.decimals is not None:
         return levels.round(quantity.decimals)
     known = levels.dropna().unique()
@@ -122,9 +122,9 @@ def numbers(
     Parameters
     ----------
     minimum : float
-        Smaller values, and values above `LARGEST`, are reported and become missing too.
+        Smaller values, and values above `LARGEST`, are also reported and set to missing.
     lost : str
-        What is excluded if the cell cannot be read.
+        Description of what is excluded if the cell cannot be read.
     """
     raw, values = as_numbers(frame[column])
     text = values.isna() & raw.notna()
@@ -166,10 +166,10 @@ def _refuse_many(
     sources: Sequence[Source],
     problems: Problems,
 ) -> None:
-    """Raise a `UserError` if so many cells are not numbers that the column is misread.
+    """Raise a `UserError` if many cells are not numbers, because the column is then misread.
 
-    Signs without a letter or digit (``-``, ``.``, ``?``) represent a missing number and do not
-    count.
+    Symbols without a letter or digit (``-``, ``.``, ``?``) represent a missing number and are not
+    counted.
     """
     if not wrong.any():
         return
@@ -201,7 +201,7 @@ def _optional_numbers(
     *,
     minimum: float = -np.inf,
 ) -> pd.Series[float] | float:
-    """Return a column that may be absent or empty as numbers; see `numbers`."""
+    """Return a column as numbers, allowing it to be absent or empty; see `numbers`."""
     if column not in frame or not frame[column].notna().any():
         return np.nan
     return numbers(frame, column, sources, problems, minimum=minimum, lost="the cell")
@@ -229,7 +229,7 @@ def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd
 
 
 def tidied(names: pd.Series[Any]) -> pd.Series[Any]:
-    """Return names as categories, stripped of blanks; a name of blanks only is missing."""
+    """Return names as categories with surrounding blanks removed; a blank name is missing."""
     values = names.astype("category")
     plain = [" ".join(str(name).split()) for name in values.cat.categories]
     kept = sorted(set(plain) - {""})
@@ -268,7 +268,7 @@ def _phases(frame: pd.DataFrame, problems: Problems) -> pd.Series[Any]:
 def _without_doubles(
     clean: pd.DataFrame, part: pd.Series[Any], sources: Sequence[Source], problems: Problems
 ) -> pd.DataFrame:
-    """Drop and report rows that repeat a trial in the same part of a run.
+    """Drop and report rows that repeat a trial within the same part of a run.
 
     ``part`` is the block or series; trial numbers may start again in each.
     """

@@ -30,50 +30,50 @@ class Dataset:
     Parameters
     ----------
     name : str
-        The data set's title.
+        Title of the data set.
     estimates : DataFrame
         Trials of magnitude estimation: ``participant_id session run trial amplitude_um_pp
         estimate response_time scale_top modulus flag timed_out faulty``, one row per answered
         main trial, in order of presentation. Empty if there are none.
     answers : DataFrame
-        All main trials of magnitude estimation that were not voided, answered or not. Data quality
-        is assessed on these.
+        All main trials of magnitude estimation that were not voided, whether answered or not. Data
+        quality is assessed from these trials.
     study_text : str
-        The study file used in the sessions; empty if it is not in the folder.
+        Text of the study file used in the sessions; empty if it is not in the folder.
     textures : DataFrame
         Answered main trials of textures, with their ``texture``; ``estimates`` and ``answers`` do
         not contain them.
     differences : DataFrame
-        Answered steps of the descending difference.
+        Answered steps of the descending difference task.
     trials : Mapping
-        Answered main trials of every other kind of task, by the name of its `TaskTrials`; `of`
-        looks them up. Kinds that were not run may be missing.
+        Answered main trials of every other kind of task, keyed by the name of its `TaskTrials`;
+        use `of` to look them up. Kinds that were not run may be missing.
     others : Mapping
-        Main trials of tasks without a Slipscale analysis (a laboratory's own protocols), by task
-        label, as returned by `slipscale.analysis.reading.labelled_tasks.read_others`.
+        Main trials of tasks without a Slipscale analysis (a laboratory's own protocols), keyed by
+        task label, as returned by `slipscale.analysis.reading.labelled_tasks.read_others`.
     participants : DataFrame
         ``participants.tsv``, if it exists.
     mode : {"pilot", "participant", "unknown"}
         Source of the answers.
     counts : Mapping
-        Rows read and excluded, by reason.
+        Numbers of rows read, and of rows excluded for each reason.
     details : Mapping
-        Entries of the sidecars on study, seeds, languages, plates and software.
+        Sidecar entries on study, seeds, languages, plates and software.
     choices : AnalysisChoices
         The frozen choices, or the defaults.
     frozen : tuple of str
         The keys that the study file sets.
     unchanged : bool or None
-        Whether the sessions ran with this study file, so that the choices were frozen before data
-        collection; None if the sidecars do not state it.
+        Whether the sessions were run with this study file, so that the choices were frozen before
+        data collection; None if the sidecars do not say.
     journal_differences : tuple of str or None
         Differences between tables and journals, one sentence each; None without journals.
     problems : tuple of str
-        One sentence each.
+        Problems found, one sentence each.
     sources : tuple of Source
         Every file that was read.
     folder : Path or None
-        The data set's folder; None for a single table.
+        The data set folder; None for a single table.
     quantity : Quantity
         Quantity in ``amplitude_um_pp``: the plate's amplitude, or another one declared by the
         data.
@@ -108,12 +108,12 @@ class Dataset:
 
     @property
     def tables(self) -> dict[str, pd.DataFrame]:
-        """All tables of trials, by their field, kind or label."""
+        """All trial tables, keyed by field, kind or label."""
         own = {name: getattr(self, name) for name in TABLES}
         return {**own, **self.trials, **self.others}
 
     def with_tables(self, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Dataset:
-        """Return the data with ``change`` applied to every table of trials."""
+        """Return the data with ``change`` applied to every trial table."""
         changed: dict[str, Any] = {name: change(getattr(self, name)) for name in TABLES}
         for name in ("trials", "others"):
             changed[name] = {key: change(rows) for key, rows in getattr(self, name).items()}
@@ -131,7 +131,7 @@ class Dataset:
         return {str(who) for rows in tasks for who in rows[PARTICIPANT].unique()}
 
     def __repr__(self) -> str:
-        """Return one line: the title, and how many participants and trials of each kind."""
+        """Return one line: the title, and the numbers of participants and trials of each kind."""
         trials = {name: len(rows) for name, rows in self.tables.items() if name != "answers"}
         counted = ", ".join(f"{count} {name}" for name, count in trials.items() if count)
         remarks = f"; {len(self.problems)} remarks (.problems)" if self.problems else ""
@@ -142,6 +142,6 @@ class Dataset:
 
     @property
     def sha256(self) -> str:
-        """One digest for all files, in the order of their names."""
+        """A single digest of all files, in the order of their names."""
         lines = sorted(f"{source.sha256}  {source.name}" for source in self.sources)
         return digest("\n".join(lines).encode())

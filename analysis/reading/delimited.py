@@ -35,17 +35,17 @@ if TYPE_CHECKING:
 
     from pydantic import ValidationError
 
-#: Missing cells in any column: BIDS's code, and the empty cell.
+#: Codes for missing cells in any column: the BIDS code and the empty cell.
 MISSING = ("", NO_VALUE)
-#: Missing cells in columns of numbers, as R, pandas, NumPy, Excel and databases write them.
+#: Codes for missing numbers, as written by R, pandas, NumPy, Excel and databases.
 NOT_AVAILABLE = (
     *MISSING,
     *("NA", "N/A", "#N/A", "<NA>", "NaN", "nan", "-nan", "NULL", "Null", "null", "None", "none"),
 )
-#: Names and words, including those of a code book.
+#: Columns of names and words, including those of a code book.
 TEXT = (*FREE_TEXT, "coder", "category")
 LISTED_PROBLEMS = 12
-#: Option of ``slipscale analyse`` -> parts of names that its column often has, likeliest first.
+#: Option of ``slipscale analyse`` -> typical parts of the column's name, most likely first.
 LIKELY = {
     "participant": ("participant", "subject", "prolific", "responseid", "worker", "person", "who"),
     "stimulus": ("amplitude", "stimulus", "intensity", "level", "pressure", "frequency"),
@@ -53,10 +53,9 @@ LIKELY = {
 }
 #: Files are parsed in parts of this many bytes.
 PART_BYTES = 8_000_000
-#: Column types that count as the same (numbers) if parts of a table differ in them.
+#: Numeric column types, which are treated as equal if parts of a table differ in them.
 NUMBERS = ("int64", "float64")
-#: Maximum number of characters of column names in a message: a foreign file's first line may be
-#: long.
+#: Maximum total length of column names in a message: the first line of a foreign file may be long.
 LONGEST_LIST = 400
 
 
@@ -65,11 +64,11 @@ class Problems:
     """Sentences about errors in the data; long lists are shortened, with a note."""
 
     sentences: list[str] = field(default_factory=list)
-    #: The file's name of a column, if it differs from ours.
+    #: A column's name in the file, if it differs from ours.
     titles: Mapping[str, str] = field(default_factory=dict)
 
     def title(self, column: str) -> str:
-        """Return the file's name of a column."""
+        """Return a column's name in the file."""
         return self.titles.get(column, column)
 
     def add(self, sentence: str) -> None:
@@ -77,7 +76,7 @@ class Problems:
         self.sentences.append(sentence)
 
     def add_many(self, sentences: Sequence[str], what: str, total: int | None = None) -> None:
-        """Add sentences of one kind: the first dozen in full, then the number of the others.
+        """Add sentences of one kind: the first dozen in full, then the number of further ones.
 
         ``total`` is their number if only the first `LISTED_PROBLEMS` are given.
         """
@@ -89,7 +88,7 @@ class Problems:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """One file: its name in the data set, and the SHA-256 of its bytes."""
+    """An input file: its name in the data set, and the SHA-256 of its bytes."""
 
     name: str
     sha256: str
@@ -105,12 +104,12 @@ def read_bytes(path: Path, most: int = -1) -> bytes:
 
 
 def digest(content: bytes) -> str:
-    """Return the SHA-256 of a file's content, in hexadecimal."""
+    """Return the SHA-256 of a file's content in hexadecimal."""
     return hashlib.sha256(content).hexdigest()
 
 
 def read_source(path: Path, root: Path) -> tuple[bytes, Source]:
-    """Return a file's bytes, and the file as a source of the data set in ``root``."""
+    """Return a file's bytes, and its entry as a source of the data set in ``root``."""
     content = read_bytes(path)
     return content, Source(_name(path, root), digest(content))
 
@@ -124,21 +123,21 @@ def read_tables(
     columns: Sequence[str] = (),
     problems: Problems | None = None,
 ) -> tuple[pd.DataFrame, list[Source]]:
-    """Read tables of one kind into one frame.
+    """Read tables of one kind into a single frame.
 
     Parameters
     ----------
     paths : sequence of Path
         The files, each with a header line; columns may differ between files.
     root : Path
-        The data set's folder; files are named relative to it.
+        The data set folder; file names are relative to it.
     separator : str
         One character.
     required : sequence of str
         Columns that every file must have.
     columns : sequence of str
-        Columns to return if present; empty: all of them. In these, ``NA`` and similar codes are
-        missing cells, except in `TEXT`.
+        Columns to return if present; if empty, all columns. In these, ``NA`` and similar codes are
+        treated as missing, except in `TEXT`.
     problems : Problems, optional
         Receives the omitted lines between rows: empty lines and repeated headers.
 
@@ -152,8 +151,8 @@ def read_tables(
     Raises
     ------
     UserError
-        A file cannot be read, is not UTF-8, is empty, lacks a required column, has a column twice,
-        or has a line with too few or too many cells.
+        A file cannot be read, is not UTF-8, is empty, lacks a required column, has a duplicate
+        column, or has a line with too few or too many cells.
     """
     sources: list[Source] = []
     groups: dict[bytes, list[tuple[int, Lines]]] = {}
@@ -168,7 +167,7 @@ def read_tables(
         if problems is not None:
             for phrase in lines.left_out:
                 problems.add(f"{source.name}, {phrase}")
-        # A quotation mark that opens in one file must not close in the next.
+        # A quotation that opens in one file must not close in the next.
         alone = str(number).encode() if b'"' in lines.body else b""
         groups.setdefault(lines.header + b"\n" + alone, []).append((number, lines))
     frames = [
@@ -182,7 +181,7 @@ def read_tables(
 
 
 def quantity_of(path: Path) -> Quantity:
-    """Return the quantity of a table's levels from its sidecar; µm by default."""
+    """Return the quantity of a table's levels, as given in its sidecar; µm by default."""
     sidecar = path.with_suffix(".json")
     if not path.name.endswith("_beh.tsv") or not sidecar.is_file():
         return PLATE_AMPLITUDE
@@ -231,7 +230,7 @@ def _read_group(
 
 
 def _parts(group: Sequence[tuple[int, Lines]]) -> list[list[tuple[int, Lines]]]:
-    """Split files into parts of about `PART_BYTES`: pandas needs several times a text's size."""
+    """Split files into parts of about `PART_BYTES`: pandas needs several times the text size."""
     parts: list[list[tuple[int, Lines]]] = [[]]
     size = 0
     for entry in group:
@@ -244,7 +243,7 @@ def _parts(group: Sequence[tuple[int, Lines]]) -> list[list[tuple[int, Lines]]]:
 
 
 def _joined(frames: list[pd.DataFrame]) -> pd.DataFrame | None:
-    """Return parts as one table, or None if the type of a column would change when joined.
+    """Join parts into one table; None if joining would change the type of a column.
 
     Whole and decimal numbers in a column become decimals, as if they had been parsed together.
     """
@@ -262,7 +261,7 @@ def _name(path: Path, root: Path) -> str:
 
 
 def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> None:
-    """Raise a `UserError` if a required column is absent or a column occurs twice."""
+    """Raise a `UserError` if a required column is missing or a column occurs twice."""
     if doubled := sorted({name for name in names if name and names.count(name) > 1}):
         raise UserError(f"{path}: column {', '.join(doubled)} occurs twice; expected it once")
     if missing := [name for name in required if name not in names]:
@@ -280,7 +279,7 @@ def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> No
 
 
 def _command(names: Sequence[str], path: Path) -> str:
-    """Return the command that names a table's columns: the likely ones, else the option's own."""
+    """Return the command that names a table's columns: likely columns, or else placeholders."""
     options = []
     for option, likely in LIKELY.items():
         found = [name for part in likely for name in names if part in name.lower()]
@@ -305,10 +304,10 @@ def parse(
     words: Collection[str] = TEXT,
     as_written: Collection[str] = (),
 ) -> pd.DataFrame:
-    """Return the rows of a text with the header of ``lines``, restricted to ``columns`` if given.
+    """Parse rows with the header in ``lines``, restricted to ``columns`` if given.
 
-    Columns in ``words`` and ``as_written`` stay text. In ``words``, only an empty cell and BIDS's
-    code are missing.
+    Columns in ``words`` and ``as_written`` stay text. In ``words``, only empty cells and the BIDS
+    code are treated as missing.
     """
     names = [name or f"unnamed {place}" for place, name in enumerate(lines.names)]
     missing = {name: NOT_AVAILABLE if name in columns else MISSING for name in names}
@@ -330,7 +329,7 @@ def parse(
         raise UserError(f"{path}: not a table that can be read ({error})") from error
     if columns:
         return frame[[name for name in columns if name in frame]]
-    # PsychoPy ends each line with a comma: a column without a name and without values.
+    # PsychoPy ends each line with a comma, which creates a column without a name or values.
     unnamed = [
         name
         for name, given in zip(names, lines.names, strict=True)
@@ -340,7 +339,7 @@ def parse(
 
 
 def faults_of(error: ValidationError, text: str, within: tuple[str, ...] = ()) -> str:
-    """Return every error that pydantic found in a TOML text: its line, and what was expected.
+    """Return every error that pydantic found in a TOML text, with line number and expected value.
 
     ``within`` is the table that was validated, unless it was the whole text.
     """

@@ -1,8 +1,8 @@
-"""Detect how a table is written: encoding, separator, decimal mark and thousands separators.
+"""Detect a table's format: encoding, separator, decimal mark and thousands separators.
 
 The decision is made once per file from all of its numbers, so that a single bad cell does not
-affect the others. A number that can be read in two ways is rejected if nothing in the file
-decides.
+affect the others. An ambiguous number is rejected if nothing else in the file resolves the
+ambiguity.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 Decimal = Literal[".", ","]
-#: Possible separators; in a tie the first one wins.
+#: Possible separators; in a tie, the first one wins.
 SEPARATORS = ("\t", ";", ",")
 BOMS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
 #: Default encoding of Excel on Windows in western Europe.
@@ -29,7 +29,7 @@ _GAPS = r"[ '\u2019\u00a0\u202f]"
 
 
 def _certain(mark: str, other: str) -> re.Pattern[str]:
-    """Return the pattern of numbers in which ``mark`` can only be the decimal mark."""
+    """Return a pattern that matches numbers in which ``mark`` can only be the decimal mark."""
     m, o = re.escape(mark), re.escape(other)
     forms = (
         rf"\d*{m}(?:\d{{1,2}}|\d{{4,}})?",  # 0,5 but not 1,000
@@ -44,15 +44,15 @@ def _certain(mark: str, other: str) -> re.Pattern[str]:
 
 CERTAIN: dict[Decimal, re.Pattern[str]] = {".": _certain(".", ","), ",": _certain(",", ".")}
 AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
-#: A number whose point may separate thousands, in a file's text.
+#: Matches a number in which a point may separate thousands.
 THOUSANDS_POINT = re.compile(rb"(?<![\d.])[1-9]\d{0,2}\.\d{3}(?![\d.])")
 
 
 def in_points(cell: str, decimal: Decimal) -> str:
-    """Normalise a number to a decimal point without thousands separators.
+    """Normalise a number: decimal point, no thousands separators.
 
-    The mark that is not the decimal one, blanks and apostrophes may separate thousands. Other
-    cells are returned unchanged.
+    The other mark, blanks and apostrophes may separate thousands. Other cells are returned
+    unchanged.
 
     >>> in_points("1.234,5", ",")
     '1234.5'
@@ -69,7 +69,7 @@ def in_points(cell: str, decimal: Decimal) -> str:
 
 
 def decoded(content: bytes, path: Path) -> tuple[bytes, str]:
-    """Return a text file's content as UTF-8, and its original encoding.
+    """Return a text file's content as UTF-8, and the original encoding.
 
     The content is decoded as UTF-8, as UTF-16 if it has a byte-order mark, or else as
     Windows-1252.
@@ -105,20 +105,21 @@ def separator_of(header: bytes) -> str:
 
 
 def decimal_of(cells: Mapping[str, Mapping[str, int]], *, name: str) -> Decimal:
-    """Return the decimal mark of a file, from all its numbers.
+    """Return the decimal mark of a file, inferred from all its numbers.
 
     Parameters
     ----------
     cells : Mapping
-        Column -> its distinct cells -> how often each occurs.
+        Column -> distinct cell -> number of occurrences.
     name : str
         Name of the file, for messages.
 
     Raises
     ------
     UserError
-        A comma may separate thousands or be the decimal mark, and nothing decides; the same for a
-        point in a column that also contains whole numbers; or both marks occur equally often.
+        A comma could be a thousands separator or the decimal mark and nothing resolves the
+        ambiguity; the same for a point in a column that also contains whole numbers; or both marks
+        occur equally often.
     """
     counts: dict[Decimal, int] = {".": 0, ",": 0}
     example: dict[Decimal, tuple[str, str]] = {}

@@ -1,4 +1,4 @@
-"""Read data from other laboratories: any names, any quantity, long or wide, yes and no.
+"""Read data from other laboratories: any column names and quantity, long or wide format.
 
 A mapping defines what the columns mean; the returned rows have the format of our own tables.
 """
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 STIMULUS, RESPONSE = ESTIMATION.required
 REFERENCE, ANSWER = "amplitude_before_um_pp", "difference_felt"
 GROUP = "group"
-#: A mapping's column -> our column.
+#: Column in a mapping -> our column.
 OURS = {
     "participant": PARTICIPANT,
     "stimulus": STIMULUS,
@@ -59,10 +59,10 @@ OURS = {
     "trial": "trial",
 }
 NUMBERS = ("stimulus", "response", "reference", "dissimilarity", "trial", "yes_count", "n")
-#: A folder's tables; their names contain the participant's label.
+#: Tables in a folder; their names contain the participant label.
 BIDS_TABLE = re.compile(r"sub-(?P<sub>[^_]+)(_ses-(?P<ses>[^_]+))?_.*_(beh|events)\.tsv")
 BIDS_LABELS = {"participant": "sub", "session": "ses"}
-#: With this many answers at the smallest level, this share of "yes" suggests guessing.
+#: With this many answers at the smallest level, this proportion of "yes" suggests guessing.
 FEWEST_TO_WARN, LIKE_GUESSING = 10, 1 / 3
 #: Units of levels that are already logarithms.
 LOGARITHMIC = re.compile(r"\bdb|decibel|\blog", re.IGNORECASE)
@@ -70,19 +70,19 @@ LOGARITHMIC = re.compile(r"\bdb|decibel|\blog", re.IGNORECASE)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForeignTable:
-    """A foreign table, as rows in our format.
+    """A foreign table, converted to our format.
 
     Parameters
     ----------
     estimates, differences : DataFrame
         See `slipscale.analysis.reading.cleaning`.
     choices : DataFrame
-        Trials of forced choice, or of comparison with a reference above and below it: see
-        `slipscale.analysis.tasks.thresholds.reading`. Only one of the tables is not empty.
+        Forced-choice trials, or comparisons with stimuli above and below a reference: see
+        `slipscale.analysis.tasks.thresholds.reading`. Only one of the tables is non-empty.
     pairs : DataFrame
         Ratings of pairs: see `slipscale.analysis.tasks.similarity.reading`.
     participants : DataFrame
-        All participants, with their ``group`` if given.
+        All participants, with ``group`` if given.
     sources : tuple of Source
         The files.
     """
@@ -180,7 +180,7 @@ def _table(
 def _folder(
     folder: Path, mapping: TableMapping, problems: Problems
 ) -> tuple[pd.DataFrame, list[Source]]:
-    """Read a BIDS folder's tables; file names give the participant unless a column does."""
+    """Read the tables in a BIDS folder; file names give the participant unless a column does."""
     entries = [
         (path, match)
         for path in sorted(folder.glob("sub-*/**/*.tsv"))
@@ -251,7 +251,7 @@ def _long(frame: pd.DataFrame, mapping: TableMapping) -> pd.DataFrame:
 def _of_trials(
     frame: pd.DataFrame, mapping: TableMapping, problems: Problems, path: Path
 ) -> pd.DataFrame:
-    """Omit rows without stimulus and response: PsychoPy writes one for every routine."""
+    """Omit rows without stimulus and response: PsychoPy writes a row for every routine."""
     response = "n" if mapping.columns.n else ANSWER if mapping.of_answers else RESPONSE
     blank = frame[STIMULUS].isna() & frame[response].isna()
     if blank.any():
@@ -284,7 +284,7 @@ def _check_levels(
 def _one_row_per_answer(
     frame: pd.DataFrame, mapping: TableMapping, sources: Sequence[Source], problems: Problems
 ) -> pd.DataFrame:
-    """Return counts of yes as one row per answer; other tables unchanged.
+    """Expand counts of yes answers to one row per answer; leave other tables unchanged.
 
     Raises
     ------
@@ -308,10 +308,10 @@ def _one_row_per_answer(
 
 
 def _method(steps: pd.DataFrame, mapping: TableMapping) -> str:
-    """Return the method for fitting answers; empty for yes and no to a change in one direction.
+    """Return the method for fitting answers; empty for yes/no to a change in one direction.
 
-    References with stimuli below and above them are comparisons. If they were folded to the size
-    of the difference, "more" below and above the reference would cancel.
+    If stimuli lie both below and above the reference, the trials are comparisons. Folding them to
+    the size of the difference would let "more" answers below and above the reference cancel.
     """
     if mapping.answers.alternatives:
         return {2: "two_interval", 3: "three_interval"}[mapping.answers.alternatives]
@@ -321,8 +321,8 @@ def _method(steps: pd.DataFrame, mapping: TableMapping) -> str:
 
 
 def _choices(steps: pd.DataFrame, method: str, quantity: Quantity) -> pd.DataFrame:
-    """Return answers as trials of forced choice or of comparison with a standard."""
-    # `_above_reference` has exchanged the two columns.
+    """Return answers as forced-choice trials or comparisons with a standard."""
+    # `_above_reference` has swapped the two columns.
     level, standard = steps[REFERENCE], steps[STIMULUS]
     if method != "comparison":
         level = told_apart((level - standard).abs(), quantity)
@@ -353,7 +353,7 @@ def _warn_of_forced_choice(steps: pd.DataFrame, problems: Problems, quantity: Qu
 
 
 def _rated(frame: pd.DataFrame, sources: Sequence[Source], problems: Problems) -> pd.DataFrame:
-    """Return rated pairs of items with a name."""
+    """Return rated pairs of named items."""
     rated = frame.assign(
         **{name: labels(frame, name, "").astype(str) for name in ("first", "second")},
         **{name: labels(frame, name, missing) for name, missing in (("session", ""), ("run", "1"))},
@@ -371,7 +371,7 @@ def _rated(frame: pd.DataFrame, sources: Sequence[Source], problems: Problems) -
 
 
 def _steps(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return yes and no as steps from the reference, or without a reference."""
+    """Return yes/no answers as steps from the reference, or without a reference."""
     found = frame.copy()
     if REFERENCE not in found:
         found[REFERENCE] = 0.0
@@ -382,7 +382,7 @@ def _steps(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def _above_reference(steps: pd.DataFrame) -> pd.DataFrame:
-    """Return steps with the size stimulus minus reference.
+    """Return steps whose size is stimulus minus reference.
 
     In our own tables, the size is the change that was removed.
     """

@@ -1,8 +1,8 @@
-"""Identify each kind of task by its columns, because a study chooses its own task labels.
+"""Identify each kind of task by its columns, because studies choose their own task labels.
 
-Several labels of one kind are analysed separately, except for kinds with a protocol's
-`TaskTrials.label`: magnitude estimation and descending difference are never pooled over labels.
-One label is analysed, and the others are reported.
+Several labels of one kind are analysed separately, except for kinds with a `TaskTrials.label`:
+magnitude estimation and descending difference are never pooled across labels. For these, one label
+is analysed and the others are reported.
 """
 
 from __future__ import annotations
@@ -34,29 +34,29 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskTrials:
-    """The tables of one kind of task, and how to read them.
+    """The trial tables of one kind of task, and how to read them.
 
     Parameters
     ----------
     name : str
         Key in `Dataset.trials`.
     counted : str
-        Prefix of its counts: ``{counted}_rows``, ``{counted}_unanswered``.
+        Prefix for row counts: ``{counted}_rows``, ``{counted}_unanswered``.
     title : str
         Name used after "trials of".
     belongs : callable
-        Whether a table with these columns contains such trials.
+        Returns whether a table with these columns contains such trials.
     read : callable
-        Returns the answered main trials of tables, and the files.
+        Returns the answered main trials in the tables, and the files read.
     empty : callable
-        Returns the same columns without rows.
+        Returns an empty table with the same columns.
     label : str
         The protocol's own label, if only one label of the kind is analysed.
     divide : callable, optional
-        Returns the tables into which the rows are divided, by their name in `Dataset`; default:
-        one.
+        Returns the tables into which the rows are divided, keyed by their name in `Dataset`;
+        default: a single table.
     reasons : Mapping
-        Count name of rows that are not analysed -> description; default: practice, voided and
+        Name of a count of rows not analysed -> description; default: practice, voided and
         unanswered trials.
     """
 
@@ -74,7 +74,7 @@ class TaskTrials:
 
     @property
     def left_out(self) -> Mapping[str, str]:
-        """Count names of rows that are not analysed, with descriptions."""
+        """Names of the counts of rows that are not analysed, with descriptions."""
         return self.reasons or {
             f"{self.counted}_practice": f"practice trials of {self.title}",
             f"{self.counted}_voided": f"voided trials of {self.title}",
@@ -82,19 +82,19 @@ class TaskTrials:
         }
 
 
-#: Label of a part of a file name: the column that it fills.
+#: Label of a part of a file name -> the column that it fills.
 IDENTITY_OF = {"sub": PARTICIPANT, "ses": "session", "task": "task", "run": "run"}
 
 
 def header_of(path: Path) -> frozenset[str]:
-    """Return the names of a table's columns, as in a file in µm."""
+    """Return a table's column names, converted to those of a file in µm."""
     with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
         names = next(csv.reader(stream, delimiter="\t"), [])
     return frozenset(map(quantity_of(path).in_um, names))
 
 
 def kind_of(task: str, path: Path, kinds: Sequence[TaskTrials]) -> TaskTrials | None:
-    """Return the kind of a table's trials, by its protocol's own label, or else by its columns."""
+    """Return the kind of a table's trials, from the protocol's own label or else the columns."""
     by_label = next((kind for kind in kinds if kind.label == task), None)
     if by_label is not None:
         return by_label
@@ -108,14 +108,14 @@ def of_one_label(
     wanted: str | None,
     problems: Problems,
 ) -> Entries:
-    """Return the tables of the one task of a kind that is analysed.
+    """Return the tables of the task that is analysed, for a kind limited to one label.
 
     Parameters
     ----------
     tasks : Mapping
-        Task label -> its tables.
+        Task label -> tables.
     wanted : str or None
-        The requested label, if this kind has it.
+        The requested label, if it belongs to this kind.
     """
     usual = kind.label if kind.label in tasks else min(tasks, default=kind.label)
     label = wanted if wanted is not None and wanted in tasks else usual
@@ -143,14 +143,14 @@ def read_main_trials(
     Parameters
     ----------
     entries : sequence of (Path, Match)
-        Tables, each with the parts of its name
+        Tables, each with the parts of its file name
         (`slipscale.experiments.dataset.schema.TABLE_NAME`).
     kind : str
-        Prefix for the counts of rows read and excluded: ``{kind}_rows`` and so on.
+        Prefix for the counts of rows read and excluded, as in ``{kind}_rows``.
     required, columns : tuple of str
         Columns that must be present, and all columns to read.
     counts : dict
-        The counts are added to it.
+        Updated with the counts.
     """
     frame, sources = read_tables(
         [path for path, _ in entries],
@@ -171,7 +171,7 @@ def read_main_trials(
 
 
 def factors_of(folder: Path) -> tuple[str, ...]:
-    """Return the names of the study's factors: columns of every task's table."""
+    """Return the names of the study's factors, which are columns in every task's table."""
     path = folder / "code" / "study.toml"
     if not path.is_file():
         return ()
@@ -182,7 +182,7 @@ def factors_of(folder: Path) -> tuple[str, ...]:
 
 
 def add_counts(counts: dict[str, int], kind: str, **more: int) -> None:
-    """Add to the counts of a kind of trials."""
+    """Add to the row counts for a kind of trials."""
     for name, count in more.items():
         key = f"{kind}_{name}"
         counts[key] = counts.get(key, 0) + int(count)
@@ -193,8 +193,8 @@ def read_others(
 ) -> tuple[dict[str, pd.DataFrame], list[Source]]:
     """Return the main trials of tasks without a Slipscale analysis, by label.
 
-    Contains every column of a table, numbers as numbers, followed by ``participant_id session task
-    run`` from the file names. Unanswered trials are included.
+    Contains every column of a table, with numbers parsed, followed by ``participant_id session
+    task run`` from the file names. Unanswered trials are included.
     """
     tasks: dict[str, pd.DataFrame] = {}
     sources: list[Source] = []
@@ -216,6 +216,6 @@ def read_others(
 
 
 def with_people(rows: pd.DataFrame, columns: tuple[str, ...]) -> pd.DataFrame:
-    """Return rows with these columns, participants as categories."""
+    """Return rows with these columns and with participants as categories."""
     people = pd.Categorical(rows[PARTICIPANT].astype(str))
     return rows.assign(**{PARTICIPANT: people})[list(columns)].reset_index(drop=True)

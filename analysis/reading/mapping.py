@@ -1,4 +1,4 @@
-"""Define what the columns of a foreign table mean: options, or an ``analysis.toml`` next to it."""
+"""Define the meaning of a foreign table's columns, from options or an ``analysis.toml``."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class _Strict(BaseModel):
 
 
 class Columns(_Strict):
-    """Names of the table's columns."""
+    """Column names in the table."""
 
     participant: ColumnName
     stimulus: ColumnName | None = None
@@ -72,10 +72,9 @@ class AnswerWords(_Strict):
     Parameters
     ----------
     yes : str, optional
-        The code of "yes"; required unless the codes are an obvious pair such as yes and no, 1 and
-        0.
+        The code for "yes"; required unless the codes are an obvious pair such as yes/no or 1/0.
     alternatives : {2, 3}, optional
-        Number of alternatives in a forced choice; "yes" then means right.
+        Number of alternatives in a forced choice; "yes" then means correct.
     """
 
     yes: ColumnName | None = None
@@ -83,12 +82,12 @@ class AnswerWords(_Strict):
 
     @property
     def word(self) -> str:
-        """Name of a "yes" in the report: the code, if it is a word."""
+        """Word for a "yes" in the report: the code, if it is a word."""
         return self.yes if self.yes and self.yes.isprintable() and WORD.search(self.yes) else "yes"
 
 
 class StimulusWords(_Strict):
-    """Terms in the report for what was presented and judged."""
+    """Terms used in the report for what was presented and judged."""
 
     name: Annotated[ColumnName, AfterValidator(_printable)] | None = None
     unit: Annotated[
@@ -101,12 +100,12 @@ class StimulusWords(_Strict):
 
     @property
     def factor(self) -> float:
-        """Factor from a level of the table to the unit of the report."""
+        """Factor that converts a level in the table to the unit of the report."""
         return factor(self.unit, self.in_unit) if self.in_unit else 1.0
 
 
 class Cells(_Strict):
-    """How the table is written, and which of its rows are used."""
+    """Format of the table, and which of its rows are used."""
 
     decimal: Literal[".", ","] | None = None
     sheet: ColumnName | None = None
@@ -119,22 +118,23 @@ class TableMapping(_Strict):
     Parameters
     ----------
     columns : Columns
-        Names of columns: the participant; the stimulus; the magnitude estimate (``response``) or
-        yes and no (``answer``), with the previous stimulus (``reference``, default: none, 0). A
+        Column names: the participant; the stimulus; the magnitude estimate (``response``) or
+        yes/no answer (``answer``), with the previous stimulus (``reference``, default: none, 0). A
         table of counts has the number of yes answers (``yes_count``) and of all answers (``n``).
-        A rating of a pair has its items (``first``, ``second``) and the ``dissimilarity``.
-        A ``factor`` is a condition that each participant meets with every stimulus.
+        Ratings of pairs have the two items (``first``, ``second``) and their ``dissimilarity``. A
+        ``factor`` is a condition that each participant meets with every stimulus.
     stimulus : StimulusWords
-        Name and unit of the quantity; default: the column's name, no unit. ``in_unit`` is the unit
-        of the report if it has another prefix.
+        Name and unit of the quantity; default: the column name, without a unit. ``in_unit`` is the
+        unit of the report if it has another prefix.
     answers : AnswerWords
-        The code of yes, and the alternatives of a forced choice.
+        The code for yes, and the number of alternatives in a forced choice.
     levels : dict
-        For a wide table (one row per participant): column of responses -> level of the stimulus.
+        For a wide table (one row per participant): response column -> stimulus level.
     table : Cells
-        Decimal mark and sheet if they are not detected; ``only`` keeps rows by column -> value.
+        Decimal mark and sheet, if they cannot be detected; ``only`` (column -> value) selects
+        rows.
     analysis : AnalysisChoices
-        How the data will be analysed, as in a study file.
+        Analysis choices, as in a study file.
     """
 
     columns: Columns
@@ -161,7 +161,7 @@ class TableMapping(_Strict):
         return self
 
     def _pairs(self) -> tuple[tuple[bool, str], ...]:
-        """Return what is wrong with the mapping of rated pairs, and what is expected."""
+        """Return the errors in the mapping of rated pairs, with what was expected."""
         pair = {"first", "second", "dissimilarity"}
         others = {"participant", "session", "run", "trial", "group"}
         columns = self.columns.model_dump(exclude_none=True)
@@ -225,7 +225,7 @@ class TableMapping(_Strict):
 
     @property
     def of_pairs(self) -> bool:
-        """Whether the table holds ratings of pairs."""
+        """Whether the table contains ratings of pairs."""
         columns = self.columns
         return bool(columns.first or columns.second or columns.dissimilarity)
 
@@ -269,7 +269,7 @@ def parse_mapping(table: Mapping[str, object], source: str) -> TableMapping:
     Raises
     ------
     UserError
-        The parts do not fit; the message states which and what was expected.
+        The parts are inconsistent; the message names them and states what was expected.
     """
     try:
         return TableMapping.model_validate(table)
@@ -284,7 +284,7 @@ def beside(path: Path) -> TableMapping | None:
 
 
 def write_mapping(mapping: TableMapping, path: Path) -> Path:
-    """Write ``analysis.toml`` next to a table, or into a folder; return the file.
+    """Write ``analysis.toml`` next to a table or into a folder; return its path.
 
     Raises
     ------

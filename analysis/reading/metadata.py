@@ -1,4 +1,4 @@
-"""Read a data set's metadata: sidecars, participants, the study's frozen choices, its title."""
+"""Read a data set's metadata: sidecars, participants, frozen study choices and title."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-#: Reported entries of a sidecar; see `slipscale.experiments.dataset.schema.NOTES`.
+#: Sidecar entries that are reported; see `slipscale.experiments.dataset.schema.NOTES`.
 TOLD = ("study", "study_hash", "seed", "language", "plate")
 WHOSE, VERSIONS = "mode", "software"
 if unknown := {*TOLD, WHOSE, VERSIONS} - set(NOTES):
@@ -73,7 +73,7 @@ def sidecars(
 
 
 def _in_words(value: Any) -> str:
-    """Return a sidecar's entry as text; for a plate, its manufacturer, model and serial number."""
+    """Return a sidecar entry as text; for a plate, the manufacturer, model and serial number."""
     if isinstance(value, dict):
         identity = value.get("identity")
         known = identity if isinstance(identity, dict) else {}
@@ -83,7 +83,7 @@ def _in_words(value: Any) -> str:
 
 
 def refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:
-    """Raise a `UserError` if a pilot's records are mixed with participants'."""
+    """Raise a `UserError` if pilot records are mixed with participant records."""
     first: dict[str, Path] = {}
     for mode, path in modes:
         first.setdefault(mode, path)
@@ -98,7 +98,7 @@ def refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:
 
 
 def one_quantity(tables: Sequence[Path], folder: Path) -> Quantity:
-    """Return the quantity of the levels in all tables. Raises UserError if they differ."""
+    """Return the quantity of the levels in all tables. Raises UserError if tables differ."""
     found = {quantity_of(table): table for table in tables}
     if len(found) > 1:
         (one, first), (other, second) = list(found.items())[:2]
@@ -147,7 +147,7 @@ def choices(
         raise UserError(f"{path}: {faults_of(error, text, ('analysis',))}") from error
     table = given if isinstance(given, dict) else {}
     ran_with = details.get("study_hash", ())
-    # Sessions hash the text; an editor or version control may have changed its line ends.
+    # Sessions hash the text, but an editor or version control may have changed the line endings.
     unchanged = digest(content.replace(b"\r\n", b"\n")) in ran_with if ran_with else None
     if unchanged is False:
         problems.add(
@@ -173,7 +173,7 @@ def add_sources(folder: Path, choices: AnalysisChoices, sources: list[Source]) -
 
 
 def title(folder: Path) -> str:
-    """Return the data set's name, or else its folder's name."""
+    """Return the data set's name, or else the folder name."""
     path = folder / "dataset_description.json"
     try:
         return str(json.loads(path.read_text(encoding="utf-8"))["Name"])

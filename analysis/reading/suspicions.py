@@ -1,8 +1,8 @@
-"""Detect content of a table that is probably not data, and reject or report it.
+"""Detect table content that is probably not data, and reject or report it.
 
-Rejected, because the number of participants would be wrong: rows that summarise the table, and one
-participant with two spellings. Reported: labels that differ only in case, answers that were pasted
-twice or copied from another participant, and numbers that usually code a missing answer.
+Summary rows and one participant with two spellings are rejected, because the number of
+participants would be wrong. Labels that differ only in case, answers that were pasted twice or
+copied from another participant, and numbers that usually code a missing answer are reported.
 """
 
 from __future__ import annotations
@@ -17,23 +17,23 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-#: Names of summary rows. Two letters may be somebody's initials.
+#: Labels of summary rows. Two-letter labels are not listed, because they may be initials.
 SUMMARIES = re.compile(
     r"(grand |geometric )?(mean|average|avg|median|total|sum|mittel(wert)?|moyenne|media|promedio)"
     r"|st(andar)?d\.? ?dev(iation)?\.?|stdev|streuung|standardabweichung|écart[- ]type",
     re.IGNORECASE,
 )
 WHOLE_NUMBER = re.compile(r"0*(\d+)([.,]0*)?")
-#: Codes of missing answers in questionnaires and statistics programs.
+#: Codes for missing answers in questionnaires and statistics programs.
 MISSING_CODES = (99.0, 999.0, 9999.0, 99999.0, 88.0, 888.0, 77.0, 777.0)
-#: A code is at least this many times the largest other number.
+#: A number is taken as a code only if it is at least this many times the largest other number.
 FAR = 3.0
-#: This many answers with this many different values are not equal by chance.
+#: At least this many answers, with this many different values, cannot be equal by chance.
 FEWEST_ALIKE, FEWEST_VALUES = 8, 4
 
 
 def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
-    """Return notes on participants' labels.
+    """Return notes on participant labels.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
     Raises
     ------
     UserError
-        A label names a summary, or two labels are the same number.
+        A label denotes a summary row, or two labels are the same number.
     """
     summaries = [label for label in labels if SUMMARIES.fullmatch(label)]
     if summaries:
@@ -74,7 +74,7 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
 def notes_on_answers(
     frame: pd.DataFrame, participant: str, level: str, answer: str, file: str
 ) -> Iterator[str]:
-    """Yield notes on answers that were probably copied, and on codes of missing answers.
+    """Yield notes on answers that were probably copied, and on codes for missing answers.
 
     Parameters
     ----------

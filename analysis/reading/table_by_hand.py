@@ -1,4 +1,4 @@
-"""Read a table made by a person or another program, with line numbers."""
+"""Read a table made by hand or by another program, with line numbers."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.dialect import Decimal
     from slipscale.analysis.reading.table_lines import Lines
 
-#: Codes of missing identifiers in other programs; BIDS's code and blanks are always missing.
+#: Codes for missing identifiers in other programs; the BIDS code and blanks are always missing.
 NO_IDENTIFIER = tuple(name for name in NOT_AVAILABLE if name not in MISSING)
 
 
@@ -58,19 +58,20 @@ def read_table(
     Parameters
     ----------
     path : Path
-        Text, or a file of one of the programs of `slipscale.analysis.reading.programs.table`.
+        A text file, or a file of one of the programs in
+        `slipscale.analysis.reading.programs.table`.
     required : sequence of str
         Columns that the file must have.
     numbers, words : sequence of str
-        Columns to return if present: numbers, with decimal points and without thousands separators
-        (cells that are not numbers are unchanged), and text.
+        Columns to return if present: numbers, converted to decimal points and no thousands
+        separators (other cells are unchanged), and text.
     identifier : str
-        The column that identifies the participant; ``NA`` and similar codes are missing there,
+        The column that identifies the participant; ``NA`` and similar codes count as missing there
         unless quoted.
     decimal : str, optional
         The decimal mark, if known; default: detected from all numbers of the file.
     sheet : str, optional
-        Sheet of a workbook, or variable of a MATLAB file.
+        Sheet of a workbook, or variable in a MATLAB file.
 
     Returns
     -------
@@ -117,7 +118,7 @@ def _only(
     numbers: Sequence[str],
     words: Sequence[str],
 ) -> pd.DataFrame:
-    """Return the columns to read, with codes of missing cells replaced."""
+    """Return the columns to read, with codes for missing cells replaced."""
     names = [str(name) for name in frame.columns if name != "line"]
     check_names(names, path, required)
     kept = frame[[*(name for name in (*words, *numbers) if name in names), "line"]].copy()
@@ -154,7 +155,7 @@ def _with_points(
     frame: pd.DataFrame, numbers: Sequence[str], decimal: Decimal | None, name: str
 ) -> None:
     """Write all numbers of a file with decimal points."""
-    # TRUE and FALSE count as numbers here; the cleaning of the columns rejects them.
+    # TRUE and FALSE count as numbers here; they are rejected when columns are cleaned.
     written = {
         column: frame[column]
         for column in numbers
@@ -218,7 +219,7 @@ def _are_no_identifier(names: pd.Series[Any]) -> NDArray[np.bool_]:
 
 
 def _quoted_identifiers(frame: pd.DataFrame, identifier: str, text: bytes) -> NDArray[np.bool_]:
-    """Return in which rows the file quotes an identifier that looks like a missing one."""
+    """Return the rows in which the file quotes an identifier that looks like a missing value."""
     found = np.zeros(len(frame), bool)
     suspects = np.flatnonzero(_are_no_identifier(tidied(frame[identifier])))
     if not len(suspects) or b'"' not in text:

@@ -1,7 +1,7 @@
-"""Split a table's file into lines: which of them are rows, and the position of each.
+"""Split a table file into lines: which of them are rows, and where each begins.
 
-Well-formed files are only counted. Other files are processed line by line, so that lines without a
-row can be omitted and reported, and the other lines keep their position.
+In well-formed files, lines are only counted. Other files are processed line by line, so that lines
+that are not rows can be omitted and reported, and other lines keep their numbers.
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 QUOTE, NEWLINE = b'"', b"\n"
-#: Maximum number of line numbers in a sentence.
+#: Maximum number of line numbers listed in a sentence.
 LISTED_LINES = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lines:
-    """A table's text, rows only.
+    """The text of a table, restricted to rows.
 
     Parameters
     ----------
     header, body : bytes
-        UTF-8 with plain line ends, no byte-order mark; ``body`` ends with a line end.
+        UTF-8 with LF line endings and no byte-order mark; ``body`` ends with a line ending.
     names : tuple of str
-        The columns' names, stripped of blanks.
+        Column names, stripped of blanks.
     places : int array, shape (rows,)
-        The line on which each row begins; 1 is the file's first.
+        The line on which each row begins; the first line of the file is 1.
     left_out : tuple of str
-        What was omitted between rows, one phrase each.
+        Descriptions of what was omitted between rows.
     """
 
     header: bytes
@@ -109,7 +109,7 @@ def _checked(content: bytes, path: Path) -> bytes:
 
 
 def plain(content: bytes) -> bytes:
-    """Return UTF-8 text without byte-order mark and with plain line ends."""
+    """Return UTF-8 text with LF line endings and without a byte-order mark."""
     return content.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", NEWLINE).replace(b"\r", NEWLINE)
 
 
@@ -121,9 +121,9 @@ def _names(header: bytes, separator: str) -> tuple[str, ...]:
 
 
 def _regular(header: bytes, body: bytes, separator: str, cells: int) -> int | None:
-    """Count the rows of a body if every line is a row with as many cells as the header."""
+    """Return the number of rows if every line has as many cells as the header."""
     mark = separator.encode()
-    # An empty line also has too few separators; these two cases have the right number.
+    # An empty line usually has too few separators; in these two cases the number is right.
     for line in (header + NEWLINE, mark * (cells - 1) + NEWLINE):
         if body.startswith(line) or NEWLINE + line in body:
             return None
@@ -145,7 +145,7 @@ def _regular(header: bytes, body: bytes, separator: str, cells: int) -> int | No
 def _row_by_row(
     header: bytes, body: bytes, names: Sequence[str], *, separator: str, first: int, path: Path
 ) -> Lines:
-    """Omit and report lines that contain no row; reject rows of another length."""
+    """Omit and report lines that are not rows; reject rows with a different number of cells."""
     lines = body.split(NEWLINE)
     kept: list[bytes] = []
     places: list[int] = []
@@ -184,7 +184,7 @@ def _row_by_row(
 def _rows(
     lines: Sequence[bytes], separator: str, first: int, path: Path
 ) -> Iterator[tuple[int, int, list[str]]]:
-    """Yield each row's first and last line and its cells: a quoted cell may span lines."""
+    """Yield each row's first and last line and its cells; a quoted cell may span several lines."""
     reader = csv.reader(
         (line.decode("utf-8") + "\n" for line in lines),
         delimiter=separator,
@@ -218,7 +218,7 @@ def _miscounted(found: int, names: Sequence[str], separator: str) -> str:
 
 
 def listed_lines(lines: Sequence[int]) -> str:
-    """Return "line 3", or "lines 3, 5 and 7", or the first dozen and the number of the others.
+    """Return "line 3", "lines 3, 5 and 7", or the first dozen and the number of further lines.
 
     >>> listed_lines([3]), listed_lines([3, 5, 7])
     ('line 3', 'lines 3, 5 and 7')

@@ -1,4 +1,4 @@
-"""Read the tables of a kind of task from a declaration of its columns.
+"""Read the tables for a kind of task, based on a declaration of its columns.
 
 The rules are the same for every kind:
 
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.delimited import Problems, Source
     from slipscale.analysis.reading.labelled_tasks import Entries
 
-#: Columns of every kind.
+#: Columns that every kind has.
 COMMON = (*IDENTITY, "task", "trial", "catch")
 
 
 def empty(columns: tuple[str, ...]) -> pd.DataFrame:
-    """Return a table with these columns and without rows."""
+    """Return an empty table with these columns."""
     return pd.DataFrame({name: pd.Series(dtype=object) for name in columns})
 
 
@@ -55,7 +55,7 @@ def task_trials(
     levels: tuple[str, ...] = (),
     derive: Callable[[pd.DataFrame, Problems], pd.DataFrame],
 ) -> TaskTrials:
-    """Return the declaration of a kind's tables and how they are read.
+    """Return the declaration of a kind of task's tables and how to read them.
 
     Parameters
     ----------
@@ -64,19 +64,19 @@ def task_trials(
     marks : tuple of str
         Columns by which a table is recognised.
     numeric : tuple of str
-        Columns of numbers of at least 0; NaN if a table lacks a column that is not in ``marks``.
+        Numeric columns with values of at least 0; NaN if a table lacks a column not in ``marks``.
     words : tuple of str
-        Columns of labels; empty if a table lacks one.
+        Columns of labels; empty if missing from a table.
     columns : tuple of str
-        Columns of the result after `COMMON`.
+        Columns of the result, in addition to `COMMON`.
     needed : tuple of str
-        Columns without which a trial is unanswered.
+        Columns that must be filled for a trial to count as answered.
     required : tuple of str
-        Columns beyond ``marks`` without which a table cannot be read.
+        Further columns, in addition to ``marks``, that a table must have.
     levels : tuple of str
-        Columns of levels, rounded so that arithmetic makes no other level.
+        Columns of levels, rounded so that floating-point errors create no extra levels.
     derive : callable
-        Returns the trials with their derived columns. It sets answers that cannot be used to NaN.
+        Returns the trials with derived columns, and with unusable answers set to NaN.
     """
     kept_columns = (*COMMON, *columns)
 

@@ -1,7 +1,7 @@
 """Declare the columns that the analysis reads from each task's table, checked against the schema.
 
-All names used for reading are declared here. Importing this module fails if no protocol declares a
-name, so that a column renamed in the schema cannot be lost unnoticed.
+All column names used for reading are declared here. Importing this module fails if no protocol
+declares a name, so a column renamed in the schema cannot go unnoticed.
 """
 
 from __future__ import annotations
@@ -28,28 +28,28 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.base import Column, Protocol
 
-#: Identifies the trial: from the file name in a data set, from columns in a table made by hand.
+#: Identify the trial: taken from the file name in a data set, from columns in other tables.
 IDENTITY = (PARTICIPANT, "session", "run")
-#: What the column of a study's factor begins with in the analysis: the rest is the factor's name.
+#: Prefix for the column of a study factor in the analysis, followed by the factor name.
 FACTOR = "factor: "
-#: Trial numbers may start again in each block, and in each series of steps.
+#: Trial numbers may restart in each block and in each series of steps.
 BLOCK, SERIES = "block", "series"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrialTable:
-    """The columns of a task's table that the analysis reads.
+    """The columns that the analysis reads from a task's table.
 
     Parameters
     ----------
     task : str
-        The label in file names.
+        Task label in file names.
     required : tuple of str
-        Columns without which there is nothing to analyse.
+        Columns that the analysis requires.
     numbers : tuple of str
-        Other columns of numbers; they may be absent or empty.
+        Other numeric columns; may be absent or empty.
     words : tuple of str
-        Other columns of labels or text; they may be absent or empty.
+        Other columns of labels or text; may be absent or empty.
     """
 
     task: str
@@ -110,9 +110,9 @@ DIFFERENCE = trial_table(
         *("phase", "flag", "catch", "verbal_report"),
     ),
 )
-#: The amplitudes of a step, before and after it.
+#: The amplitudes before and after a step.
 STEP_AMPLITUDES = DIFFERENCE.required[:2]
-#: Names and words, never numbers (01 is not 1); "NA" may be a participant's name or answer.
+#: Columns of names and words, never numbers (01 is not 1); "NA" may be a name or an answer.
 FREE_TEXT = (
     *IDENTITY,
     *free_text(columns(magnitude_estimation.PROTOCOL)),

@@ -1,4 +1,4 @@
-"""Convert between units of a quantity that differ in their prefix: µPa to mPa."""
+"""Convert between units that differ only in their prefix, such as µPa and mPa."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from slipscale.faults import UserError
 #: Prefixes and their powers of ten.
 POWERS = "G 9, M 6, k 3, h 2, d -1, c -2, m -3, µ -6, μ -6, u -6, n -9, p -12"
 PREFIXES = {"": 0} | {pair.split()[0]: int(pair.split()[1]) for pair in POWERS.split(", ")}
-#: Units that take prefixes. Others (%, °C, dB) are reported as given: 1 °C and 1 K differ by more.
+#: Units that take prefixes. Other units (%, °C, dB) are reported as given: converting °C to K, for
+#: example, takes more than a factor.
 BASES = (
     *("m", "g", "s", "A", "K", "mol", "cd", "Hz", "N", "Pa", "J", "W", "V", "C", "F", "T", "lx"),
     *("lm", "L", "l", "cd/m²", "cd/m2", "m/s", "m/s²", "m/s2", "W/m²", "W/m2", "N/m", "mol/L"),
@@ -23,7 +24,7 @@ def factor(given: str, wanted: str) -> float:
     Raises
     ------
     UserError
-        The units differ by more than their prefixes.
+        The units differ in more than their prefixes.
     """
     if given == wanted:
         return 1.0

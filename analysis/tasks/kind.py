@@ -1,13 +1,13 @@
-"""Represent the result of an analysis, and declare kinds of task for the analysis.
+"""Represent the result of an analysis, and declare kinds of task.
 
-A folder in `slipscale.analysis.tasks` contains one kind, the counterpart of a session's
-`Protocol`. Its ``declaration`` names everything that the report and its files show about it, and
-`slipscale.analysis.tasks.table` lists the declarations. Other packages declare theirs by an entry
-point, see `slipscale.analysis.tasks.outside`. The rules:
+Each folder in `slipscale.analysis.tasks` contains one kind, the counterpart of a session's
+`Protocol`. Its ``declaration`` lists everything that the report and its files show about it, and
+`slipscale.analysis.tasks.table` lists the declarations. Other packages declare theirs with an
+entry point; see `slipscale.analysis.tasks.outside`. Rules:
 
-- the centre (loading, inference, page, files, plans) loops over `Analysis.kinds` and names no
-  kind;
-- every callable takes the whole `Analysis` and returns nothing if the kind was not run.
+- shared code (loading, inference, page, files, plans) loops over `Analysis.kinds` and names no
+  particular kind;
+- every callable takes the whole `Analysis` and returns an empty result if the kind was not run.
 """
 
 from __future__ import annotations
@@ -58,35 +58,34 @@ def _no_sessions(_data: Dataset, _prepared: Prepared | None) -> tuple[SessionTab
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskAnalysis:
-    """One kind of task, as declared for the analysis.
+    """A kind of task, as declared for the analysis.
 
     Parameters
     ----------
     name : str
-        Its folder's name.
+        Name of its folder.
     trials : TaskTrials, optional
-        Which tables contain its trials, and how they are read; a study may give such a task a
-        label.
+        Which tables contain its trials, and how to read them; a study can choose the task label.
     statistics : tuple of Statistic
-        In the order of computation and of ``inference.json``.
+        Its statistics, in the order of computation and of ``inference.json``.
     questions : callable
         Returns the questions at the start of the report's summary.
     design : callable
         Returns the numbers of trials and surfaces.
     answers : callable
-        Returns the summary's sentences.
+        Returns the sentences for the summary.
     doubts : callable
-        Returns the caveats of the summary.
+        Returns the caveats for the summary.
     sentences : callable
         Returns the results section: heading -> sentences.
     sections : tuple of callable
-        Each returns a section of the report from the analysis and the figures, SVG by name.
+        Each returns a report section, given the analysis and the figures (name -> SVG).
     figures : callable
-        Returns the figures by file name.
+        Returns the figures, keyed by file name.
     tables : callable
-        Returns the tables by file name.
+        Returns the tables, keyed by file name.
     session_tables : callable
-        Returns the measures of a participant's session.
+        Returns the session measures of each participant.
     package, version : str
         The package that provides it; empty for Slipscale.
     """
@@ -112,7 +111,7 @@ class TaskAnalysis:
 
 
 def _kind_named(name: str) -> object:
-    # Looked up by name when unpickled, because the declarations import this module.
+    # Looked up by name when unpickling, because the declarations import this module.
     table = import_module("slipscale.analysis.tasks.outside.guard")
     return next(kind for kind in table.every_kind() if kind.name == name)
 
@@ -124,9 +123,9 @@ class Analysis:
     Parameters
     ----------
     dataset : Dataset
-        What was analysed: as read, minus the excluded participants.
+        The analysed data: as read, minus the excluded participants.
     rule : str
-        The normalisation, a key of `slipscale.analysis.preprocessing.normalisation.RULES`.
+        The normalisation rule, a key of `slipscale.analysis.preprocessing.normalisation.RULES`.
     estimates : DataFrame
         Analysed trials with their ``normalised`` estimate, ``log``, ``position``, ``repetition``.
     cells : DataFrame, shape (participants, amplitudes)
@@ -136,28 +135,28 @@ class Analysis:
     textures : DataFrame
         See `slipscale.analysis.tasks.estimation.textures.describe`.
     prepared : Prepared or None
-        Input of the tests; None without magnitude estimates.
+        Input to the tests; None without magnitude estimates.
     inference : Inference
         One field per test, see `slipscale.analysis.tasks.conclude`.
     sensitivity : tuple of RuleSummary
-        Means and spreads under every normalisation.
+        Means and standard deviations under every normalisation rule.
     robustness : tuple of SubsetSummary
         The main results with and without flagged participants.
     individuals : DataFrame
         See `slipscale.analysis.tasks.individuals`.
     measures, flags : DataFrame
-        Data quality of every participant read, see
+        Data quality of every participant, including excluded ones; see
         `slipscale.analysis.preprocessing.data_quality`.
     excluded : Mapping
         Participant -> the flags that excluded them.
     friction : MeasuredFriction or None
         Ratings against measured friction; None if none was measured.
     kinds : tuple of TaskAnalysis
-        Kinds of task of Slipscale, then of other packages, in the order of the report.
+        Slipscale's kinds of task, then those of other packages, in the order of the report.
     plan : PlanCheck or None
         Deviations from a frozen plan; None without a plan.
     problems : tuple of str
-        Errors in the data and results that could not be computed, one sentence each.
+        Errors in the data, and results that could not be computed, one sentence each.
     """
 
     dataset: Dataset
@@ -185,7 +184,7 @@ class Analysis:
         return str(self._displays().text(self))
 
     def _repr_html_(self) -> str:
-        """Return the same with Table III and the figure, for notebooks."""
+        """Return the same text with Table III and the figure, for notebooks."""
         return str(self._displays().html(self))
 
     def _displays(self) -> ModuleType:

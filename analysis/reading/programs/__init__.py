@@ -1,1 +1,1 @@
-"""Files of other programs, one module per program."""
+"""Read files of other programs, one module per program."""

@@ -1,9 +1,9 @@
-"""E-Prime's text: the log that E-Run writes, and the table that E-DataAid exports.
+"""Read E-Prime text files: logs written by E-Run and tables exported by E-DataAid.
 
 Both are usually UTF-16. A log begins with ``*** Header Start ***``; its frames are nested, and a
-frame follows those that it contains. A row is a frame of the deepest level, with the values of the
-frames around it and of the header. An exported table begins with the names of its columns, among
-them ``ExperimentName`` and ``Subject``, possibly after a line that names the file.
+frame follows the frames that it contains. A row is a frame at the deepest level, combined with the
+values of the enclosing frames and the header. An exported table begins with its column names,
+which include ``ExperimentName`` and ``Subject``, possibly after a line with the file name.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 LOG = "*** Header Start ***"
 EDGE = re.compile(r"\*\*\* (?P<kind>Header|LogFrame) (?P<edge>Start|End) \*\*\*")
-#: Columns of every export.
+#: Columns that every export contains.
 ALWAYS = {"ExperimentName", "Subject"}
 
 
 def recognises(content: bytes, path: Path) -> bool:
-    """Whether a file is E-Prime's."""
+    """Return whether a file was written by E-Prime."""
     head = head_of(content, path)
     return head.lstrip().startswith(LOG) or _header_line(head) is not None
 
@@ -49,7 +49,7 @@ def read(content: bytes, path: Path) -> pd.DataFrame:
 
 
 def _header_line(head: str) -> int | None:
-    """Return how many lines precede an export's header; None if it is not an export."""
+    """Return the number of lines before an export's header; None if the file is not an export."""
     for number, line in enumerate(head.split("\n", 2)[:2]):
         if set(line.strip("\r").split("\t")) >= ALWAYS:
             return number
@@ -82,7 +82,8 @@ def _log(text: str, path: Path) -> pd.DataFrame:
     deepest = max(level for level, _, _ in frames)
     rows, lines = [], []
     around: dict[int, dict[str, str]] = {}
-    # A frame follows what it contains: from the end, the frames around a row are known.
+    # A frame follows the frames it contains, so reading from the end gives the enclosing frames
+    # first.
     for level, number, frame in reversed(frames):
         around = {outer: values for outer, values in around.items() if outer < level}
         around[level] = frame

@@ -1,7 +1,8 @@
-"""jsPsych's data, as CSV or JSON: objects inside a cell become columns such as ``response.Q0``.
+"""Read jsPsych data (CSV or JSON); objects in a cell become columns such as ``response.Q0``.
 
-A file is jsPsych's if every trial has ``trial_type``, ``trial_index`` and ``time_elapsed``. JSON is
-a list of trials, or one list per line and participant, as JATOS exports them.
+A file is recognised as jsPsych if every trial has ``trial_type``, ``trial_index`` and
+``time_elapsed``. JSON files contain a list of trials, or one list per line and participant, as
+exported by JATOS.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-#: The fields of every trial.
+#: Fields that every trial has.
 ALWAYS = ("trial_type", "trial_index", "time_elapsed")
 
 
 def recognises(content: bytes, path: Path) -> bool:
-    """Whether a file is jsPsych's."""
+    """Return whether a file was written by jsPsych."""
     head = head_of(content, path)
     if head[:1] in "[{" and head:
         return all(f'"{name}"' in head for name in ALWAYS)
@@ -33,7 +34,7 @@ def recognises(content: bytes, path: Path) -> bool:
 
 
 def read(content: bytes, path: Path) -> pd.DataFrame:
-    """Return one row per trial, all cells as text; ``line`` counts JSON's trials from 1.
+    """Return one row per trial, all cells as text; for JSON, ``line`` numbers the trials from 1.
 
     Raises
     ------
@@ -57,7 +58,7 @@ def read(content: bytes, path: Path) -> pd.DataFrame:
 
 
 def _without_emptied(frame: pd.DataFrame) -> pd.DataFrame:
-    """Drop columns whose every value became columns of its own."""
+    """Drop columns whose values were all expanded into separate columns."""
     emptied = [
         name
         for name in frame.columns

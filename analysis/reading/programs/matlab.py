@@ -1,8 +1,9 @@
-"""MATLAB's ``.mat``, versions 4 to 7: variables, a structure or an array of structures.
+"""Read MATLAB ``.mat`` files, versions 4 to 7: variables, a structure or a structure array.
 
-A variable is a table if it is a structure whose fields are as long, or an array of structures; the
-vectors of one length are a table too. With several tables, ``--sheet`` names the variable.
-MATLAB's own ``table`` objects and version 7.3 are refused with the command that saves them.
+A variable is a table if it is a structure array or a structure with fields of equal length;
+separate vectors of equal length also form a table. If there are several tables, ``--sheet`` names
+the variable. MATLAB ``table`` objects and version 7.3 files are rejected with the command that
+saves them in a supported form.
 """
 
 from __future__ import annotations
@@ -24,22 +25,22 @@ if TYPE_CHECKING:
     Table = dict[str, Sequence[object]]
 
 SAVE = "in MATLAB: s = table2struct(T, 'ToScalar', true); save('data.mat', '-struct', 's', '-v7')"
-#: The first bytes of a file of version 7.3, which is HDF5.
+#: The first bytes of a version 7.3 file, which is HDF5.
 VERSION_7_3 = b"MATLAB 7.3 MAT-file"
 
 
 def recognises(_content: bytes, path: Path) -> bool:
-    """Whether a file is MATLAB's."""
+    """Return whether a file was written by MATLAB."""
     return path.suffix.lower() == ".mat"
 
 
 def read(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
-    """Return one row per element, all cells as text; ``line`` counts from 1.
+    """Return one row per element, all cells as text; ``line`` numbers the rows from 1.
 
     Parameters
     ----------
     sheet : str or None
-        The variable; None: the only table.
+        Name of the variable; None for the only table.
 
     Raises
     ------
@@ -90,7 +91,7 @@ def _table(value: Any) -> Table | None:
 
 
 def _alike(columns: dict[str, Sequence[object]]) -> Table | None:
-    """Return columns of one length above 1; None if there are others."""
+    """Return the columns if all have the same length above 1; None otherwise."""
     lengths = {len(cells) for cells in columns.values()}
     return columns if len(lengths) == 1 and min(lengths) > 1 else None
 

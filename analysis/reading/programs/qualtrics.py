@@ -1,7 +1,8 @@
-"""Qualtrics' CSV and TSV: names, the questions' texts and import identifiers are three headers.
+"""Read Qualtrics CSV and TSV files, which have three headers: names, questions, import IDs.
 
-A file is Qualtrics' if every cell of its third record is an ``ImportId``. Previews are kept: their
-``Status`` or ``DistributionChannel`` tells them, and ``--only`` leaves them out.
+A file is recognised as Qualtrics if every cell of its third record is an ``ImportId``. Preview
+responses are kept; they are marked in ``Status`` or ``DistributionChannel``, and ``--only`` can
+omit them.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ HEADERS = 3
 
 
 def recognises(content: bytes, path: Path) -> bool:
-    """Whether a file is Qualtrics'."""
+    """Return whether a file was written by Qualtrics."""
     head = head_of(content, path)
     if "ImportId" not in head:
         return False
@@ -36,6 +37,6 @@ def recognises(content: bytes, path: Path) -> bool:
 
 
 def read(content: bytes, path: Path) -> pd.DataFrame:
-    """Return one row per response, all cells as text, named by the first header."""
+    """Return one row per response, all cells as text, with columns named by the first header."""
     (_, names), *rows = records(decoded(content, path)[0].decode("utf-8"), path)
     return table_of(names, rows[HEADERS - 1 :])

@@ -1,4 +1,4 @@
-"""Records of text tables whose cells contain line breaks, as text cells with their line numbers."""
+"""Read text tables whose cells may contain line breaks, as text cells with line numbers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-#: Bytes by which a text file is recognised.
+#: Number of bytes used to recognise a text file.
 HEAD = 65_536
 
 
@@ -45,7 +45,7 @@ def records(text: str, path: Path) -> list[tuple[int, list[str]]]:
 
 
 def framed(rows: Sequence[Mapping[str, str | None]], lines: Sequence[int]) -> pd.DataFrame:
-    """Return rows as a table of text, with the column ``line``; absent cells are missing."""
+    """Return rows as a table of text with the column ``line``; absent cells are missing."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     frame = pd.DataFrame(
         {name: pd.Series([row.get(name) for row in rows], dtype="str") for name in names}

@@ -1,4 +1,4 @@
-"""Convert Excel workbooks and SPSS files to the rows and names of a text table."""
+"""Convert Excel workbooks and SPSS files to the rows and column names of a text table."""
 
 from __future__ import annotations
 
@@ -22,17 +22,18 @@ LARGEST_WORKBOOK_MB = 300
 
 
 def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
-    """Return a sheet's rows, all cells as text, with the column ``line``: the row in Excel.
+    """Return a sheet's rows, all cells as text; the column ``line`` is the row in Excel.
 
     Parameters
     ----------
     sheet : str or None
-        Name of the sheet; None: the only one that is not empty.
+        Name of the sheet; None for the only non-empty sheet.
 
     Raises
     ------
     UserError
-        The file is not a workbook, has macros, merged cells or several sheets to choose from.
+        The file is not a workbook, or it has macros, merged cells or several sheets to choose
+        from.
     """
     import openpyxl  # noqa: PLC0415 - only for a workbook
     from openpyxl.utils.exceptions import InvalidFileException  # noqa: PLC0415
@@ -82,7 +83,7 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
 
 
 def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFrame:
-    """Return an SPSS file's cases, all cells as text, with the column ``line``: the case's row.
+    """Return an SPSS file's cases, all cells as text; the column ``line`` is the row of the case.
 
     Parameters
     ----------

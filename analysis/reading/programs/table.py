@@ -1,7 +1,7 @@
-"""The one table of the programs whose files are read; the first that recognises a file reads it.
+"""List the programs whose files can be read; the first that recognises a file reads it.
 
-A program is recognised with certainty or not at all: what none of them recognises is an ordinary
-text table. A new program is one module and one line here.
+Files are recognised with certainty or not at all; a file that no program recognises is read as an
+ordinary text table. To support another program, add a module and one line here.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ SPSS = (".sav", ".zsav")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wanted:
-    """What a caller wants of a file: columns of words, and a sheet or variable."""
+    """What to read from a file: columns of words, and a sheet or variable."""
 
     words: Sequence[str]
     sheet: str | None
@@ -33,13 +33,13 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Program:
-    """A program's files.
+    """A program whose files can be read.
 
     Parameters
     ----------
     name : str
     recognises : callable
-        Whether content and path are such a file.
+        Returns whether content and path are a file of this program.
     read : callable
         Returns all cells as text, with the column ``line``.
     """
@@ -93,5 +93,5 @@ PROGRAMS = (
 
 
 def program_of(content: bytes, path: Path) -> Program | None:
-    """Return the program that wrote a file; None for an ordinary text table."""
+    """Return the program that wrote a file, or None for an ordinary text table."""
     return next((each for each in PROGRAMS if each.recognises(content, path)), None)

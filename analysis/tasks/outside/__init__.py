@@ -1,1 +1,1 @@
-"""Kinds of task that other packages declare, and the short form of a declaration."""
+"""Kinds of task declared by other packages, and a short form of the declaration."""

@@ -1,12 +1,12 @@
-"""Load kinds of task of other packages: the same `TaskAnalysis` as ours, guarded at every call.
+"""Load kinds of task from other packages: the same `TaskAnalysis` as ours, with guarded calls.
 
-A package names one by an entry point of the group ``slipscale.analyses``. The rules:
+A package declares a kind with an entry point in the group ``slipscale.analyses``. Rules:
 
-- an exception or a wrong return value of outside code becomes one sentence that names the package
-  and the part; the rest of the report is written;
+- an exception or a wrong return value from outside code becomes one sentence that names the
+  package and the part; the rest of the report is still written;
 - texts, tables and figures are computed before anything is written, so that the report can list
-  what failed; only sections have to wait for the figures;
-- keys and files are called ``own_NAME`` or ``own_NAME_...``, so that no name hides one of ours.
+  what failed; only sections are computed later, because they need the figures;
+- keys and files are called ``own_NAME`` or ``own_NAME_...``, so that they cannot clash with ours.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def every_kind() -> tuple[TaskAnalysis, ...]:
 
 
 def installed_kinds(faults: list[str]) -> tuple[TaskAnalysis, ...]:
-    """Return the kind of each installed package that can be loaded, by name.
+    """Return the kinds from installed packages that can be loaded, keyed by name.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def installed_kinds(faults: list[str]) -> tuple[TaskAnalysis, ...]:
 
 
 def evaluated(analysis: Analysis, faults: list[str]) -> Analysis:
-    """Return the analysis with every part of outside kinds computed, and with the failures.
+    """Return the analysis with every part of outside kinds computed, and with any failures.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def evaluated(analysis: Analysis, faults: list[str]) -> Analysis:
 
 
 def _made(kind: TaskAnalysis, analysis: Analysis) -> TaskAnalysis:
-    """Return a kind whose parts are values."""
+    """Return a kind whose parts are computed values."""
     made = {part: getattr(kind, part)(analysis) for part in PARTS}
     parts: dict[str, Any] = {part: lambda _, value=value: value for part, value in made.items()}
     return replace(kind, **parts)
@@ -98,7 +98,7 @@ class _Guard:
         return self.point.dist.version if self.point.dist else "unknown"
 
     def call(self, part: str, action: Callable[[], T], otherwise: Callable[[str], T]) -> T:
-        """Return the result of outside code; if it fails, a value made from the error sentence."""
+        """Return the result of outside code; on failure, a value made from the error sentence."""
         subject = f"{self.named}: its {part}" if part else self.named
         try:
             return called(self.point, action, subject)
@@ -136,7 +136,7 @@ class _Guard:
 
     def _statistic(self, statistic: Statistic[object]) -> Statistic[object]:
         def computed(inputs: Inputs) -> object:
-            # Copies, so that a package's changes to its tables affect no other analysis.
+            # Copies, so that changes by a package do not affect other analyses.
             data = inputs.data.with_tables(lambda rows: rows.copy())
             found = statistic.compute(replace(inputs, data=data))
             if not isinstance(found, NotComputed):
@@ -238,7 +238,7 @@ def _is_figure(value: object) -> bool:
 
     if not isinstance(value, Figure):
         return False
-    figure_style.svg(value)  # a figure that failed later would stop the whole report
+    figure_style.svg(value)  # a figure that fails later would stop the whole report
     return True
 
 

@@ -1,4 +1,4 @@
-"""Define an outside kind in short form: one function from the data to sentences and numbers.
+"""Define an outside kind in short form: one function that turns data into sentences and numbers.
 
 `own_analysis` returns the `TaskAnalysis` that an entry point needs. Everything here is frozen and
 checked on creation, so that an error names the package that caused it.
@@ -31,21 +31,21 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.model import Study
 
 CELL = (str, int, float, bool, type(None))
-#: Maximum number of rows of a table in the report; the CSV file contains all of them.
+#: Maximum number of table rows in the report; the CSV file contains all rows.
 ROWS_SHOWN = 40
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OwnInput:
-    """Input of an outside analysis function.
+    """Input to an analysis function from another package.
 
     Parameters
     ----------
     dataset : Dataset
         Trials, participants and the frozen choices, after the study's exclusions; tables are
-        copies. Tables of tasks that Slipscale does not read itself are in ``dataset.others``.
+        copies. Tables of tasks that have no Slipscale analysis are in ``dataset.others``.
     study : Study or None
-        The study file; None if the data have none, or if it cannot be read here.
+        The study; None if the data have no study file, or if it cannot be read here.
     """
 
     dataset: Dataset
@@ -54,29 +54,29 @@ class OwnInput:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OwnResult:
-    """Return value of an outside analysis function.
+    """Return value of an analysis function from another package.
 
     Parameters
     ----------
     sentences : tuple of str
         The findings, as in a results section; at least one.
     numbers : Mapping
-        Name -> number, text or None, or a tuple or mapping of these, for inference.json. Names
+        Name -> number, string or None, or a tuple or mapping of these, for inference.json. Names
         include their unit: ``slope_per_um_pp``. NaN is written as null.
     table : DataFrame, optional
         One row per case, with named columns of numbers and words.
     table_caption : str
-        Description of its rows and columns.
+        Description of the rows and columns.
     figure : Figure, optional
         A Matplotlib figure.
     figure_caption, figure_alt : str
-        Description of the figure: for readers, and for people who cannot see it. Required with a
-        figure.
+        Caption of the figure, and a text alternative for people who cannot see it. Both are
+        required with a figure.
 
     Raises
     ------
     UserError
-        A field has another type; the message names it.
+        A field has the wrong type; the message names it.
     """
 
     sentences: tuple[str, ...]
@@ -127,9 +127,9 @@ def own_analysis(
     Parameters
     ----------
     name : str
-        The entry point's name. Files and the key of inference.json are called ``own_NAME``.
+        Name of the entry point. Files and the key in inference.json are called ``own_NAME``.
     title : str
-        The heading of its section in the report.
+        Heading of its section in the report.
     run : callable
         Returns the findings, or `NotComputed` with the reason why there are none.
     """
@@ -149,7 +149,7 @@ def own_analysis(
 
 @dataclass(frozen=True)
 class _Short:
-    """The parts of a kind that follow from one `OwnResult`."""
+    """The parts of a kind that are derived from one `OwnResult`."""
 
     key: str
     title: str
