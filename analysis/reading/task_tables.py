@@ -4,7 +4,8 @@ The rules are the same for every kind:
 
 - a table belongs to the kind if it has every column in ``marks``;
 - practice and voided trials are counted and excluded, then trials without an answer;
-- a column that is not declared is not read.
+- a column that is not declared is not read;
+- in a study with factors, each condition is a task: its label ends in the factors' levels.
 """
 
 from __future__ import annotations
@@ -21,9 +22,11 @@ from slipscale.analysis.reading.delimited import quantity_of
 from slipscale.analysis.reading.labelled_tasks import (
     TaskTrials,
     add_counts,
+    factors_of,
     read_main_trials,
     with_people,
 )
+from slipscale.analysis.reading.surface_labels import plain
 from slipscale.analysis.reading.trial_tables import IDENTITY
 
 if TYPE_CHECKING:
@@ -85,15 +88,18 @@ def task_trials(
     ) -> tuple[pd.DataFrame, list[Source]]:
         if not entries:
             return empty(kept_columns), []
+        factors = factors_of(folder)
         frame, sources = read_main_trials(
             entries,
             folder,
             kind=title,
             required=(*marks, *required),
-            columns=tuple(dict.fromkeys(("trial", "catch", *marks, *numeric, *words))),
+            columns=tuple(dict.fromkeys(("trial", "catch", *marks, *numeric, *words, *factors))),
             problems=problems,
             counts=counts,
         )
+        for factor in (name for name in factors if name in frame):
+            frame["task"] += f"_{factor}_" + labels(frame, factor, "").astype(str).map(plain)
         frame["catch"] = labels(frame, "catch", "false").astype(str).str.lower().isin(TRUE)
         for word in words:
             frame[word] = labels(frame, word, "").astype(str)

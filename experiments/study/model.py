@@ -47,6 +47,7 @@ from slipscale.experiments.study.tables import (
     Cost,
     MaskingNoise,
     PlateSettings,
+    Simulated,
     StatedWords,
     StimulusTable,
     Texture,
@@ -223,6 +224,11 @@ class Study(BaseModel):
         default=AnalysisChoices(),
         description="The planned data analysis, fixed before anyone sees the data.",
     )
+    simulated: Simulated | None = Field(
+        default=None,
+        description="What the study assumes of simulated people; default: the shipped population, "
+        "or the assumption listed for the quantity.",
+    )
     cost: Cost | None = Field(
         default=None, description="Costs of the study; default: no cost is computed."
     )
@@ -396,14 +402,15 @@ class Study(BaseModel):
     @property
     def range_level(self) -> tuple[float, float]:
         """Lowest and highest level that simulated people are to feel."""
-        if not self.vary:
+        if not (self.vary or self.simulated):
             return 0.0, self.plate.level
         possible, context = [*self.levels], self._levels.context(self.levels)
         for task in self.tasks:
             protocol = load_protocol(task.protocol)
             if protocol.possible_levels:
                 possible += protocol.possible_levels(task, context)
-        return min(possible), max(possible)
+        # The logarithm of the plate at rest is not defined.
+        return min(each for each in possible if each or self.vary), max(possible)
 
     @property
     def varied(self) -> Varied | None:

@@ -66,6 +66,24 @@ class Cost(BaseModel):
     )
 
 
+class Simulated(BaseModel):
+    """How what simulated people feel grows with the levels, where the study assumes it."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    weber: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = Field(
+        default=None,
+        description="Smallest change, as a share of the level, that 75 % of forced choices find; "
+        "the sensation grows with the logarithm of the level.",
+        json_schema_extra={"unit": "share, 0 to 1"},
+    )
+    exponent: Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)] = Field(
+        default=1.0,
+        description="Exponent of the sensation without weber: of the level's share of the range.",
+        json_schema_extra={"unit": "none"},
+    )
+
+
 class PlateSettings(BaseModel):
     """The plate used in a study, and limits that differ from the defaults."""
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
-from slipscale.analysis.tasks.scales.surface_labels import amplitude_of
+from slipscale.analysis.reading.surface_labels import amplitude_of
 from slipscale.analysis.writing.axes import tip
 from slipscale.figure_style import BLUE, GREY, PALE, styled
 from slipscale.stimuli.quantity import capitalised

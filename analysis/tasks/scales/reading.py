@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.reading.surface_labels import plain
 from slipscale.analysis.reading.task_tables import task_trials
-from slipscale.analysis.tasks.scales.surface_labels import plain
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.reading.surface_labels import amplitude_of
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Statistic
 from slipscale.analysis.tasks.scales.difference_scaling import (
@@ -20,7 +21,6 @@ from slipscale.analysis.tasks.scales.paired_comparison_scale import (
     thurstone,
 )
 from slipscale.analysis.tasks.scales.reading import TRIALS
-from slipscale.analysis.tasks.scales.surface_labels import amplitude_of
 from slipscale.analysis.tasks.scales.transitivity import (
     Consistency,
     StochasticTransitivity,

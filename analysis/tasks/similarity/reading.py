@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from slipscale.analysis.reading.labelled_tasks import header_of
+from slipscale.analysis.reading.surface_labels import plain
 from slipscale.analysis.reading.task_tables import COMMON, task_trials
-from slipscale.analysis.tasks.scales.surface_labels import plain
 
 if TYPE_CHECKING:
     from pathlib import Path

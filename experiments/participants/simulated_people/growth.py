@@ -8,7 +8,7 @@ That the ends feel alike, and the spread between people, are our assumptions.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.participants.simulated_people.population import (
@@ -92,7 +92,7 @@ def people_for(study: Study, population: Population | None = None) -> Population
     if effects and not people.effects:
         people = people.model_copy(update={"effects": effects})
     unit = "" if quantity.in_um_pp and not study.vary else quantity.unit_in_full
-    if people.unit == unit:
+    if people.unit == unit and not study.simulated:
         return people
     if people.unit or people.levels != AMPLITUDE_UM_PP:
         raise UserError(
@@ -101,7 +101,9 @@ def people_for(study: Study, population: Population | None = None) -> Population
         )
     import numpy as np  # noqa: PLC0415 - pilots only
 
-    growth = growth_of(quantity)
+    growth, stated = growth_of(quantity), study.simulated
+    if stated:
+        growth = replace(growth, weber=stated.weber, exponent=stated.exponent)
     low, high = study.range_level
     shares = [step / STEPS for step in range(STEPS + 1)]
     levels = [low + share * (high - low) for share in shares]

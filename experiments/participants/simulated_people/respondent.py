@@ -291,11 +291,11 @@ class Respondent:
     @property
     def impressions(self) -> tuple[float, ...]:
         """The noisy strengths of these sensations; two of them give the noise of a difference."""
-        each = self._threshold / math.sqrt(2)
+        each, effect = self._threshold / math.sqrt(2), self._effect()
         turned = (self.turned,) if self.turned else ()
         again = ("felt again", self.felt_again) if self.felt_again else ()
         return tuple(
-            self._curves.mean(felt)
+            self._curves.mean(felt) * effect
             + each * self.stream("impression", interval, *turned, *again).normal()
             for interval, felt in sorted(self._of_trial.items())
         )

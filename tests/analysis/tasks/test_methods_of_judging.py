@@ -7,14 +7,77 @@ import pandas as pd
 import pytest
 from scipy.stats import norm
 
+from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.identification.statistics import identifications, information_bits
-from slipscale.analysis.tasks.limits.statistics import limits
+from slipscale.analysis.tasks.limits.statistics import LIMITS, limits
+from slipscale.analysis.tasks.ratings.statistics import RATINGS
 from slipscale.analysis.tasks.same_different.statistics import differencing, pairs
 from slipscale.analysis.tasks.similarity.reading import _separated
 from slipscale.analysis.tasks.similarity.statistics import map_of
+from slipscale.analysis.tasks.table import KINDS
+from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
+
+STUDY = """
+name = "conditions"
+title = "Three methods in two conditions"
+amplitudes_um_pp = [0.0, 0.8, 1.6, 2.4]
+[[factors]]
+name = "hand"
+levels = ["left", "right"]
+simulated = { left = 0.5 }
+[[tasks]]
+protocol = "limits"
+lowest_um_pp = 0.2
+highest_um_pp = 1.6
+step_um_pp = 0.2
+series = 2
+[[tasks]]
+protocol = "identification"
+repetitions = 2
+practice = 0
+learning = 0
+[[tasks]]
+protocol = "category_scale"
+labels = ["not at all", "a little", "clearly", "very much"]
+practice = 0
+repetitions = 1
+"""
+
+
+@pytest.fixture(scope="module")
+def piloted(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("conditions")
+    (folder / "conditions.toml").write_text(STUDY, encoding="utf-8")
+    study = str(folder / "conditions.toml")
+    plans = pilot_plans(study, participants=3, seed=2, language=None)
+    run_pilot(folder / "data", plans, tell=lambda _: None)
+    return analyse(folder / "data")
+
+
+def test_each_condition_of_a_factor_is_reported_as_a_task_and_effects_are_found(piloted):
+    limits_of, categories = piloted.inference[LIMITS], piloted.inference[RATINGS]
+    assert [task.task for task in limits_of] == ["limits_hand_left", "limits_hand_right"]
+    left, right = limits_of
+    assert left.threshold_um_pp.mean > right.threshold_um_pp.mean + 0.1
+    means = {task.task: task.surfaces[-1].mean for task in categories}
+    assert means["categoryscale_hand_left"] < means["categoryscale_hand_right"] - 0.5
+    assert [task.categories for task in categories] == [4, 4]
+
+
+def test_the_report_holds_every_task_with_its_numbers(piloted, page):
+    text = page(piloted)
+    for said in (
+        "Method of limits (limits_hand_left), 12 series of 3 participants",
+        "Identification (identification_hand_right), 24 answers of 3 participants",
+        "mean categories, from 1 (lowest) to 4, were",
+        "trials per cell of the table",
+    ):
+        assert said in text, said
+    named = {name for kind in KINDS for name in kind.figures(piloted)}
+    assert {"limits_limits_hand_left", "identification_identification_hand_right"} <= named
 
 
 def of(frame):
