@@ -37,7 +37,6 @@ from slipscale.experiments.protocols.steps import (
 )
 from slipscale.experiments.study.headphone_test import HEADPHONES
 from slipscale.faults import UserError
-from slipscale.stimuli.texture import PARAMETERS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -243,9 +242,9 @@ def check_supported(plan: RunPlan, plate: PlateDriver) -> None:
     """Raise `UserError`, or the plate's fault, if the plate cannot present a surface of a run."""
     for surface in surfaces(plan):
         plate.check_supported(surface.made, place_known=bool(plan.study.plate.position))
-    q, varied = plan.study.quantity, plan.study.varied
-    if varied and PARAMETERS[varied.vary].parameter.unit is not None:
-        return  # A period or a speed is exact: the plate's tolerance is in its own quantity.
+    q = plan.study.quantity
+    if q.unit_in_full != plan.study.plate_quantity.unit_in_full:
+        return  # A period or a speed is exact: the plate's tolerance is in its own unit.
     for protocol, options in plan.tasks():
         if protocol.finest_level is None:
             continue

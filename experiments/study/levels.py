@@ -115,9 +115,9 @@ class Levels:
             varied=self.varied(levels),
         )
 
-    def surface(self, level: float) -> Stimulus:
-        """Return the surface for a level. Raises `UserError` if there is none."""
-        return self.varied((level,)) or VirtualSurface(level=level)
+    def surface(self, level: float) -> Stimulus | None:
+        """Return the surface for a level; None if ``[stimulus]`` is missing. Raises `UserError`."""
+        return self.varied((level,)) if self.vary else VirtualSurface(level=level)
 
     def beyond(self, place: Place, *surfaces: Stimulus) -> Iterator[Fault]:
         """Yield the levels of the surfaces that exceed the plate limit."""
@@ -128,12 +128,12 @@ class Levels:
 
     def unpresentable(self, place: Place, *levels: float) -> Iterator[Fault]:
         """Yield the levels that cannot be presented, with the reason."""
-        if self.vary and not self.stimulus:
-            return  # The table error is reported elsewhere; without it no level has a surface.
         possible = []
         for level in levels:
             try:
                 surface = self.surface(level)
+                if surface is None:
+                    return  # The fault of the table is reported.
                 self.follow(surface)
             except UserError as error:
                 yield place, {"msg": str(error)}

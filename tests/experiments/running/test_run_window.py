@@ -274,10 +274,14 @@ voltage_v_peak = 130.0
 tolerance_v_peak = 2.5
 """
 KILLED_IN_VOLTS = KILLED.replace("amplitudes_um_pp = [0.0, 1.2]", "voltages_v_peak = [0.0, 60.0]")
-KILLED_IN_VOLTS = KILLED_IN_VOLTS.replace(
-    "[[about_you]]",
-    '[quantity]\nname = "voltage"\nunit = "V"\nconvention = "peak"\n[[about_you]]',
-)
+KILLED_IN_VOLTS += """[quantity]
+name = "voltage"
+unit = "V"
+convention = "peak"
+[plate]
+voltage_v_peak = 130.0
+tolerance_v_peak = 2.5
+"""
 # Where the session is killed, one place after the other, and what is pressed before that.
 MOMENTS = {
     "between trials": ("estimate", ("1", "2", "comma", "5", "KP_Enter"), "done"),
@@ -321,7 +325,7 @@ def test_a_window_that_is_killed_anywhere_loses_no_answer(in_volts, start, emula
         plate.write_text(ELECTRO)
         sign(plate, beyond_by="A. Name", today=date(2026, 1, 1))
         board = emulate("--plate", str(plate))
-        words += ["--plate", f"serial:{board.port},plate={plate}"]
+        words += ["--plate", f"serial:{board.port},plate={plate}", "--pilot"]
     hand = Hand(start(*words, folder=tmp_path), tmp_path)
     while step := hand.step():
         left = [each for each in moments if each[0] in (step["type"], step.get("name"))]

@@ -13,6 +13,7 @@ from slipscale.experiments.participants.simulated_people.population import curve
 from slipscale.experiments.running.begin_or_resume import plate_for
 from slipscale.experiments.running.rehearsal import check_supported
 from slipscale.experiments.study.file import parse_study
+from slipscale.experiments.study.levels import Levels
 from slipscale.experiments.study.tables import StimulusTable, Texture
 from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
@@ -294,3 +295,10 @@ comparisons_{standard} = [{(1.0 if standard == "mm" else 0.3) + smallest}]
     if standard == "um_pp":
         with pytest.raises(UserError, match=r"0\.09 .*tolerance is 0\.1 µm"):
             checked(0.09)
+
+
+def test_a_level_of_a_parameter_has_no_surface_without_a_stimulus():
+    """2 mm would otherwise be presented as 2 µm."""
+    levels = Levels.stated({"vary": "spatial_period_mm", "levels": [2.0]})
+    assert levels.surface(2.0) is None
+    assert list(levels.unpresentable(("levels",), 2.0)) == []

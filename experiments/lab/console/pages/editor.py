@@ -105,8 +105,9 @@ def _drawings(content: Mapping[str, Any]) -> dict[str, list[Drawing]]:
     with suppress(ValueError, UserError):
         levels = Levels.stated(in_code)
         made["levels"] = [
-            (levels.surface(each).made, names.quantity.short(each))
+            (surface.made, names.quantity.short(each))
             for each in _listed(in_code.get("levels"))
+            if (surface := levels.surface(each)) is not None
         ]
     for number, table in enumerate(_listed(in_code.get("textures"))):
         with suppress(ValueError):
