@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def add_data(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale data``."""
+    """Add the arguments of ``slipscale data`` to the parser."""
     commands = parser.add_subparsers(
         dest="what", metavar="build | verify | withdraw | merge", required=True
     )
@@ -60,7 +60,7 @@ def add_data(parser: ArgumentParser) -> None:
 
 
 def run_data(args: Namespace) -> int:
-    """Build, verify, withdraw or merge; return 1 if something is damaged or differs."""
+    """Build, verify, withdraw or merge; return 1 if anything is damaged or differs."""
     from slipscale.experiments.dataset.bids import build_dataset  # noqa: PLC0415
     from slipscale.experiments.dataset.journals import journals  # noqa: PLC0415
     from slipscale.experiments.dataset.verification import verify  # noqa: PLC0415

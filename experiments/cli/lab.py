@@ -1,4 +1,4 @@
-"""The commands of a laboratory folder: lab, next, participants and note."""
+"""Commands for a laboratory folder: lab, next, participants and note."""
 
 from __future__ import annotations
 
@@ -166,7 +166,7 @@ def _agreed() -> bool:
 
 
 def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
-    """Return the label of the next participant and their run; None for a new participant's first.
+    """Return the next participant's label and run; the run is None for a new participant.
 
     Raises
     ------
@@ -254,7 +254,7 @@ def _row(person: Person) -> list[str]:
 
 
 def _exclusions(roster: Roster) -> list[str]:
-    """Return who is excluded and by which rule, with the origin of the rule."""
+    """Return the excluded participants, each with the rule and its origin."""
     if not roster.exclusions and not roster.excluded:
         return []
     rules = f"the study's rules: {', '.join(roster.exclusions) or 'none now'}"
@@ -271,7 +271,7 @@ def _exclusions(roster: Roster) -> list[str]:
 
 
 def _without_backup(defaults: Defaults) -> list[str]:
-    """Return how many runs have no complete backup."""
+    """Return the number of runs without a complete backup."""
     from slipscale.experiments.dataset.backup import not_backed_up  # noqa: PLC0415
 
     missing = not_backed_up(defaults.data, defaults.backup)

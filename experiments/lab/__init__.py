@@ -1,1 +1,1 @@
-"""The laboratory folder: its settings, its participants and who comes next."""
+"""The laboratory folder: settings, participants and the next session."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Event:
-    """Something that happened in a run: a fault, a pause, a voided trial, a note or a stop."""
+    """An event in a run: a fault, a pause, a voided trial, a note or a stop."""
 
     time_s: float
     kind: str
@@ -32,13 +32,13 @@ class Event:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlateReading:
-    """What the plate reported at one presentation.
+    """The plate's report for one presentation.
 
     Parameters
     ----------
     used_tolerance : float or None
-        Deviation of the measured amplitude from the commanded one, as a fraction of the deviation
-        that the plate's limits allow. None if nothing was measured.
+        Difference between the measured and the commanded amplitude, as a fraction of the
+        difference allowed by the plate's limits. None if nothing was measured.
     temperature_c : float or None
         The plate's temperature. None if the plate does not report one.
     """
@@ -57,7 +57,7 @@ class RunSummary:
     trials : int
         Finished trials, including practice and voided ones.
     flags : Mapping
-        Flag -> number of trials that carry it.
+        Flag -> number of trials with that flag.
     response_times_s : tuple of float
         Response times of all tasks, in trial order.
     duration_s : float
@@ -65,7 +65,7 @@ class RunSummary:
     readings : tuple of PlateReading
         One per presentation.
     doing : str
-        The step that was begun last: its type, a colon, and the question's name (if any).
+        The most recently started step: its type, a colon, and the question name (if any).
     consent : {"", "yes", "no"}
         The participant's last answer; empty if they were not asked.
     """
@@ -80,8 +80,8 @@ class RunSummary:
     consent: str = ""
 
 
-# Kind of record -> the entry that describes it. For a fault, the code only: its message may
-# contain an amplitude.
+# Record type -> the entry that describes it. For a fault, only the code: its message may contain an
+# amplitude.
 EVENTS = {"fault": "code", "void": "reason", "note": "text", "pause": "", "stop": "reason"}
 
 

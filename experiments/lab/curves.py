@@ -1,4 +1,4 @@
-"""Each participant's curve: answers against levels, from the data set's tables.
+"""Individual curves: each participant's answers against levels, from the data set tables.
 
 The curves give a first impression of the data and are not an analysis: main trials without
 normalisation or exclusions. They unblind whoever views them.
@@ -23,7 +23,7 @@ TRUTH = {"true": 1.0, "false": 0.0}
 
 
 class Axes(NamedTuple):
-    """The columns of a curve in a table, by their names in the code."""
+    """The table columns for a curve, by their names in the code."""
 
     x: str
     y: str
@@ -49,7 +49,7 @@ class Curve:
     Parameters
     ----------
     label, task : str
-        The participant's label, and the task's label in the file name.
+        The participant's label, and the task label in the file name.
     x, y : str
         Columns of the table.
     points : tuple of (float, float)

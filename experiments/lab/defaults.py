@@ -1,7 +1,7 @@
-"""Defaults of commands: the laboratory folder's settings, or the built-in ones.
+"""Command defaults: the laboratory folder's settings, or the built-in ones.
 
-Every command's parser loads this module. Modules outside the standard library are loaded only if
-there is a ``slipscale.toml``.
+Every command's parser imports this module. Modules outside the standard library are imported only
+if there is a ``slipscale.toml``.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ REHEARSALS = "rehearsals"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Defaults:
-    """Defaults of commands; see `slipscale.experiments.lab.folder.LabFile`.
+    """Command defaults; see `slipscale.experiments.lab.folder.LabFile`.
 
     ``file`` is None outside a laboratory folder.
     """
@@ -37,17 +37,17 @@ class Defaults:
     backup: Path | None = None
 
     def out(self, *, pilot: bool) -> Path:
-        """Return the output folder of a run with a person; rehearsals have their own."""
+        """Return the output folder for a run with a participant; rehearsals have their own."""
         return self.pilots / REHEARSALS if pilot else self.data
 
 
 def here() -> Defaults:
-    """Return the defaults in the current folder; parent folders are not searched.
+    """Return the defaults from the current folder; parent folders are not searched.
 
     Raises
     ------
     UserError
-        The folder's ``slipscale.toml`` is invalid.
+        If the folder's ``slipscale.toml`` is invalid.
     """
     if not FILE.exists():
         return Defaults()
@@ -80,6 +80,6 @@ def dataset_default() -> dict[str, Any]:
 
 
 def say(defaults: Defaults) -> None:
-    """Print on standard error which file the defaults come from, if there is one."""
+    """Print the source file of the defaults on standard error, if there is one."""
     if defaults.file:
         print(f"defaults: {defaults.file}", file=sys.stderr)

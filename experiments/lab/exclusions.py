@@ -1,7 +1,8 @@
-"""The participants whom the last analysis excluded, and by which rule of the study.
+"""Participants excluded by the last analysis, with the study rule that excluded each.
 
-The study file names the flags that exclude (`slipscale.experiments.study.analysis_choices`). The
-analysis determines who has them; this module reads its output.
+The study file lists the flags that lead to exclusion
+(`slipscale.experiments.study.analysis_choices`). The analysis determines which participants have
+them; this module reads its output.
 """
 
 from __future__ import annotations
@@ -21,12 +22,12 @@ RESULTS = Path("derivatives", "slipscale", "results.json")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exclusions:
-    """Exclusions found by the last analysis of a data set.
+    """Exclusions from the last analysis of a data set.
 
     Parameters
     ----------
     flags : Mapping
-        Label of each excluded participant -> the flags that excluded them.
+        Label of each excluded participant -> the flags responsible.
     analysed_utc : str
         Time of the analysis in ISO 8601. Empty if there was none, or if its results are incomplete
         or cannot be read.
@@ -37,7 +38,7 @@ class Exclusions:
 
 
 def read_exclusions(dataset: Path) -> Exclusions:
-    """Return the exclusions found by the last analysis; empty if there was none."""
+    """Return the exclusions from the last analysis; empty if there was none."""
     path = dataset / RESULTS
     try:
         stat = path.stat()

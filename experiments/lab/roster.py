@@ -1,4 +1,4 @@
-"""Read from the journals who has taken part, the state of each run, and who comes next."""
+"""Read the participants, the state of each run and the next participant from the journals."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.model import Study
 
 PersonState = Literal["running now", "interrupted", "damaged", "returns", "done", "withdrew"]
-# A participant's state is the first of these that any of their runs is in.
+# A participant's state is the first of these that applies to any of their runs.
 PRESSING: tuple[RunState, ...] = ("running now", "damaged", "interrupted")
 
 
@@ -47,7 +47,7 @@ class Visit:
     planned: bool = True
 
     def __str__(self) -> str:
-        """Return a readable name of the session and run."""
+        """Return a readable name for the session and run."""
         return f"session {self.session}, run {self.run}" if self.session else f"run {self.run}"
 
 
@@ -64,7 +64,7 @@ class Person:
     order : tuple of str
         Tasks in the order of the participant's first run.
     excluded : tuple of str
-        The study's rules that excluded the participant from the last analysis.
+        The study rules that excluded the participant from the last analysis.
     """
 
     label: str
@@ -93,7 +93,7 @@ class Roster:
     Parameters
     ----------
     planned : int
-        Number of participants that the study plans.
+        Planned number of participants.
     new : str or None
         Label of the next new participant; None once all planned participants have begun.
     exclusions : tuple of str

@@ -1,4 +1,4 @@
-"""Decide when results may be seen, and record early unblinding.
+"""Determine whether results may be seen, and record early unblinding.
 
 An operator who sees answers while data are being collected is no longer blind. Means and figures
 are therefore shown only after all planned participants are done, or after an operator has
@@ -22,12 +22,12 @@ RECORD = Path("sourcedata", "unblinded.json")
 
 
 def unblinded(dataset: Path) -> list[str]:
-    """Return the times at which results were requested before the end, in UTC.
+    """Return the times at which results were requested early, in UTC.
 
     Raises
     ------
     UserError
-        The record cannot be read.
+        If the record cannot be read.
     """
     path = dataset / RECORD
     try:
@@ -40,7 +40,7 @@ def unblinded(dataset: Path) -> list[str]:
 
 
 def unblind(dataset: Path, roster: Roster) -> None:
-    """Record that results are visible from now on, and how many participants had taken part."""
+    """Record that results are visible from now on, and the number of participants so far."""
     path = dataset / RECORD
     entries = json.loads(path.read_text(encoding="utf-8")) if unblinded(dataset) else []
     entries.append(

@@ -1,4 +1,4 @@
-"""Describe the balance of a study's orders for the planned number of participants."""
+"""Describe the balance of a study's orders across the planned number of participants."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.building_blocks.rated_surfaces import RatedOptions
 
-NAMED = 8  # more transitions than this are counted, not named
+NAMED = 8  # more transitions than this are counted, not listed
 
 
 def order_balance(
     options: RatedOptions, surfaces: Sequence[str], runs: Sequence[Sequence[Sequence[str]]]
 ) -> str:
-    """Describe in one sentence how often each surface follows each other surface.
+    """Describe in one sentence how often each surface follows every other surface.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Write the tables of a simulated study without running sessions.
 
 Used for planning, when a study is simulated hundreds of times. The simulated participants give the
-same answers as in a pilot, and the same code makes the tables, but no journal is written.
+same answers as in a pilot, and the same code creates the tables, but no journal is written.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ NEED_SESSIONS: dict[str, Callable[[RunPlan], bool]] = {
 
 
 def why_sessions(plan: RunPlan) -> str:
-    """Return why a study must be simulated by full sessions; empty if that is not necessary."""
+    """Return the reason why a study requires full sessions; empty if it does not."""
     return next((why for why, has in NEED_SESSIONS.items() if has(plan)), "")
 
 

@@ -1,4 +1,4 @@
-"""Perform a run from its plan, from the end of its journal to the end of the run."""
+"""Perform a planned run, from the end of its journal to the end of the run."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 def plate_for(plan: RunPlan, spec: str, clock: Clock) -> PlateDriver:
-    """Return the plate that a SPEC names, not connected, restricted to the study's tolerance."""
+    """Return the plate for a SPEC, not yet connected, restricted to the study's tolerance."""
     driver = open_plate(spec, clock=clock, seed=plan.seed)
     wanted, quantity = plan.study.plate, plan.study.plate_quantity
     if isinstance(driver, MockPlate) and driver.plate_file is None:
@@ -68,14 +68,14 @@ def run_plan(
     warnings: tuple[str, ...] = (),
     steps: Steps | None = None,
 ) -> RunOutcome:
-    """Run a plan from the end of the journal to the end of the run.
+    """Perform a plan from the end of the journal to the end of the run.
 
     Parameters
     ----------
     plate : PlateDriver
         Connected.
     journal : Journal
-        A new journal, which gets its header here, or a reopened one.
+        A new journal, to which the header is written here, or a reopened one.
     sources : Mapping, optional
         Connected sources of position and force.
     tracking : ResonanceTracking, optional

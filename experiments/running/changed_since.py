@@ -1,7 +1,7 @@
-"""Report what has changed since a data set's last run: study, plate or the computer's date.
+"""Report changes since a data set's last run: study, plate or the computer's date.
 
-Each change can be intended. To avoid discovering an unintended one ten participants later, `check`
-reports changes, and `run` and `next` ask for confirmation.
+Any change can be intended. So that an unintended one is not discovered ten participants later,
+`check` reports changes, and `run` and `next` ask for confirmation.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]:
-    """Yield one sentence per change since earlier runs of a study.
+    """Yield one sentence for each change since earlier runs of a study.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Detect changes to the texts that participants read since a run began."""
+"""Detect changes in participant texts since a run began."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def changed_texts(plan: RunPlan, records: list[Record]) -> Iterator[str]:
-    """Yield a sentence per change to the participant's texts since the run began."""
+    """Yield one sentence for each change in the participant's texts since the run began."""
     texts = plan.texts()
     began = records[0].data.get("texts_hash")
     if began and began != texts_hash(texts):

@@ -64,12 +64,12 @@ class NamedSource:
 
 
 def of_study(study: Study) -> ContactSpecs:
-    """Return the sources that a study names."""
+    """Return the sources specified in a study."""
     return ContactSpecs(position=study.plate.position or None, force=study.plate.force or None)
 
 
 def of_plate(file: PlateFile | None) -> ContactSpecs:
-    """Return the sources that a plate's file names."""
+    """Return the sources specified in a plate file."""
     wiring = file.wiring if file else None
     return ContactSpecs(position=wiring.position, force=wiring.force) if wiring else NOT_NAMED
 
@@ -84,7 +84,7 @@ def simulated(specs: ContactSpecs) -> ContactSpecs:
 
 
 def of_records(records: list[Record]) -> ContactSpecs:
-    """Return the sources that a run used last."""
+    """Return the sources that a run last used."""
     last = [r.data for r in records if r.kind in ("header", "resume")][-1]
     told = last.get("contact") or {}
     specs = {kind: str(told[kind]["spec"]) if kind in told else NONE for kind in QUANTITIES}
@@ -130,7 +130,7 @@ def try_sources(specs: ContactSpecs, seed: int) -> list[str]:
 
 
 def _readings(source: ContactSource) -> str:
-    """Return how often a source was read, and the last reading."""
+    """Return the number of readings from a source, and the last reading."""
     samples = source.take()
     if not samples:
         return "no finger on the plate"

@@ -1,4 +1,4 @@
-"""Check by allocating it that a disk provides the space it reports, despite quotas and limits."""
+"""Check that a disk really provides the space it reports, despite quotas, by allocating it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ BLOCK = 1_000_000
 
 
 def why_not_taken(folder: Path, size: int) -> str:
-    """Return why a folder cannot store a file of ``size`` bytes; empty if it can.
+    """Return the reason why a folder cannot store a file of ``size`` bytes; empty if it can.
 
     The file is anonymous and temporary. Raises OSError if no file can be created.
     """

@@ -1,4 +1,4 @@
-"""A session with a person: the PsychoPy window, the plate, the masking noise and the operator."""
+"""A session with a participant: PsychoPy window, plate, masking noise and operator."""
 
 from __future__ import annotations
 
@@ -223,9 +223,9 @@ def _since_s(date: str) -> float:
 def _conduct(dataset: Path, plan: RunPlan, setting: Setting, journal: Journal) -> RunOutcome:
     """Open the equipment, run, close, and build the data set.
 
-    Equipment is opened in the order in which a failure costs least. The journal is already open:
-    its lock prevents a second session on the plate, and a folder that is not writable is reported
-    before anything moves.
+    Equipment is opened in the order that makes failures least costly. The journal is already open:
+    its lock prevents a second session on the plate, and an unwritable folder is reported before
+    anything moves.
     """
     with signals_raise() as leave, ExitStack() as stack:
         stack.push(partial(_leave, dataset, journal, setting))
@@ -297,7 +297,7 @@ def _enter(stack: ExitStack, context: Context) -> Context:
 def check_felt(plan: RunPlan, plate: PlateDriver, *, begun: bool) -> None:
     """Raise `UserError` if a participant's run would use a plate that nobody can feel.
 
-    The plate itself is asked: an emulated board has a port like any other board.
+    The plate itself is queried, because an emulated board has a port like any other board.
     """
     if plan.mode == "participant" and plate.unfelt:
         who = plate.identity

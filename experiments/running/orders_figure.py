@@ -1,4 +1,4 @@
-"""Figure of the orders of surfaces of all planned participants, as coloured fields."""
+"""Figure of the surface orders for all planned participants, as coloured cells."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Trial
     from slipscale.stimuli.surface import Stimulus
 
-#: Most participants that can be distinguished in one figure.
+#: Maximum number of participants that can be distinguished in one figure.
 MOST = 40
-#: Most trials for which amplitudes are written into the fields.
+#: Maximum number of trials for which amplitudes are written in the cells.
 MOST_NAMED = 30
 
 
@@ -29,7 +29,7 @@ def orders_figure(
     people: Sequence[tuple[str, Sequence[tuple[Trial, Stimulus]]]],
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Figure:
-    """Draw one row per participant and one field per trial, coloured by level.
+    """Draw one row per participant and one cell per trial, coloured by level.
 
     Parameters
     ----------

@@ -55,8 +55,8 @@ if TYPE_CHECKING:
     from slipscale.experiments.journal.record import Record
 
 MOCK = "mock"  # the simulated plate without faults
-# The mock's readings scatter by less than this fraction of the study's tolerance. If they scattered
-# more, a reading would occasionally be out of tolerance and end a pilot with a plate fault.
+# The scatter of the mock's readings is below this fraction of the study's tolerance. With more
+# scatter, an occasional reading would be out of tolerance and end the pilot with a plate fault.
 PART_OF_TOLERANCE = 1 / 6
 MOCK_NOISE_UM = 0.005  # default scatter
 FRAME_S = 0.01  # sampling interval of a measured finger
@@ -71,7 +71,7 @@ def pilot_plans(
     population: Population | None = None,
     text: str | None = None,
 ) -> list[RunPlan]:
-    """Return the runs of a pilot: every planned session and run of each participant.
+    """Return the runs in a pilot: every planned session and run for each participant.
 
     Parameters
     ----------
@@ -118,12 +118,12 @@ def next_folder(parent: Path) -> Path:
 
 
 def claim(folder: Path, plans: list[RunPlan]) -> None:
-    """Check that a folder is new or contains an unfinished copy of this pilot.
+    """Check that a folder is new or contains this pilot, unfinished.
 
     Raises
     ------
     UserError
-        The folder contains anything else. Nothing was changed.
+        If the folder contains anything else. Nothing is changed.
     """
     try:
         # A pilot that was interrupted before its first record leaves folders without files.
@@ -181,7 +181,7 @@ def run_pilot(
     contact : ContactSpecs, optional
         The finger sensors. For unspecified ones, those of the study are simulated.
     tell : callable
-        Called with each participant's label when they are done.
+        Called with each participant's label when that participant is done.
     """
     if not is_mock(spec):
         raise UserError(f"--plate {spec}: a pilot runs in virtual time; expected mock")
@@ -209,9 +209,9 @@ def run_simulated(
 ) -> None:
     """Run one simulated participant, or the rest of an interrupted run.
 
-    The plate has the limits of the study's plate file, and reports their source. The study's
-    finger sensors are simulated unless others are specified. A participant who dropped out is
-    neither asked further questions nor simulated in later sessions.
+    The plate has the limits from the study's plate file, and reports their source. The study's
+    finger sensors are simulated unless others are specified. Participants who drop out are asked
+    no further questions and are not simulated in later sessions.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Checks before the participant arrives: study, folder, plate, sensors, sound and display.
 
 Each check in the table tests one thing and, if it fails, reports what to do. No check changes the
-data set; one tests that it is writable.
+data set; one of them tests whether it is writable.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class Finding:
     detail : str
         What was found.
     remedy : str
-        What to do about it; empty if nothing is needed.
+        What to do about it; empty if no action is needed.
     """
 
     name: str
@@ -106,7 +106,7 @@ class Finding:
 def check_study(planned: PlannedSession) -> Finding:
     """Check that the study file is valid."""
     plan = _plan(planned)
-    plan.person_questions()  # a study may lack texts in the language that the command names
+    plan.person_questions()  # a study may lack texts in the language given on the command line
     tasks = ", ".join(options.protocol for options in plan.study.tasks)
     return Finding(
         name="study", passed=True, detail=f"{plan.study.name} ({plan.language}): {tasks}"
@@ -114,7 +114,7 @@ def check_study(planned: PlannedSession) -> Finding:
 
 
 def _plan(planned: PlannedSession) -> RunPlan:
-    """Return a plan like that of the coming run, for any participant."""
+    """Return a plan like the upcoming run's, for any participant."""
     study, text = read_study(planned.study)
     return RunPlan(
         study_name=planned.study,
@@ -175,7 +175,7 @@ def check_folder(planned: PlannedSession) -> Finding:
 
 
 def _notes(planned: PlannedSession, *, locked: bool) -> Iterator[str]:
-    """Yield notes on the folder and its journals that do not prevent a session."""
+    """Yield non-blocking notes on the folder and its journals."""
     if not locked:
         yield (
             "its file system does not support locks: only a lock file prevents two sessions "
@@ -197,7 +197,7 @@ def _notes(planned: PlannedSession, *, locked: bool) -> Iterator[str]:
 
 
 def check_participant(planned: PlannedSession) -> Finding:
-    """Check that the participant's label is free."""
+    """Check that the participant label is not in use."""
     if planned.participant is None:
         taken = participants(planned.out)
         numbers = {int(label) for label in taken if label.isdigit()}
@@ -227,7 +227,7 @@ def check_participant(planned: PlannedSession) -> Finding:
 def check_plate(planned: PlannedSession) -> Finding:
     """Check that the plate responds, presents the study's largest amplitude, and stops.
 
-    The plate must support all other surfaces, too; textures are not played.
+    The plate must also support all other surfaces; textures are not played.
     """
     plan = _plan(planned)
     study = plan.study
@@ -237,7 +237,7 @@ def check_plate(planned: PlannedSession) -> Finding:
         silent_on_signals(plate),
     ):
         check_supported(plan, plate)
-        # Of a texture the mean, where it settles.
+        # For a texture, the mean, at which it settles.
         largest = max((each.settled_level for each in surfaces(plan)), default=0.0)
         made = plate.present(VirtualSurface(level=largest))
         notes = [*plate.notes, *_scatter(plate, study.plate_quantity)]
@@ -269,7 +269,7 @@ def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
 
     A reading out of tolerance is a fault (docs/decisions/one-tolerance.md). If the scatter is a
     fifth of the tolerance, a false fault requires a deviation of five standard deviations, which
-    does not happen by chance.
+    practically never happens by chance.
     """
     told = []
     for _ in range(READINGS):
@@ -279,7 +279,7 @@ def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
     if len(amplitudes := [each for each in read if each is not None]) < READINGS:
         return
     deviation_level, limit_level = stdev(amplitudes), plate.limits.deviation_level / 5
-    # With so few readings, the standard deviation itself is uncertain by a quarter.
+    # With so few readings, the standard deviation itself has an uncertainty of a quarter.
     if deviation_level > 1.25 * limit_level:
         yield (
             f"its readings scatter by {deviation_level:.3f} {quantity.unit} (standard "

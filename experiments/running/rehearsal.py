@@ -55,20 +55,20 @@ WAYS: Mapping[str, Callable[[int], float]] = {
     "mixed": lambda number: Stream("rehearsal", number).uniform(),
 }
 FIRST = WAYS["first"]
-# Limits that no valid trial, or pause between trials, exceeds: a protocol that does is in a loop.
+# No valid trial, or gap between trials, exceeds these limits; a protocol that does is in a loop.
 MOST_STEPS_OF_A_TRIAL = 1_000
 MOST_STEPS_BETWEEN = 10_000
 
 
 def bounded(steps: Steps, plan: RunPlan) -> Steps:
-    """Yield a run's steps, but reject a protocol that continues forever without ending a trial.
+    """Yield a run's steps, but reject a protocol that never ends a trial.
 
-    For runs without supervision. A person can be asked as often as a protocol requires.
+    For unsupervised runs. A person can be asked as often as a protocol requires.
 
     Raises
     ------
     UserError
-        A trial has too many steps.
+        If a trial has too many steps.
     """
     named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
     answer: Answer = None
@@ -90,7 +90,7 @@ def bounded(steps: Steps, plan: RunPlan) -> Steps:
 
 
 def check_ways(plan: RunPlan) -> None:
-    """Raise `UserError` if a protocol does something it did not declare, or never ends."""
+    """Raise `UserError` if a protocol does something undeclared or never ends."""
     for way in WAYS.values():
         for _ in dry_run(plan, way):
             pass
@@ -145,7 +145,7 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
                 "its declared maximum; add a limit to its stopping rule"
             )
         yield step
-        # Consent is given, since the run would otherwise end. The operator decides to continue.
+        # Consent is given, because the run would otherwise end. The operator decides to continue.
         own = isinstance(step, Ask) and step.trial is None and not step.task
         decided = isinstance(step, Ask) and step.by == "operator" and bool(step.task)
         answer = _answer(step, FIRST(asked) if own or decided else way(asked))
@@ -196,7 +196,7 @@ def _value(question: Question, place: float) -> Value:
 
 
 def surfaces(plan: RunPlan) -> list[Stimulus]:
-    """Return each surface that a run may present once, including standards and start levels.
+    """Return each possible surface in a run once, including standards and start levels.
 
     They are sorted by label, so that the order of presentation is not revealed.
 

@@ -1,4 +1,4 @@
-"""The progress of a run, and what to do if a run is not free as expected."""
+"""The state of a run, and what to do if it is not free as expected."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def participants(dataset: Path) -> list[str]:
 def check_alike(dataset: Path, participant: str) -> None:
     """Raise `UserError` if a participant exists under an equivalent label, such as 1 and 01.
 
-    The two would be taken for different people. Some file systems also treat A and a as equal.
+    The two would count as different people. In addition, some file systems treat A and a as equal.
     """
 
     def plain(label: str) -> str:
@@ -72,7 +72,7 @@ FOLDERS: dict[Mode, str] = {"participant": "data", "pilot": "pilots/rehearsals"}
 
 
 def check_mode(dataset: Path, mode: Mode) -> None:
-    """Raise `UserError` if a data set has the other mode."""
+    """Raise `UserError` if a data set was recorded in the other mode."""
     held = mode_of(dataset)
     if held and held != mode:
         raise UserError(

@@ -39,11 +39,11 @@ class Seen:
     Parameters
     ----------
     task : str
-        Label of the task to which the screen's trial belongs; empty between trials.
+        Label of the screen's task; empty between trials.
     step : str
         Type of the step that shows the screen.
     faults : tuple of str
-        Why the screen is not readable; empty if it is.
+        The reasons why the screen is not readable; empty if it is.
     """
 
     task: str

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 # A longer run would take days.
 MOST_TRIALS = 10_000
-# Balance is computed from the first runs up to this many trials, which takes about a second.
+# Balance is computed from the first runs, up to this many trials, which takes about a second.
 TRIALS_LOOKED_AT = 20_000
 SCHEMA_FILE = "study.schema.json"
 
@@ -47,12 +47,12 @@ SCHEMA_FILE = "study.schema.json"
 def new(path: Path, template: str, title: str, authors: tuple[str, ...] = ()) -> str:
     """Write a copy of a shipped study to a new file for editing; return a message.
 
-    Title and authors are the given ones, not the shipped study's. The study's name is taken from
-    the file name.
+    Title and authors are given as arguments, not taken from the shipped study. The study name is
+    taken from the file name.
 
     The schema is written next to the file and named in its first line: an editor that supports
-    TOML schemas (Even Better TOML, Taplo) then completes and checks the file. An existing schema
-    is replaced, because it contains nothing of the user's.
+    TOML schemas (Even Better TOML, Taplo) can then complete and check the file. An existing schema
+    is replaced, because it contains no user data.
     """
     if path.exists():
         raise UserError(f"{path} already exists; name a new file")
@@ -77,7 +77,7 @@ def _label(stem: str) -> str:
 
 
 def texts(name: str, language: str, path: Path) -> str:
-    """Write a file for the texts of a language that the study adds; return a message.
+    """Write a texts file for a language that the study adds; return a message.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def validate(name: str) -> str:
 
 
 def _textures(study: Study) -> Iterator[str]:
-    """Describe how plate and film follow each texture, and each level of a varied one."""
+    """Describe how well plate and film follow each texture, and each level of a varied one."""
     for grating in study.gratings:
         yield f"texture {grating.name}: {_followed(grating, study.plate_quantity)}"
     if varied := study.varied:
@@ -134,13 +134,13 @@ def _followed(grating: Grating, made: Quantity) -> str:
         f"sinusoidal depth the plate passes {passed:.0%}"
     )
     if not made.in_um_pp:
-        return said  # the film is an ultrasonic plate's
+        return said  # only ultrasonic plates have a film
     friction = DEFAULT_MODULATOR.friction_passed(rate_hz)
     return f"{said}, friction by the film model {friction:.0%}"
 
 
 def show(name: str, participant: str, session: str = "", run: str = "01") -> str:
-    """Describe a study and the order in which a participant will feel the surfaces.
+    """Describe a study and the order of surfaces for a participant.
 
     The description unblinds its reader. It is for planning, not for the operator of a session.
 
@@ -212,7 +212,7 @@ def orders(plan: RunPlan) -> dict[str, str]:
 
 
 def balance(name: str, study: Study, text: str) -> list[str]:
-    """Describe the balance of a study's orders over all participants, one sentence per line."""
+    """Describe the balance of a study's orders across all participants, one sentence per line."""
     whole = _plan(name, study, text)
     every = (
         replace(whole, participant=f"{number:02d}", session=session, run=f"{run:02d}")
@@ -226,7 +226,7 @@ def balance(name: str, study: Study, text: str) -> list[str]:
     if len(plans) < runs_in_all:
         said.append(f"the first {len(plans)} of {runs_in_all} runs:")
     for protocol, options in plans[0].tasks():
-        # Only ratings of single surfaces have an order to balance; a series has none.
+        # Only ratings of single surfaces have orders to balance; series have none.
         if isinstance(options, MagnitudeEstimation | VisualAnalogueScale):
             surfaces = [_name(surface) for surface in plans[0].context().surfaces]
             runs = [_main_blocks(plan, protocol.task) for plan in plans]
@@ -276,7 +276,7 @@ def _plan(name: str, study: Study, text: str) -> RunPlan:
     Raises
     ------
     UserError
-        The run has more trials than anybody can do, probably because of mistyped numbers.
+        If the run has more trials than anyone could do, probably because of mistyped numbers.
     """
     plan = RunPlan(
         study_name=name,

@@ -1,8 +1,8 @@
 """Estimate a participant's time, the plate's on-time, the number of exposures, and the cost.
 
-The estimate comes from simulated participants who answer the study without a plate or a screen.
-Real sessions take longer because people ask questions, wait and are greeted; ``[cost]`` has a
-setting for that time.
+The estimate is based on simulated participants who answer the study without a plate or a screen.
+Real sessions take longer because participants have to be welcomed, wait and ask questions;
+``[cost]`` has a setting for that time.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ RESTS = "rests"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
-    """Quantiles over simulated participants."""
+    """Quantiles across simulated participants."""
 
     p5: float
     p50: float
@@ -54,7 +54,7 @@ class Spread:
 
     @classmethod
     def of(cls, values: Sequence[float] | Array) -> Spread:
-        """Return the quantiles of some values."""
+        """Return the quantiles of the values."""
         p5, p50, p95 = (float(value) for value in np.percentile(np.asarray(values), QUANTILES))
         return cls(p5=p5, p50=p50, p95=p95)
 
@@ -76,9 +76,9 @@ class Timeline:
     duty : Spread
         Largest duty cycle in any window of the length given by the plate's limits.
     on_time_limit_s, duty_limit : float
-        The plate's limits of the last two.
+        The plate's limits on the last two.
     people, participants : int
-        Number of simulated participants, and number that the study plans.
+        Number of simulated and of planned participants.
     cost_each, cost_total : Spread or None
         In the study's currency; None without ``[cost]``.
     currency : str
@@ -152,7 +152,7 @@ class _Visit:
         )
 
     def _on_within(self, first_s: float, last_s: float) -> float:
-        """Return how long the plate vibrated between two times."""
+        """Return the time for which the plate vibrated between two times."""
         return sum(max(min(end, last_s) - max(begun, first_s), 0.0) for begun, end in self.on)
 
 
@@ -220,7 +220,7 @@ def _with_cost(found: Timeline, study: Study, minutes: Array) -> Timeline:
     visits = len(study.sessions or ("",)) * study.runs
     hours = (minutes + cost.setup_minutes * visits) * MINUTE_S / HOUR_S
     each = cost.per_person + cost.per_rig_hour * hours
-    # Total for all participants: sums of bootstrap samples from the simulated participants.
+    # Total for all participants: sums over bootstrap samples of the simulated participants.
     drawn = np.random.default_rng(0).choice(each, size=(1000, study.participants))
     return replace(
         found,

@@ -80,7 +80,7 @@ class LiveStatus(BaseModel):
 
 
 class LiveRequest(BaseModel):
-    """A request from another process. Only the session with this ``token`` carries it out."""
+    """A request from another process, carried out only by the session with this ``token``."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -164,7 +164,7 @@ class Operators:
 
 
 class UnattendedOperator:
-    """An operator for unattended runs: retries faults a few times, then stops the session."""
+    """An operator for unattended runs: retries a few times after faults, then stops."""
 
     def __init__(self, retries: int = 3) -> None:
         self._retries = retries

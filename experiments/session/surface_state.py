@@ -142,7 +142,7 @@ class SurfaceState:
         return made
 
     def presented(self, step: Present, began_s: float) -> None:
-        """Note a surface that the journal records as presented; it is no longer on the plate."""
+        """Note a surface presented earlier according to the journal, no longer on the plate."""
         if self.begins(step):
             self.forget()
         self._script.append(Done(step=step, began_s=began_s))
@@ -168,7 +168,7 @@ class SurfaceState:
         self._script[last] = replace(self._script[last], step=turned)
 
     def feel_again(self, before: Present, explore: Explore) -> Presented:
-        """Have another surface felt, then return to the current one; return what the first one was.
+        """Have another surface felt, restore the current one, and return the other's presentation.
 
         If this is interrupted, the current surface counts as lost.
         """

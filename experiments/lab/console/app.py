@@ -72,7 +72,7 @@ class Console:
 
     def __init__(self, access: Access, jobs: Jobs) -> None:
         self.access = access
-        self.name = token_hex(4)  # identifies pages left over from a console that has ended
+        self.name = token_hex(4)  # identifies pages left open from an earlier console
         self.lab = Path.cwd().name
         self.jobs = jobs
         self.state = State()
@@ -173,7 +173,7 @@ class Console:
         return await self._answer(request, followed)
 
     async def _answer(self, request: Request, do: Callable[[View], dict[str, Any]]) -> Response:
-        """Return as JSON what is asked for, or why it cannot be done."""
+        """Return the requested data as JSON, or the reason why it is unavailable."""
 
         def answered() -> Response:
             view = self._view(request)
@@ -199,7 +199,8 @@ class Console:
             if pulse != last or time.monotonic() - looked_s >= LOOK_S:
                 looked_s = time.monotonic()
                 now = await run_in_threadpool(self._version)
-                # A comment keeps the connection open and detects that the browser has gone.
+                # A comment keeps the connection open and reveals whether the browser has
+                # disconnected.
                 yield f"data: {now}\n\n" if now != before else ": there\n\n"
                 before = now
             with anyio.move_on_after(PULSE_S):

@@ -1,10 +1,10 @@
-"""Run a slipscale command only while somebody holds its standard input open.
+"""Run a slipscale command only as long as its standard input is held open.
 
 The console holds the other end of the pipe while a page of the plate bench is open. When the page
-is closed, or the console ends or is killed, the pipe ends, and the command gets the signal on
-which it switches the plate off (`slipscale.hardware.signals`).
+is closed, or the console ends or is killed, the pipe closes, and the command receives the signal
+that makes it switch the plate off (`slipscale.hardware.signals`).
 
-What is written to the pipe is the command's own standard input.
+Data written to the pipe become the command's standard input.
 
 Usage: python -m slipscale.experiments.lab.console.held COMMAND [ARGUMENT ...]
 """
@@ -22,7 +22,7 @@ STANDARD_INPUT = 0
 
 
 def _pass_on(held: int, command: int) -> None:
-    """Pass input on until it ends; then have the main thread end as by SIGTERM."""
+    """Pass input on until it ends; then end the main thread as SIGTERM would."""
     while content := os.read(held, 1000):
         os.write(command, content)
     if sys.platform == "win32":
@@ -32,7 +32,7 @@ def _pass_on(held: int, command: int) -> None:
 
 
 def main() -> None:
-    """Run the command of the arguments."""
+    """Run the command given as arguments."""
     held = os.dup(STANDARD_INPUT)
     read, write = os.pipe()
     os.dup2(read, STANDARD_INPUT)

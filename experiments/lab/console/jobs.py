@@ -44,9 +44,9 @@ WARNS = (f"{NO_BACKUP}:", MOVED)
 HOLDING = "slipscale.experiments.lab.console.held"
 STEP = "step: "  # prefix of a line with which a command reports its current step
 LOOK_S = 0.2
-HOLD_S = 5.0  # without a renewal for so long, a job of the bench ends
+HOLD_S = 5.0  # a bench job ends after this long without renewal
 LEAST_URGENT = 19  # priority of background computations: a running session's frames come first
-# Jobs of the plate bench run only while one of its pages is open: it renews its hold every second.
+# Plate bench jobs run only while a bench page is open; the page renews its hold every second.
 HELD: tuple[Kind, ...] = ("calibrate", "conform", "surface")
 USING_THE_PLATE: tuple[Kind, ...] = ("session", "check", "test", *HELD)
 PIPED: tuple[Kind, ...] = (*HELD, "emulator")  # these end with the console
@@ -59,11 +59,11 @@ class Job:
     Parameters
     ----------
     kind : str
-        What it does. At most one job of each kind runs at a time.
+        The type of job. At most one job of each kind runs at a time.
     about : str
         The participant or object it concerns, in words.
     parts : int
-        Number of parts of its work; 0 if unknown.
+        Number of parts of the work; 0 if unknown.
     """
 
     kind: Kind
@@ -77,11 +77,11 @@ class Job:
     released: bool = False
 
     def hold(self) -> None:
-        """Renew the hold of a page on a job of the bench."""
+        """Renew a page's hold on a bench job."""
         self.held_s = time.monotonic()
 
     def type(self, line: str) -> None:
-        """Answer what a job of the bench asks for; raise `UserError` if it has ended."""
+        """Send input to a bench job; raise `UserError` if it has ended."""
         try:
             if self.process.stdin:
                 self.process.stdin.write(f"{line}\n".encode())
@@ -90,13 +90,13 @@ class Job:
             raise UserError(f"{self.about} has ended; begin again") from None
 
     def release(self) -> None:
-        """End a job of the bench: its standard input ends, and it switches the plate off."""
+        """End a bench job by closing its standard input; it then switches the plate off."""
         self.released = True
         if self.process.stdin:
             self.process.stdin.close()
 
     def release_when_left(self) -> None:
-        """Wait until the job ends; release it once no page has renewed its hold for `HOLD_S`."""
+        """Wait for the job to end; release it if no page has renewed its hold for `HOLD_S`."""
         while self.running and time.monotonic() - self.held_s <= HOLD_S:
             time.sleep(LOOK_S)
         if self.running:
@@ -117,12 +117,12 @@ class Job:
         return _text(self.output)
 
     def complained(self) -> str:
-        """Return the last line of the messages for people."""
+        """Return the last line of the human-readable messages."""
         lines = [line for line in self._lines() if not line.startswith(STEP)]
         return lines[-1] if lines else ""
 
     def warnings(self) -> list[str]:
-        """Return the warnings in a session's messages for people."""
+        """Return the warnings in a session's human-readable messages."""
         return [line for line in self._lines() if line.startswith(WARNS)]
 
     def steps(self) -> list[str]:

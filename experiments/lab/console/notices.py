@@ -1,4 +1,4 @@
-"""Notices about irregularities in the laboratory folder, shown on every page; they block nothing.
+"""Notices about irregularities in the laboratory folder, shown on every page; never blocking.
 
 A notice is something that the operator should know before the next session and could not see in
 the table of participants.
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.roster import Roster, Visit
     from slipscale.experiments.study.model import Study
 
-AHEAD_S = 120.0  # clocks of two computers may differ by this much
+AHEAD_S = 120.0  # allowed difference between the clocks of two computers
 MOST_NAMED = 5
 
 
@@ -110,7 +110,7 @@ def _still_to_come(begun: list[tuple[str, Visit]], now: datetime) -> str:
 
 
 def _edited(theirs: list[tuple[str, Visit]], file: str, name: str, text: str) -> str:
-    """Report a study that was edited after a run; that run's journal keeps the earlier text."""
+    """Report a study that was edited after a run; the run's journal keeps the earlier text."""
     other = [label for label, visit in theirs if _has_another_text(visit.path, name, text)]
     if not other:
         return ""

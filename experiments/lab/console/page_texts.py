@@ -29,10 +29,10 @@ def page_texts(language: str) -> Mapping[str, str]:
 
 @cache
 def sentences(language: str) -> dict[str, str]:
-    """Return Slipscale's sentences with their translations, by length, the longest first.
+    """Return Slipscale's sentences with their translations, longest first.
 
-    Notices, replies, remedies and descriptions are made elsewhere, in English; a page translates
-    what it shows.
+    Notices, replies, remedies and descriptions are generated elsewhere, in English, and translated
+    when a page is rendered.
     """
     known: dict[str, str] = {}
     for name in ("sentences", "study"):
@@ -44,7 +44,7 @@ def sentences(language: str) -> dict[str, str]:
 
 @cache
 def _patterns(language: str) -> tuple[tuple[re.Pattern[str], str], ...]:
-    """Return patterns of the sentences in which something is inserted, with their translations."""
+    """Return patterns for the sentences with placeholders, with their translations."""
     return tuple(
         (re.compile(re.escape(each).replace(r"\{\}", "(.*?)"), re.DOTALL), text)
         for each, text in sentences(language).items()
@@ -76,9 +76,9 @@ class Words:
         return page_texts(self.language)[key].format(**blanks)
 
     def say(self, sentence: str) -> str:
-        """Return one of Slipscale's sentences in this language; an unknown one as it is.
+        """Return one of Slipscale's sentences in this language; unknown sentences are unchanged.
 
-        Of several sentences, joined by semicolons, each is translated.
+        If sentences are joined by semicolons, each is translated.
 
         >>> Words("fr").say("copied 2 runs to disk"), Words("en").say("saved: a.toml")
         ('2 passages copiés vers disk', 'saved: a.toml')
@@ -86,7 +86,7 @@ class Words:
         return _translated(sentence, self.language)
 
     def task(self, options: Options, protocol: Protocol) -> str:
-        """Return a task's title; that of an external protocol is the same in every language."""
+        """Return a task's title, which is the same in every language for external protocols."""
         return self.known(f"task_title.{options.protocol}", protocol.titled())
 
     def known(self, key: str, otherwise: str) -> str:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.curves import Curve
     from slipscale.stimuli.surface import Surface
 
-MOST_POINTS = 2000  # from the newest runs; more points would merge into a band
+MOST_POINTS = 2000  # number of newest runs; more points would merge into a band
 
 
 class Frame(NamedTuple):
@@ -82,14 +82,14 @@ def scatter(series: Sequence[Sequence[float]]) -> Scatter | None:
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """A surface as an SVG path in a frame of 120 by 48, with its caption."""
+    """A surface as an SVG path in a 120 by 48 frame, with its caption."""
 
     path: str
     label: str
 
 
 def drawing(surface: Surface, largest: float, label: str) -> Drawing:
-    """Draw the plate's vibration for a surface, or the level over three periods of a texture.
+    """Draw the plate vibration for a surface, or three periods of the level for a texture.
 
     ``largest`` fills the frame.
     """
@@ -106,7 +106,7 @@ def _drawing(height: Callable[[float], float], label: str) -> Drawing:
 
 @dataclass(frozen=True, slots=True)
 class CurvePlot:
-    """A participant's curve as SVG points in a frame of 160 by 90, with the limits of both axes."""
+    """A participant's curve as SVG points in a 160 by 90 frame, with the limits of both axes."""
 
     curve: Curve
     title: str
@@ -116,7 +116,7 @@ class CurvePlot:
 
 
 def curve_plot(curve: Curve, group: Sequence[Curve], title: str) -> CurvePlot:
-    """Draw a curve in the frame of its group, with the same axes for each participant."""
+    """Draw a curve in its group's frame, with the same axes for each participant."""
     xs = [x for each in group for x, _ in each.points]
     ys = [y for each in group for _, y in each.points]
     left, right, low, high = min(xs), max(xs), min(0.0, *ys), max(ys)

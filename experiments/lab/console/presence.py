@@ -1,7 +1,7 @@
-"""Keeps track of the consoles that are open on a folder: each holds a lock on a file.
+"""Track the consoles that are open on a folder: each holds a file lock.
 
 The operating system releases the lock when the process ends, so a killed console leaves only an
-unlocked file. The files are in a folder to which no other user can write.
+unlocked file. The files are in a folder that no other user can write to.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Presence:
         return [_port(path) for path in self._open() if path != self._own]
 
     def first(self) -> bool:
-        """Whether no console was opened before this one; the first performs tasks shared by all."""
+        """Whether this console was opened first; the first console performs the shared tasks."""
         return next((path == self._own for path in self._open()), True)
 
     def notices(self) -> tuple[str, ...]:

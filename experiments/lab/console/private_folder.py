@@ -1,4 +1,4 @@
-"""A private folder for files that a console keeps while it runs; other users have no access."""
+"""A private folder for a running console's files; other users have no access."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def private_folder() -> Path:
 
 
 def write_private(path: Path, text: str) -> None:
-    """Replace a file with a new text that only its owner can read."""
+    """Replace a file's content; only the owner can read the file."""
     path.unlink(missing_ok=True)
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     with os.fdopen(descriptor, "w", encoding="utf-8") as stream:

@@ -1,7 +1,7 @@
 """Access control for the console: one layer in front of every page.
 
-The principle: **every request that does not clearly come from the operator's own browser is
-rejected before any page handles it.**
+Principle: **every request that does not clearly come from the operator's own browser is rejected
+before it reaches a page.**
 
 - Connections from other users of this computer are rejected, whatever they contain. Cookies are
   not tied to a port, so another user's web page could receive ours.
@@ -58,7 +58,7 @@ REPORT_POLICY = (
 
 
 class Entrance:
-    """The token that opens the next browser, and the secret that each browser keeps.
+    """The token that admits the next browser, and the secret that each browser stores.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Access:
     tls : bool
         Whether it uses TLS.
     read_only : bool
-        Whether it rejects all actions, for example for a phone in the laboratory's network.
+        Whether it rejects all actions, for example for a phone on the laboratory network.
     entrance : Entrance
         Checks tokens and cookies.
     """
@@ -126,7 +126,7 @@ class Access:
 
     @property
     def cookie(self) -> str:
-        """The cookie's name. It includes the port, because cookies are not tied to one."""
+        """The cookie name. It includes the port, because cookies are not tied to a port."""
         return f"slipscale-{self.port}"
 
 
@@ -156,7 +156,7 @@ class Guard:
         given = query.get("token", [""])[0]
         if given and scope["method"] in READING and access.entrance.opens(given):
             # Remove the token from the address bar. A redirect would not work: a browser that
-            # came from a file does not send strict cookies to a redirect's target.
+            # opened a local file does not send strict cookies to a redirect target.
             chosen = query.get("lang", [""])[0]
             language = f"?lang={chosen}" if chosen in LANGUAGES else ""
             opened = HTMLResponse(TO_THE_PAGES.format(f"/{language}"))

@@ -1,4 +1,4 @@
-"""Serve the console: address, browser and, in a laboratory's network, TLS."""
+"""Serve the console: address, browser and, on a laboratory network, TLS."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def serve(*, port: int, lan: str | None, browser: bool) -> None:
     port : int
         0 selects any free port.
     lan : str or None
-        An address of this computer in the laboratory's network. The console then uses TLS and is
+        An address of this computer on the laboratory network. The console then uses TLS and is
         read-only. None restricts it to this computer.
     browser : bool
         Whether to open a browser.
@@ -50,7 +50,7 @@ def serve(*, port: int, lan: str | None, browser: bool) -> None:
     Raises
     ------
     UserError
-        The port is in use, or the address does not belong to this computer.
+        If the port is in use, or the address does not belong to this computer.
     """
     if lan:
         _check_address(lan)
@@ -84,13 +84,13 @@ def serve(*, port: int, lan: str | None, browser: bool) -> None:
 
 
 def _renew(access: Access, door: Path) -> None:
-    """Print the address for another browser, and write it to the file that opens one."""
+    """Print the address for the next browser, and write it to the file that opens one."""
     write_private(door, TO_THE_PAGES.format(access.address))
     print(f"opened; for another browser: {access.address}", flush=True)
 
 
 class _Impatient(H11Protocol):
-    """Closes connections on which no complete request arrives in time."""
+    """Closes connections that do not send a complete request in time."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
@@ -182,7 +182,7 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
 def _open(address: str) -> None:
     """Open a browser, if there is one, with the file that leads to the console.
 
-    Other users can read a program's arguments, so the token is not among them.
+    Other users can read a program's arguments, so the token is not passed as one.
     """
     try:
         opened = webbrowser.open(address)

@@ -35,7 +35,7 @@ FRESH_S = 1.0
 SILENT_S = 5  # a session checks for requests 20 times per second, except while a surface settles
 RESULTS = Path("derivatives", "slipscale")
 TABLE3 = "table3.csv"
-PLANNING = Path("planning")  # results of power, and frozen plans
+PLANNING = Path("planning")  # power results and frozen plans
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,12 +67,12 @@ class Live:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Snapshot:
-    """The laboratory folder at one moment.
+    """The state of the laboratory folder at one point in time.
 
     Parameters
     ----------
     problem : str
-        Why there is nothing to show; otherwise empty.
+        The reason why there is nothing to show; otherwise empty.
     rehearsals : Roster
         Roster of the rehearsals' folder.
     seen : bool
@@ -82,7 +82,7 @@ class Snapshot:
     results_ns : int or None
         When the last analysis was written; None if there is none.
     notices : tuple of str
-        Irregularities that block nothing; see `slipscale.experiments.lab.console.notices`.
+        Non-blocking irregularities; see `slipscale.experiments.lab.console.notices`.
     free_gb : float or None
         Free space on the data's disk; None if unknown.
     without_backup : int or None
@@ -105,7 +105,7 @@ class Snapshot:
 
 
 class Pulse(NamedTuple):
-    """Times of the running session's last status and last record, and whether it is still there."""
+    """Times of the running session's last status and last record, and whether it still exists."""
 
     told_ns: int | None = None
     recorded_ns: int | None = None
@@ -294,12 +294,12 @@ def pilots(defaults: Defaults) -> list[Path]:
 
 
 def export_folder(data: Path) -> Path:
-    """Return the folder of the console's export; a withdrawal removes it with the results."""
+    """Return the folder for the console's exports; a withdrawal removes it with the results."""
     return data / RESULTS / "export"
 
 
 def frozen_plans() -> list[Path]:
-    """Return the plans that were frozen in the folder, the newest first."""
+    """Return the plans frozen in the folder, newest first."""
     return sorted(PLANNING.glob("plan-[0-9]*.zip"), reverse=True)
 
 
@@ -313,7 +313,7 @@ def table3(dataset: Path) -> list[list[str]]:
 
 
 def findings(text: str) -> list[dict[str, object]] | None:
-    """Return a checklist's findings from its output; None if they cannot be read."""
+    """Return the findings in a checklist's output; None if they cannot be read."""
     try:
         found = json.loads(text)
     except ValueError:

@@ -1,8 +1,8 @@
-"""Apply changes from the editor's form to a study file's text; comments are kept. Pure.
+"""Apply changes from the editor's form to a study file's text, keeping comments.
 
-The text is the source: a change returns a new text, and nothing is written here. Changes that the
-form cannot make (the text is not TOML, or a table is written in a form that cannot be extended)
-are rejected and must be made in the file itself.
+These are pure functions: a change returns a new text, and nothing is written here. Changes that
+the form cannot make (the text is not TOML, or a table is written in a form that cannot be
+extended) are rejected and must be made in the file itself.
 """
 
 from __future__ import annotations
@@ -72,7 +72,8 @@ def changed(text: str, change: Change) -> str:
     Raises
     ------
     UserError
-        The text is not TOML, the place does not exist, or the change cannot be made in this file.
+        If the text is not TOML, the position does not exist, or the file does not allow the
+        change.
     """
     import tomlkit  # noqa: PLC0415 - when a file is changed
 
@@ -105,7 +106,7 @@ def changed(text: str, change: Change) -> str:
 
 
 def value_of(kind: Kind, typed: str) -> Any:
-    """Convert typed text to a TOML value; text in place of a number is kept as text.
+    """Convert typed text to a TOML value; text where a number is expected is kept as text.
 
     >>> value_of("number", "0,5"), value_of("numbers", "0, 1.5; 2"), value_of("number", "many")
     (0.5, [0, 1.5, 2], 'many')
@@ -130,7 +131,7 @@ def _number(typed: str) -> int | float | str:
 
 
 def _container(document: Any, place: tuple[Key, ...], change: Change) -> Any:
-    """Return the table or array at a place; create missing tables on the way to a new value."""
+    """Return the table or array at a position; create missing tables on the way to a new value."""
     import tomlkit  # noqa: PLC0415 - when a file is changed
 
     for part in place:

@@ -1,8 +1,8 @@
 """The study editor's form: every field of a study file, derived from its JSON Schema.
 
-Nothing about studies is declared here. Keys, types, units, defaults, choices and descriptions come
-from the schema, values from the file, and faults from the parser. A laboratory's own protocols
-therefore have forms, too.
+Nothing specific to studies is declared here. Keys, types, units, defaults, choices and
+descriptions come from the schema, values from the file, and errors from the parser. A laboratory's
+own protocols therefore have forms as well.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ KINDS: Mapping[str, Kind] = {"boolean": "switch", "integer": "number", "number":
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """Any element of the form with a place in the file.
+    """A form element with a position in the file.
 
     Parameters
     ----------
     place : tuple
         Keys, and item indices from 0.
     name : str
-        Its last key without the unit, for labels.
+        The last key without its unit, for labels.
     why : str
-        Its description in the schema.
+        The schema description.
     faults : tuple of str
-        Faults at exactly this place.
+        Errors at exactly this position.
     """
 
     place: Place
@@ -52,18 +52,18 @@ class Part:
 
     @property
     def path(self) -> str:
-        """The place as JSON, for the page's script."""
+        """The position as JSON, for the page's script."""
         return json.dumps(self.place)
 
     @property
     def anchor(self) -> str:
-        """The place as an element's id."""
+        """The position as an element id."""
         return "field-" + "-".join(re.sub(r"\W+", "_", str(part)) for part in self.place)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Field(Part):
-    """A value: its kind of input, its displayed value, and the allowed values."""
+    """A value: its input type, its displayed value, and the allowed values."""
 
     kind: Kind
     value: str
@@ -74,7 +74,7 @@ class Field(Part):
 
     @property
     def shown(self) -> bool:
-        """Whether the field is among those displayed first: it is set, required or wrong."""
+        """Whether the field is displayed first because it is set, required or wrong."""
         return bool(self.value or self.needed or self.faults)
 
 
@@ -85,9 +85,9 @@ class Table(Part):
     Parameters
     ----------
     absent : tuple of Part
-        Tables that the file does not have.
+        Tables missing from the file.
     entries : bool
-        Whether its keys are the study's own words, such as a question's options.
+        Whether the keys are defined by the study, such as a question's options.
     """
 
     fields: tuple[Field, ...] = ()
@@ -119,7 +119,7 @@ class StudyForm:
     content : dict
         The file's content, valid or not.
     faults : sequence of Told
-        Its faults.
+        The errors in the file.
     """
 
     def __init__(self, content: dict[str, Any], faults: Sequence[Told]) -> None:
@@ -127,7 +127,7 @@ class StudyForm:
         self._faults = faults
         self._shown: set[str] = set()
         self.root = self._table((), _schema(), content)
-        #: Faults at places without a field.
+        #: Errors at positions without a field.
         self.elsewhere = tuple(each.whole for each in faults if each.whole not in self._shown)
 
     def _faults_at(self, place: Place, *, items: bool = False) -> tuple[str, ...]:
@@ -156,11 +156,11 @@ class StudyForm:
         }
 
     def _quantity(self, place: Place) -> Quantity:
-        """Return the quantity of levels at a place: the varied parameter's, or the plate's."""
+        """Return the quantity of levels at a position: the varied parameter's or the plate's."""
         return self._names.quantity_in(place[0])
 
     def _name(self, place: Place) -> str:
-        """Return a place's key without its unit; for an item, its number from 1."""
+        """Return the key at a position without its unit; for an item, its number from 1."""
         key = place[-1]
         if isinstance(key, int):
             return str(key + 1)
@@ -207,7 +207,7 @@ class StudyForm:
         )
 
     def _unknown(self, place: Place, schema: Schema, content: Mapping[str, Any]) -> set[str]:
-        """Return misspelt keys, which are shown with their faults so that they can be emptied."""
+        """Return misspelt keys, which are shown with their errors so that they can be cleared."""
         declared = set(schema.get("properties", {}))
         return {key for key in content if key not in declared and self._faults_at((*place, key))}
 
@@ -272,7 +272,7 @@ class StudyForm:
 
 
 def _kind(schema: Schema) -> tuple[Kind, tuple[str, ...]]:
-    """Return a value's kind of input and its choices."""
+    """Return a value's input type and choices."""
     if schema.get("type") == "array":
         items = schema.get("items", {})
         if "enum" in items:

@@ -1,4 +1,4 @@
-"""Calibrate the plate, check its conformance, present surfaces; start an emulated board."""
+"""Calibrate the plate, check its conformance, present surfaces, and start an emulated board."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 
 DECIMAL = r"[0-9]+([.,][0-9]*)?"
 Decimal = Annotated[str, Field(pattern=f"^({DECIMAL})?$")]
-TYPED = "typed"  # readings that the operator types, point by point
+TYPED = "typed"  # the operator types the readings, point by point
 
 
 class Calibrate(Form):
-    """Calibrate the folder's plate; without ``keep`` it is only measured.
+    """Calibrate the folder's plate; without ``keep``, the plate is only measured.
 
-    ``table`` names a CSV file of the folder with readings made elsewhere, and ``serial`` the device
-    that drove the plate then; `TYPED` has the operator type each reading. The sweep's range is in
-    Hz and in the calibration's V peak; what is left empty has the command's default.
+    ``table`` names a CSV file in the folder with readings taken elsewhere, and ``serial`` the
+    device that drove the plate for them; with `TYPED`, the operator types each reading. The sweep
+    range is in Hz and V peak; empty fields take the command's defaults.
     """
 
     by: Annotated[str, Field(min_length=1, max_length=200)]
@@ -46,9 +46,9 @@ class Calibrate(Form):
 
 
 class Reading(Form):
-    """The instrument's reading in µm p-p, or what repeats the previous point.
+    """The instrument reading in µm p-p, or a request to repeat the previous point.
 
-    ``number`` is the count of readings before it, so that none is sent twice.
+    ``number`` is the number of previous readings, so that none is sent twice.
     """
 
     reading: Annotated[str, Field(pattern=f"^({DECIMAL}|{BACK})$")]
@@ -56,7 +56,7 @@ class Reading(Form):
 
 
 class Surface(Form):
-    """Present a surface until the page lets go of it, ``level`` in the plate's quantity."""
+    """Present a surface until the page releases it; ``level`` is in the plate's quantity."""
 
     level: Annotated[float, Field(ge=0, allow_inf_nan=False)]
 

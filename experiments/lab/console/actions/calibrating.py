@@ -1,4 +1,4 @@
-"""The state of a calibration that the console started, from what the command reports."""
+"""The state of a calibration started by the console, from the command's output."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from slipscale.hardware.cli.calibrate import ASKED, BACK
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-# Each sweep goes up and down again: the coarse and the fine one in frequency, then the voltage.
+# Each sweep runs up and down: first coarse and fine in frequency, then in voltage.
 OF_FREQUENCY = 2 * (COARSE_POINTS + FINE_POINTS)
 IN_ALL = OF_FREQUENCY + 2 * VOLTAGE_POINTS
 BEGINS = (0, 2 * COARSE_POINTS, OF_FREQUENCY)  # readings before each sweep
 
 
 class Measured(NamedTuple):
-    """The readings so far as (Hz, V, µm peak to peak), and the point that waits for a reading.
+    """The readings so far as (Hz, V, µm peak to peak), and the point that awaits a reading.
 
-    ``asked`` is (Hz, V); None if the command does not wait.
+    ``asked`` is (Hz, V); None if the command is not waiting for a reading.
     """
 
     points: tuple[tuple[float, float, float], ...]
@@ -33,7 +33,7 @@ class Measured(NamedTuple):
 
 
 def measured_so_far(steps: Sequence[str]) -> Measured:
-    """Return what ``slipscale plate calibrate --steps`` has reported.
+    """Return the readings reported by ``slipscale plate calibrate --steps``.
 
     >>> measured_so_far(["30000 5 ?", "30000 5 0.1", "30100 5 ?", "30100 5 b", "30000 5 ?"])
     Measured(points=(), asked=(30000.0, 5.0))
@@ -52,7 +52,7 @@ def measured_so_far(steps: Sequence[str]) -> Measured:
 
 
 def made_calibration(said: str) -> str:
-    """Return the file that a finished calibration says it wrote; empty without one.
+    """Return the file written by a finished calibration; empty if there is none.
 
     >>> made_calibration("wrote      calibration-1.toml and calibration-1.png")
     'calibration-1.toml'

@@ -1,4 +1,4 @@
-"""Unblind; analyse, verify, export and back up the data; exclude participants; withdrawal."""
+"""Unblind; analyse, verify, export and back up the data; exclude or withdraw participants."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.console.state import Snapshot
 
 
-# The word to type to unblind, in the console's languages.
+# The word that must be typed to unblind, in the console's languages.
 CONFIRMING = frozenset({"unblind", "voir"})
 
 
 class Unblind(Form):
-    """Unblind. ``word`` is typed by hand, so that a mistaken click does not unblind."""
+    """Unblind. ``word`` must be typed, so that an accidental click does not unblind."""
 
     word: str
 
 
 def check_meant(word: str) -> None:
-    """Raise `UserError` unless the word was typed that confirms unblinding."""
+    """Raise `UserError` unless the confirmation word was typed."""
     if word.strip().casefold() not in CONFIRMING:
         raise UserError(f"expected the word {' or '.join(sorted(CONFIRMING))}")
 
@@ -65,7 +65,7 @@ class Exclude(Form):
 
 
 class Withdraw(Form):
-    """Remove a participant's data. ``word`` is the participant's label, typed by hand."""
+    """Remove a participant's data. ``word`` is the participant's label, typed as confirmation."""
 
     participant: Label
     word: Words
@@ -122,7 +122,7 @@ def _start_analysis(desk: Desk, found: Snapshot) -> None:
 
 
 def renew(desk: Desk) -> None:
-    """Analyse again if runs have ended since the last analysis and results may be seen.
+    """Repeat the analysis if runs have ended since the last one and results may be seen.
 
     No analysis starts while a session runs, so that the session can present its frames on
     time. A failed analysis is not repeated until another run has ended.

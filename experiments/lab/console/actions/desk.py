@@ -1,4 +1,4 @@
-"""What all actions share: the laboratory folder, the started jobs, the sessions' warnings."""
+"""State shared by all actions: the laboratory folder, started jobs and session warnings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Warnings:
-    """The sessions' warnings, each as (session, sentence), until they are acknowledged."""
+    """Unacknowledged session warnings, each as (session, sentence)."""
 
     def __init__(self, state: State, jobs: Jobs) -> None:
         self._state = state
@@ -36,12 +36,12 @@ class Warnings:
         return [each for each in tuple(self._found) if each not in self._acknowledged]
 
     def acknowledge(self, session: str, sentence: str) -> None:
-        """Show a warning no longer."""
+        """Stop showing a warning."""
         self._acknowledged.add((session, sentence))
 
 
 class Desk:
-    """What the actions work with.
+    """The objects that actions use.
 
     Parameters
     ----------
@@ -83,5 +83,5 @@ class Desk:
                 raise UserError(f"{job.about}: still running; wait until it is finished")
 
 
-# For each action's name: the form that it is sent, and the function that carries it out.
+# Action name -> the form sent with it, and the function that carries it out.
 Actions = Mapping[str, tuple[type[Form], Callable[[Desk, Any], str]]]

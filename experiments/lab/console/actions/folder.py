@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.console.actions.desk import Actions, Desk
     from slipscale.experiments.lab.console.state import Snapshot
 
-# What the sliders of planning choose from: less than a minute of computing.
+# Values offered by the planning sliders: less than a minute of computing time.
 GRID = (
     *("--participants", "6", "8", "12", "16", "20", "24", "32", "40"),
     *("--repetitions", "1", "2", "3", "--effect", "1", "0.75", "0.5", "--studies", "300"),
@@ -44,7 +44,7 @@ class Settings(Form):
     @field_validator("settings", mode="before")
     @classmethod
     def _listed(cls, value: Any) -> Any:
-        """Split markers as they are typed, one per word."""
+        """Split typed markers into words."""
         if isinstance(value, dict) and isinstance(value.get("markers"), str):
             return value | {"markers": value["markers"].split()}
         return value
@@ -105,12 +105,12 @@ class Copy(Form):
 
 
 def power_folder(study_text: str) -> Path:
-    """Return where the power of a study is kept: another text has another folder."""
+    """Return the folder for a study's power results; it depends on the study's text."""
     return PLANNING / f"power-{text_hash(study_text)[:12]}"
 
 
 def why_not_edited(found: Snapshot) -> str:
-    """Return why the study's file cannot be edited here; empty if it can."""
+    """Return the reason why the study file cannot be edited here; empty if it can."""
     name = found.defaults.study
     if name in shipped_studies():
         return f"'{name}' comes with Slipscale: make a copy, and edit the copy"

@@ -1,4 +1,4 @@
-"""What the forms of all actions share. Each action declares its form; anything else is rejected."""
+"""Code shared by all action forms. Each action declares its form; anything else is rejected."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from slipscale.faults.validation import in_words
 
 Label = Annotated[str, Field(pattern="^[A-Za-z0-9]{1,40}$")]
 Words = Annotated[str, Field(max_length=2000)]
-Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]  # of the text that the page showed
+Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]  # hash of the text shown on the page
 LARGEST_STUDY = 500_000
 
 
@@ -28,7 +28,7 @@ FormType = TypeVar("FormType", bound=Form)
 
 
 def read_form(form: type[FormType], sent: bytes) -> FormType:
-    """Parse the data that a page sent; raise `UserError` if they do not fit the form."""
+    """Parse the data sent by a page; raise `UserError` if they do not match the form."""
     try:
         return form.model_validate_json(sent)
     except ValidationError as error:
@@ -40,11 +40,11 @@ class Nothing(Form):
 
 
 def text_hash(text: str) -> str:
-    """Return a digest of a text, to check whether it is still the text that was shown."""
+    """Return a digest of a text, to check later whether the text has changed."""
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def unused(name: str, first: int = 1) -> Path:
-    """Return a path that does not exist yet; ``name`` has a place for a number."""
+    """Return a path that does not exist yet; ``name`` contains a placeholder for a number."""
     paths = (Path(name.format(number)) for number in count(first))
     return next(path for path in paths if not path.exists())

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Begin(Form):
-    """Begin a participant's session; ``participant`` is the label that the page showed as next."""
+    """Begin a participant's session; ``participant`` is the label shown on the page as next."""
 
     participant: Label
     pilot: bool = False
@@ -34,7 +34,7 @@ class Resume(Form):
 
 
 class Ask(Form):
-    """Send the running session a request that could also be made with a key."""
+    """Send the running session a request; the same requests are available as keys."""
 
     token: Annotated[str, Field(pattern="^[0-9a-f]{1,64}$")]
     what: Literal[

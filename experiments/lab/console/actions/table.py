@@ -1,7 +1,7 @@
 """The table of all actions that a page can request.
 
 Pages refer to participants, runs and pilots by label, never by path. Labels are looked up among
-those that exist. Each action returns the sentence that the page shows.
+the existing ones. Each action returns the sentence to show on the page.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def do(desk: Desk, name: str, sent: bytes) -> str:
     Raises
     ------
     UserError
-        The action does not exist, the data sent do not fit it, or it is not possible now.
+        If the action does not exist, the data do not match it, or it is not possible now.
     """
     if name not in TABLE:
         raise UserError("unknown action")

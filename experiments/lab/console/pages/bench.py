@@ -1,4 +1,4 @@
-"""The page of the plate bench: the plate's file and limits, calibration, conformance, surfaces."""
+"""The plate bench page: plate file and limits, calibration, conformance and test surfaces."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 READING = re.compile(r"^\s*([\d.]+)\s+([\d.]+|n/a)\s", re.MULTILINE)
 MOST_READINGS = 120
-# The range of the sweep, with the command's defaults, in Hz and V peak.
+# The sweep range, with the command's defaults, in Hz and V peak.
 PLAN = SweepPlan()
 SWEEP = (
     ("centre", PLAN.centre_hz),
@@ -41,7 +41,7 @@ SWEEP = (
 
 
 class Axis(NamedTuple):
-    """Points of a live plot in a frame of 640 by 180, with the ends of both axes."""
+    """Points of a live plot in a 640 by 180 frame, with the limits of both axes."""
 
     points: tuple[tuple[float, float], ...]
     x_ends: tuple[str, str]
@@ -49,7 +49,7 @@ class Axis(NamedTuple):
 
 
 def bench(view: View) -> dict[str, Any]:
-    """Return what the page of the plate bench shows."""
+    """Return the contents of the plate bench page."""
     found, jobs = view.found, view.jobs
     running = next((kind for kind in HELD if (job := jobs.last(kind)) and job.running), "")
     calibration, surface = jobs.last("calibrate"), jobs.last("surface")
@@ -83,7 +83,7 @@ def bench(view: View) -> dict[str, Any]:
 
 
 def _plate(spec: str) -> dict[str, Any]:
-    """Return what is known of a plate without connecting it; or what is wrong with its SPEC."""
+    """Return what is known about a plate without connecting it, or the error in its SPEC."""
     try:
         plate = open_plate(spec, clock=VirtualClock())
     except (UserError, RigError) as error:
@@ -121,7 +121,7 @@ def _files(plate: PlateDriver) -> dict[str, Any]:
 
 
 def _axis(points: Sequence[tuple[float, float]]) -> Axis | None:
-    """Return points in a frame, from 0 upwards; None without any."""
+    """Return points in a frame whose axes start at 0; None if there are no points."""
     if not points:
         return None
     xs, ys = [x for x, _ in points], [y for _, y in points]
@@ -131,13 +131,13 @@ def _axis(points: Sequence[tuple[float, float]]) -> Axis | None:
 
 
 def _said(job: Job | None) -> list[str]:
-    """Return the lines that a job which ended well printed."""
+    """Return the lines printed by a job that succeeded."""
     over = job is not None and job.status == 0
     return job.said().splitlines() if job and over else []
 
 
 def _failed(job: Job | None) -> str:
-    """Return why a job of the bench ended early; nothing if its page let go of it."""
+    """Return why a bench job ended early; empty if its page released it."""
     return "" if job is None or job.released or job.status == 1 else failure(job)
 
 

@@ -45,7 +45,7 @@ class Row:
 
 
 def data(view: View) -> dict[str, Any]:
-    """Return the values of the data page; results only if they may be seen."""
+    """Return the values for the data page, with results only if they may be seen."""
     found, jobs = view.found, view.jobs
     people = found.roster.people if found.roster else ()
     rows = [
@@ -103,7 +103,7 @@ WORK: tuple[Kind, ...] = ("verify", "build", "export")
 
 
 def chosen_rows(rows: list[Row], view: View) -> list[Row]:
-    """Return the requested runs in the requested order; by default, newest first.
+    """Return the requested runs in the requested order; newest first by default.
 
     ``search`` is compared with label, flags and events; ``state`` with the run's state.
     """
@@ -170,7 +170,7 @@ def pilot(view: View) -> dict[str, Any]:
 
 
 def parts_done(found: Snapshot, jobs: Jobs) -> int:
-    """Return how many simulated participants the running pilot has reached."""
+    """Return the number of simulated participants that the running pilot has reached."""
     job = jobs.last("pilot")
     if job is None or not job.running:
         return 0
@@ -183,7 +183,7 @@ def parts_done(found: Snapshot, jobs: Jobs) -> int:
 
 
 def curve_plots(found: Sequence[Curve], view: View) -> list[CurvePlot]:
-    """Draw the curves; those of one task share a frame, so that they can be compared."""
+    """Draw the curves; curves for the same task share a frame, so that they can be compared."""
     titles = titles_of(view.found, view.t)
     by_task: dict[str, list[Curve]] = {}
     for curve in found:

@@ -1,4 +1,4 @@
-"""The page of the day, and the page of the running session."""
+"""The Today page and the page for the running session."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Note:
 
 
 def today(view: View) -> dict[str, Any]:
-    """Return the values of the day page."""
+    """Return the values for the Today page."""
     found, jobs, t = view.found, view.jobs, view.t
     check, people = jobs.last("check"), found.roster.people if found.roster else ()
     over = check is not None and not check.running
@@ -86,7 +86,7 @@ def _pressing(people: Sequence[Person]) -> list[Person]:
 
 
 def _notes(found: Snapshot) -> list[Note]:
-    """Return the operators' latest notes, including those of rehearsals."""
+    """Return the operators' latest notes, including notes from rehearsals."""
     rosters = [roster for roster in (found.roster, found.rehearsals) if roster]
     begun = [
         (visit.started_utc, person.label, visit)
@@ -106,7 +106,7 @@ def _notes(found: Snapshot) -> list[Note]:
 
 
 def live(view: View) -> dict[str, Any]:
-    """Return the values of the page of the running session."""
+    """Return the values for the page of the running session."""
     found, jobs, t = view.found, view.jobs, view.t
     job = jobs.last("session")
     shown: dict[str, Any] = {"session_failed": failure(job), "began": _began(found, job)}
@@ -114,7 +114,7 @@ def live(view: View) -> dict[str, Any]:
         return shown
     groups = deviations(found.live.summary.readings)
     status = found.live.status
-    # A pause removes the surface and presents it again later; the plate is not at fault.
+    # A pause removes the surface and presents it again later; this is not a plate fault.
     held = status is not None and status.state == "paused" and status.plate == "lost"
     return shown | {
         "plate": "silent" if held or status is None else status.plate,
@@ -138,7 +138,7 @@ def _doing(live: Live, t: Words) -> str:
 
 
 def _began(found: Snapshot, job: Job | None) -> bool:
-    """Return whether a session started here has recorded anything."""
+    """Return whether a session started from this console has recorded anything."""
     visits = (
         visit
         for roster in (found.roster, found.rehearsals)

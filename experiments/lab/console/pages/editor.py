@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from slipscale.faults.validation import Told
     from slipscale.stimuli.surface import Surface
 
-SIMULATED = 4  # simulated participants while editing: accurate to tenths of a minute
+SIMULATED = 4  # number of simulated participants while editing: accurate to tenths of a minute
 
 
 def editor(view: View, text: str, template: str) -> dict[str, Any]:
-    """Return the editor's immediate content for a text: form, errors, tasks and trials."""
+    """Return the editor content that is available immediately: form, errors, tasks and trials."""
     source = _source(view, template)
     told: list[Told] = []
     study = None
@@ -61,12 +61,12 @@ def editor(view: View, text: str, template: str) -> dict[str, Any]:
 
 
 def _source(view: View, template: str) -> str:
-    """Return the file name for messages; files of texts are expected in the same folder."""
+    """Return the file name for messages; texts files are expected in the same folder."""
     return template if template in shipped_studies() else view.found.defaults.study
 
 
 def follow_up(view: View, text: str, template: str) -> dict[str, Any]:
-    """Return the slower results: simulated minutes and cost, orders and their balance."""
+    """Return the slower results: simulated duration and cost, orders and their balance."""
     source = _source(view, template)
     try:
         study, whole = parse_whole(text, source)
@@ -77,7 +77,7 @@ def follow_up(view: View, text: str, template: str) -> dict[str, Any]:
     plans = [plan_of(found, f"{n:02d}") for n in range(1, min(study.participants, shown) + 1)]
     return {
         "edited": study,
-        # Not while a session runs, whose frames come first.
+        # Not during a session, whose frames have priority.
         "minutes": None if view.found.live else simulated_minutes(whole, source),
         "orders": [
             (plan.participant, plan.row + 1, [view.t.task(o, p) for p, o in plan.tasks()])
@@ -98,7 +98,7 @@ def simulated_minutes(whole: str, source: str) -> Timeline | None:
 
 
 def _drawings(content: Mapping[str, Any]) -> dict[str, list[Drawing]]:
-    """Return a drawing of each valid surface by its place in the file."""
+    """Return a drawing for each valid surface, keyed by its position in the file."""
     names = file_names(dict(content))
     in_code = names.to_code(dict(content))
     made: dict[str, list[tuple[Surface, str]]] = {"levels": []}

@@ -1,4 +1,4 @@
-"""The plate's history over a run: readback deviation, temperature and faults.
+"""The plate's history during a run: readback deviation, temperature and faults.
 
 The deviation of a single presentation could reveal its amplitude. Deviations are therefore shown
 only for complete groups of eight presentations: the largest and the median of each group.
@@ -23,7 +23,7 @@ LEAST_SPAN_C = 2.0  # least range of the temperature axis, so that noise does no
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Deviation:
-    """How much of the allowed deviation the readback used in eight consecutive presentations."""
+    """Readback deviation in eight consecutive presentations, relative to the allowed deviation."""
 
     begin_s: float
     end_s: float
@@ -90,7 +90,7 @@ def deviations(readings: Sequence[PlateReading]) -> list[Deviation]:
 
 
 def history(run: RunSummary) -> History | None:
-    """Return the plate's history over a run; None if there is nothing to draw yet."""
+    """Return the plate's history during a run; None if there is nothing to draw yet."""
     groups = deviations(run.readings)
     warm = [(r.time_s, r.temperature_c) for r in run.readings if r.temperature_c is not None]
     faults_s = [event.time_s for event in run.events if event.kind == "fault"]

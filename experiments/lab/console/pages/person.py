@@ -1,4 +1,4 @@
-"""The page of a participant: runs, events, consent, exclusion and withdrawal."""
+"""The participant page: runs, events, consent, exclusion and withdrawal."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def person(view: View) -> dict[str, Any]:
-    """Return the values of a participant's page, or of the page of a participant's rehearsals."""
+    """Return the values for a participant's page, or for the page of their rehearsals."""
     found, pilot = view.found, "pilot" in view.query
     roster = found.rehearsals if pilot else found.roster
     label = view.query.get("label", "")

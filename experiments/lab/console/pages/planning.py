@@ -1,7 +1,7 @@
-"""The page of planning: sample size, minutes and cost from the analysis' power; the frozen plan.
+"""The planning page: sample size, duration and cost from a power analysis, and the frozen plan.
 
-One job simulates a whole grid of studies; the sliders choose among its conditions. The result is
-kept per text of the study, so that a changed study never shows the power of another one.
+One job simulates a whole grid of studies, and the sliders select from its conditions. Results are
+stored per study text, so that an edited study never shows the power of an earlier version.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ PROTOCOL = "magnitude_estimation"  # whose power is planned
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Slider:
-    """One axis of the grid: its values, and the place of the chosen one among them."""
+    """One axis of the grid: its values, and the index of the selected one."""
 
     axis: str
     values: tuple[float, ...]
@@ -42,7 +42,7 @@ class Slider:
 
 
 def planning(view: View) -> dict[str, Any]:
-    """Return what the page of planning shows."""
+    """Return the contents of the planning page."""
     found, job, frozen = view.found, view.jobs.last("power"), view.jobs.last("freeze")
     shown: dict[str, Any] = {
         "computing": bool(job and job.running),
@@ -60,7 +60,7 @@ def planning(view: View) -> dict[str, Any]:
         conditions = read["conditions"]
         sliders = [_slider(axis, conditions, view) for axis in AXES]
     except (OSError, ValueError, LookupError, TypeError):
-        return shown  # nothing was computed for this text yet
+        return shown  # nothing has been computed for this text yet
     people, repetitions, effect = (each.value for each in sliders)
     same = {
         each["participants"]: each
@@ -84,13 +84,13 @@ def planning(view: View) -> dict[str, Any]:
 
 
 def _progress(steps: list[str]) -> tuple[int, int]:
-    """Return how many parts are done of how many."""
+    """Return the number of finished parts and the total."""
     done, _, of = (steps or ["0/1"])[-1].partition("/")
     return int(done), max(int(of), 1)
 
 
 def _slider(axis: str, conditions: list[Mapping[str, Any]], view: View) -> Slider:
-    """Return an axis with the value that the address chooses; else the study's, else the last."""
+    """Return an axis with the value from the URL, otherwise the study's, otherwise the last."""
     values = tuple(sorted({float(each[axis]) for each in conditions}))
     asked = view.query.get(axis, "")
     if asked.isdecimal() and int(asked) < len(values):
@@ -103,7 +103,7 @@ def _slider(axis: str, conditions: list[Mapping[str, Any]], view: View) -> Slide
 
 
 def _with_repetitions(view: View, repetitions: int) -> str:
-    """Return the study's text with other repetitions of the task whose power is planned."""
+    """Return the study's text with a different number of repetitions in the planned task."""
     text, study = view.found.study_text, view.found.study
     for number, task in enumerate(study.tasks if study else ()):
         if task.protocol == PROTOCOL:
@@ -117,7 +117,7 @@ def _with_repetitions(view: View, repetitions: int) -> str:
 
 
 def _curve(weakest: Mapping[int, float], target: float) -> dict[str, Any]:
-    """Return the power of the weakest comparison over participants, in the frame's units."""
+    """Return the power of the weakest comparison against sample size, in frame units."""
     most = max(weakest)
     return {
         "points": [(WIDE.x(n / most), WIDE.y(weakest[n]), n) for n in sorted(weakest)],

@@ -1,4 +1,4 @@
-"""All screens of the study as participants see them, per language and screen size."""
+"""All screens in the study as participants see them, by language and screen size."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Picture:
 
 
 def screens(view: View) -> dict[str, Any]:
-    """Return the values of the screens page."""
+    """Return the values for the screens page."""
     found, t = view.found, view.t
     checked = _size_of_the_check(view.jobs)
     wanted = view.query.get("size", "")

@@ -1,4 +1,4 @@
-"""The settings page: one field per key of slipscale.toml."""
+"""The settings page: one field per key in slipscale.toml."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Field:
 
 
 def settings(view: View) -> dict[str, Any]:
-    """Return the values of the settings page, one field per key of slipscale.toml."""
+    """Return the values for the settings page, one field per key in slipscale.toml."""
     test = view.jobs.last("test")
     over = test is not None and not test.running
     text, fault = lab_text(Path()), ""

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.console.page_texts import Words
     from slipscale.experiments.lab.console.state import Snapshot
 
-MOST_PEOPLE = 60  # in a table, unless all are requested
+MOST_PEOPLE = 60  # rows in a table, unless all are requested
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,7 +50,7 @@ def date_of(when_ns: int | None) -> str:
 
 
 def when_over(job: Job | None) -> str:
-    """Return when a job ended, in ISO 8601; empty if it has not."""
+    """Return the time at which a job ended, in ISO 8601; empty if it is still running."""
     if job is None or job.running:
         return ""
     return datetime.fromtimestamp(changed_ns(job.output) / 1e9, UTC).isoformat()
@@ -59,7 +59,7 @@ def when_over(job: Job | None) -> str:
 def failure(job: Job | None) -> str:
     """Return the error message of a job that failed; empty if it succeeded.
 
-    A session that was stopped reports that itself and does not count as a failure.
+    A stopped session reports this itself and does not count as a failure.
     """
     stopped = 130
     return job.complained() if job and job.status not in (None, 0, stopped) else ""
