@@ -1,9 +1,10 @@
 """Fit a simulated population to the participants of a data set, keeping defaults for the rest.
 
 Estimates are scaled to 0-100 by the normalisation of the analysis. Each is then converted to a
-standard normal deviate at its amplitude, from the mid-ranks of all estimates there. The components
-of the deviates' variance are those of the model: each trial's, and the person's intercept and
-exponent. The correlation of deviates at distant amplitudes separates the last two.
+standard normal deviate at its amplitude, from the mid-ranks of all estimates at that amplitude.
+The variance of the deviates is divided into the components of the model: trial, and the person's
+intercept and exponent. The correlation between deviates at distant amplitudes separates the last
+two.
 """
 
 from __future__ import annotations
@@ -29,21 +30,21 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-#: Smallest share of a component in the total variance; without one, the model is unrealistic.
+#: Smallest proportion of the total variance for a component; at 0, the model is unrealistic.
 LEAST_SHARE = 0.02
-#: Probability of a round estimate by chance: every fifth hundredth of the scale.
+#: Probability of a round estimate by chance: one in five hundredths of the scale.
 ROUND_BY_CHANCE = 1 / ROUND_TO_PERCENT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FittedPopulation:
-    """A population, and the source of its numbers.
+    """A fitted population, and the source of its numbers.
 
     Parameters
     ----------
     population : Population
     fitted : Mapping
-        Field -> what it was fitted from, in words.
+        Field -> description of what it was fitted from.
     assumed : tuple of str
         Fields that the data do not determine; they keep the shipped defaults.
     """
@@ -109,7 +110,7 @@ Fit = tuple[dict[str, "Any"], str]
 
 
 def _variance(_: Analysis, trials: pd.DataFrame, found: Mapping[str, Any]) -> Fit:
-    """Return the components of the variance: per trial (given repetitions) and per person."""
+    """Return the variance components: per trial (given repetitions) and per person."""
     deviates = _deviates(trials)
     who, what = trials[PARTICIPANT].astype(str), trials["amplitude_um_pp"]
     cells = deviates.groupby([who, what]).mean().unstack()  # noqa: PD010 - the index is made
@@ -122,8 +123,8 @@ def _variance(_: Analysis, trials: pd.DataFrame, found: Mapping[str, Any]) -> Fi
         trial = float(np.clip(trial, LEAST_SHARE, 1 - LEAST_SHARE))
         values["trial_to_trial"] = round(trial, 4)
     observed = np.corrcoef(cells.to_numpy(float), rowvar=False)
-    # A mean of several trials is more precise than one; the person's component is what
-    # correlates.
+    # A mean of several trials is more precise than one trial; correlations come from the person's
+    # component.
     steady = (1 - trial) / (1 - trial + trial / counts.mean())
     shares = np.linspace(LEAST_SHARE, 1 - LEAST_SHARE, 97) * (1 - trial)
     misfit = [
@@ -189,7 +190,7 @@ def _rounding(_: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> F
 def _order(analysis: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> Fit:
     order = analysis.inference[ORDER]
     each = trials.groupby(trials[PARTICIPANT].astype(str)).size()
-    # With few trials, a slope does not establish a habit, whatever its interval.
+    # With few trials, a slope does not demonstrate a habit, whatever its interval.
     if not order or each.min() < TRIALS_FOR_DRIFT:
         return {}, ""
     values: dict[str, Any] = {}
@@ -201,7 +202,7 @@ def _order(analysis: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) 
     return values, "the analysis of order, if its interval excludes 0"
 
 
-#: Each returns fields of the population (or of its habits), and what they were fitted from.
+#: Each returns fields of the population (or its habits), and what they were fitted from.
 FITS: tuple[Callable[[Analysis, pd.DataFrame, Mapping[str, Any]], Fit], ...] = (
     _variance,
     _times,

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 ZIP = ".zip"
-#: Fixed date of a zip's entries: the earliest that the format supports.
+#: Fixed date for zip entries: the earliest that the format supports.
 NO_DATE = (1980, 1, 1, 0, 0, 0)
 LARGEST_BYTES = 200_000_000
 #: Files that file managers create in a folder.
@@ -38,11 +38,11 @@ class Bundle:
     name : str
         Name of its file or folder.
     manifest : Manifest
-        Intact: its digest matches the stated one.
+        The manifest, which is intact: its digest matches the stated one.
     study_text : str
-        Also intact.
+        Text of the study file, which is also intact.
     damaged : tuple of str
-        One sentence for each other file that differs from the frozen one.
+        One sentence for every other file that differs from the frozen version.
     """
 
     name: str
@@ -62,7 +62,7 @@ def write_bundle(out: Path, files: Mapping[str, bytes]) -> None:
     Raises
     ------
     UserError
-        It already exists, or cannot be written.
+        The bundle already exists, or cannot be written.
     """
     refuse_taken(out)
     # Written atomically: it is renamed at the end.
@@ -100,7 +100,7 @@ def read_bundle(path: Path) -> Bundle:
     Raises
     ------
     UserError
-        It is not a bundle, is truncated, or its manifest or study was changed.
+        The path is not a bundle, is truncated, or its manifest or study was changed.
     """
     if not path.exists():
         raise UserError(f"--plan {path}: no such file or folder")

@@ -1,4 +1,4 @@
-"""Compare data and analysis with a frozen plan: every deviation in one sentence each."""
+"""Compare data and analysis with a frozen plan, and describe each deviation in one sentence."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def check_plan(bundle: Bundle, analysis: Analysis, options: Sequence[str] = ()) 
     analysis : Analysis
         Analysis of the data.
     options : sequence of str
-        Options of the command that no plan names, as given.
+        Command-line options that a plan does not cover, as given.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def _of_bundle(bundle: Bundle, _: Analysis) -> Iterator[str]:
 
 
 def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
-    """Yield which keys of the study differ, and which runs had another seed or language."""
+    """Yield the study keys that differ, and the runs with a different seed or language."""
     data, plan = analysis.dataset, bundle.manifest
     studies = sorted((data.folder / "code").glob("study*.toml")) if data.folder else []
     if not studies:
@@ -105,7 +105,7 @@ def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
             continue
         known.add(study_hash(text))
         for key in sorted(planned.keys() | own.keys()):
-            # Keys of the analysis are compared below, as they were used.
+            # Analysis keys are compared below, as they were actually used.
             if planned.get(key) != own.get(key) and not key.startswith("analysis."):
                 yield f"{path.name}: {key} is {_said(own, key)}; planned: {_said(planned, key)}."
     for digest in data.details.get("study_hash", ()):
@@ -133,7 +133,7 @@ def _of_data(_: Bundle, analysis: Analysis) -> Iterator[str]:
 
 
 def _flat(table: object, key: str = "") -> dict[str, object]:
-    """Return a TOML table's values by their dotted keys; tables in lists by their number."""
+    """Return a TOML table's values by dotted key; tables in lists are numbered."""
     if isinstance(table, dict):
         parts = [_flat(value, f"{key}.{name}" if key else name) for name, value in table.items()]
         return {name: value for part in parts for name, value in part.items()}
@@ -171,7 +171,7 @@ def _of_hand(_: Bundle, analysis: Analysis) -> Iterator[str]:
 
 
 def _of_dates(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
-    """Yield how many runs began before the plan was frozen; a pilot's runs have no date."""
+    """Yield how many runs started before the plan was frozen; pilot runs have no date."""
     data = analysis.dataset
     if data.mode == "pilot":
         return
@@ -190,7 +190,7 @@ def _of_dates(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
 
 
 def _started(analysis: Analysis) -> list[str]:
-    """Return when each run began, from its sidecars; empty if they do not state it."""
+    """Return each run's start time from its sidecars; empty if they do not state it."""
     folder = analysis.dataset.folder
     runs: dict[str, str] = {}
     for path in sorted(folder.glob("sub-*/**/beh/*_beh.json")) if folder else ():

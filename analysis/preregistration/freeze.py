@@ -1,4 +1,4 @@
-"""Freeze a study before data collection: gather and hash everything that a plan contains."""
+"""Freeze a study before data collection: collect and hash everything that belongs to the plan."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ class Wanted:
     population : Population
         The simulated population for the plan.
     stopping_rule : str
-        When data collection ends; empty for the planned number.
+        Rule for ending data collection; empty for the planned number of participants.
     existing_data, sample_size : str
         Which data already exist, and why the planned number is sufficient; empty if not stated.
     power : Path or None
         The folder of a finished `slipscale power --out`.
     notes : Path or None
-        A text with hypotheses and anything else that is in no other file.
+        Text file with hypotheses and anything else that the other files do not contain.
     """
 
     study_name: str
@@ -65,7 +65,7 @@ class Wanted:
 
 
 def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
-    """Return a plan's manifest, and all files of its bundle by their names.
+    """Return a plan's manifest, and all files in its bundle, keyed by name.
 
     The same plan and software give the same bytes, except for the date.
 
@@ -78,11 +78,11 @@ def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
     Raises
     ------
     UserError
-        The study has an error, a file cannot be read, the power result is of another study, or the
-        study cannot be simulated.
+        The study has an error, a file cannot be read, the power result belongs to another study,
+        or the study cannot be simulated.
     """
     study, text = read_study(wanted.study_name)
-    # As in the file: in the complete text, the content of texts files replaces their names.
+    # Uses the text as in the file: in the complete text, file names are replaced with file content.
     named = named_files(study_text(wanted.study_name), _folder_of(wanted.study_name))
     analysis = simulated(wanted.study_name, wanted.population)
     files: dict[str, tuple[bytes, Role, str]] = {STUDY: (text.encode(), "study", "")}
@@ -132,7 +132,7 @@ def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
 
 
 def simulated(study_name: str, population: Population) -> Analysis:
-    """Return the analysis of one simulated study, which shows how real data will be analysed."""
+    """Return the analysis of a simulated study, which shows how the real data will be analysed."""
     plans = pilot_plans(
         study_name, participants=None, seed=None, language=None, population=population
     )
@@ -180,7 +180,7 @@ def _power(folder: Path, study: str) -> dict[str, bytes]:
     Raises
     ------
     UserError
-        The folder is not a power result, or is of another study.
+        The folder does not contain a power result, or the result belongs to another study.
     """
     try:
         told = json.loads((folder / POWER_RESULT).read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Define ``manifest.json`` of a bundle: the content of a frozen plan for machines."""
+"""Define a bundle's ``manifest.json``: the machine-readable content of a frozen plan."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class _Frozen(BaseModel):
 
 
 class FrozenFile(_Frozen):
-    """A file of the bundle; ``named_by`` is the key of the study that names it."""
+    """A file in the bundle; ``named_by`` is the study key that names it."""
 
     path: str
     sha256: str
@@ -33,9 +33,10 @@ class FrozenFile(_Frozen):
 class Manifest(_Frozen):
     """A frozen plan.
 
-    ``normalisation`` and ``tests`` describe what `analyse` does with simulated data of the study.
-    They are its rule, and the fields of `slipscale.analysis.statistics.statistic.Inference` that
-    have a result. ``digest`` is the SHA-256 of everything else here, and therefore of every file.
+    ``normalisation`` and ``tests`` describe what `analyse` does with simulated data from the
+    study: the rule it uses, and the fields of `slipscale.analysis.statistics.statistic.Inference`
+    that have a result. ``digest`` is the SHA-256 of everything else here, and therefore of every
+    file.
     """
 
     format: Literal[1] = FORMAT
@@ -68,6 +69,6 @@ class Manifest(_Frozen):
         return self.model_copy(update={"digest": self.computed_digest()})
 
     def text(self) -> str:
-        """Return the file's text."""
+        """Return the text of the file."""
         told = self.model_dump(mode="json")
         return json.dumps(told, indent=2, ensure_ascii=False) + "\n"

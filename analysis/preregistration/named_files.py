@@ -1,8 +1,7 @@
 """Find the files that a study names, from the values of its keys.
 
-Every text in the study file that is the name of an existing file counts, so future keys are
-covered too. Each TOML file found is searched in the same way (a plate's file names its
-calibration).
+Every string in the study file that names an existing file counts, so future keys are covered too.
+TOML files found this way are searched as well (a plate file names its calibration).
 """
 
 from __future__ import annotations
@@ -33,12 +32,12 @@ class NamedFile:
 
 
 def named_files(text: str, beside: Path | None) -> list[NamedFile]:
-    """Return the files that a study names, each once, in the order of their keys.
+    """Return the files that a study names, without duplicates, in the order of their keys.
 
     Parameters
     ----------
     text : str
-        The study file's text, valid.
+        Text of a valid study file.
     beside : Path or None
         The folder that contains the study file; None for a shipped study.
 
@@ -76,7 +75,7 @@ def _gather(
 
 
 def _texts(value: object, key: str) -> Iterator[tuple[str, str]]:
-    """Yield every text in a table with its key."""
+    """Yield every string in a table with its key."""
     if isinstance(value, str):
         yield key, value
     elif isinstance(value, dict):
@@ -88,7 +87,7 @@ def _texts(value: object, key: str) -> Iterator[tuple[str, str]]:
 
 
 def _file(key: str, text: str, folders: list[Path]) -> Path | None:
-    """Return the file that a text names; None if it names none."""
+    """Return the file that a string names, or None."""
     if key == PLATE and text:
         return path_of(text, Path())
     # A word without an extension is not a file name, even if such a file exists.

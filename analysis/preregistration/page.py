@@ -37,7 +37,7 @@ def render(
     Parameters
     ----------
     plan : Manifest
-        With all files except the page.
+        Manifest with all files except the page.
     analysis : Analysis
         Analysis of one simulated study.
     contents : Mapping

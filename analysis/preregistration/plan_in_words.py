@@ -1,7 +1,7 @@
 """Describe the analysis plan in words, from the objects that `analyse` runs.
 
-The study is simulated once and analysed. Its methods section, its tests and their corrections are
-those that the real data will get, so words and code cannot diverge.
+The study is simulated once and analysed. The methods section, tests and corrections are those that
+will be applied to the real data, so the description cannot diverge from the code.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def results_of(analysis: Analysis) -> dict[str, object]:
-    """Return every result or `NotComputed`, in inference.json's order, outside ones last."""
+    """Return every result or `NotComputed`, in the order of inference.json; outside ones last."""
     found = analysis.inference
     return {each.key: found.results[each.key] for each in found.declared if each.test}
 
@@ -77,7 +77,7 @@ def _exclusions(choices: AnalysisChoices, quantity: Quantity) -> str:
 
 
 def _limits(flag: QualityFlag, thresholds: Thresholds) -> str:
-    """Return the thresholds with a description that refers to a flag."""
+    """Return the thresholds whose description refers to a flag."""
     own = [
         f"{name} = {getattr(thresholds, name):g}"
         for name, field in type(thresholds).model_fields.items()

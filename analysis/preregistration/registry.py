@@ -1,6 +1,6 @@
-"""Answer the questions of registries from the study and its analysis.
+"""Answer registry questions from the study and its analysis.
 
-The questions are those of OSF's and AsPredicted's forms. Answers that only the authors know are
+The questions are those on the OSF and AsPredicted forms. Answers that only the authors know are
 taken from the command's options; without them, the page reports that they are not stated.
 """
 

@@ -1,4 +1,4 @@
-"""Compute what `slipscale reproduce` reports on the data sets of Table III, Biet et al. (2007)."""
+"""Compute what `slipscale reproduce` reports on data sets consistent with Table III."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ AMPLITUDES_UM_PP = tuple(biet2007.BY_AMPLITUDE)
 
 @dataclass(frozen=True)
 class Count:
-    """Number of data sets that a column allows under one convention of the standard deviation."""
+    """Number of data sets consistent with a column under one standard-deviation convention."""
 
     amplitude_um_pp: float
     sd_convention: str
@@ -26,7 +26,7 @@ class Count:
 
 
 def columns() -> list[Solutions]:
-    """Return the solutions of the four columns, in the order of `AMPLITUDES_UM_PP`."""
+    """Return the solutions for the four columns, in the order of `AMPLITUDES_UM_PP`."""
     return [Solutions(column) for column in read(biet2007.TABLE3_FILE).columns]
 
 
@@ -41,11 +41,11 @@ def counts() -> tuple[Count, ...]:
 
 
 def table3_dataset(seed: int) -> dict[float, tuple[int, ...]]:
-    """Return a data set that Table III allows: twelve participants, four amplitudes.
+    """Return a data set consistent with Table III: twelve participants, four amplitudes.
 
-    Each column is exactly uniform over its multisets (sample SD). It is then put in random order,
+    Each column is drawn uniformly from its multisets (sample SD). It is then shuffled
     independently of the others, because the table does not state who gave which rating.
-    Correlations between columns are therefore zero on average; real participants' would not be.
+    Correlations between columns are therefore zero on average, unlike those of real participants.
 
     Parameters
     ----------

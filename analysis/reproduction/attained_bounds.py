@@ -1,9 +1,9 @@
-"""State what holds in every data set that Table III allows, with tables that attain each bound.
+"""State what holds in every data set consistent with Table III, with tables attaining each bound.
 
 The search over all pairs of data sets takes minutes, so its result is recorded: a table of ratings
-for each bound. The reported value is computed from the recorded table by the definitions, after
-checking that the table gives Table III. The search proves that no value lies beyond the bound;
-repeat it with ``python -m slipscale.analysis.reproduction.attained_bounds``.
+for each bound. The reported value is computed from the recorded table, after checking that the
+table gives Table III. The search proves that no value lies beyond the bound; repeat it with
+``python -m slipscale.analysis.reproduction.attained_bounds``.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def _participants_higher(tables: Array) -> Array:
     return found
 
 
-# Kind of conclusion: its test in words, and its statistic of tables (table, participant, column).
+# Kind of conclusion: its test in words, and its statistic for tables (table, participant, column).
 KINDS: dict[
     str, tuple[Callable[[Sequence[Solutions], Range], Conclusion], Callable[[Array], Array]]
 ] = {

@@ -1,10 +1,11 @@
-"""Compare the paper's items with ours in one table.
+"""Compare the paper's numbers with ours in one table.
 
 A source is a module with ``ITEMS`` and ``FIGURES``. ``ITEMS`` maps an item's name to a function
 that returns its `Outcome`. ``FIGURES`` maps a figure's name to a function that returns a
-matplotlib figure. Its recorded values are in a JSON file next to it. Three results are reported
-per item. ``agrees``: whether ours rounds to the printed value. ``drift``: whether ours differs
-from the value recorded in the repository. ``reason``: why it differs from the paper, if it does.
+matplotlib figure. The recorded values are in a JSON file next to the module. Three results are
+reported per item. ``agrees``: whether our value rounds to the printed value. ``drift``: whether
+our value differs from the value recorded in the repository. ``reason``: why it differs from the
+paper, if it does.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from types import ModuleType
 
-#: Sources of items: module, and the file of its recorded values. In the order of printing.
+#: Sources of items: module, and file with its recorded values; in the order of printing.
 SOURCES: tuple[tuple[str, str], ...] = (
     ("slipscale.analysis.reproduction.table3", "table3.json"),
     ("slipscale.analysis.reproduction.datasets", "datasets.json"),
@@ -32,15 +33,16 @@ SOURCES: tuple[tuple[str, str], ...] = (
     ("slipscale.analysis.reproduction.plate", "plate.json"),
     ("slipscale.analysis.reproduction.constants", "constants.json"),
 )
-#: Relative change of ours that counts as drift; processors and library versions round differently.
+#: Relative change in our value that counts as drift; rounding differs between processors and
+#: library versions.
 DRIFT = 1e-6
-#: Floating point represents every whole number below.
+#: Floating point represents every whole number below this one exactly.
 EXACT = 2**53
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """Result of an item.
+    """Result for an item.
 
     Parameters
     ----------
@@ -51,19 +53,19 @@ class Outcome:
     unit : str
         Unit of both.
     reason : str
-        How ours was obtained, or why it differs.
+        How our value was obtained, or why it differs.
     rule : callable, optional
-        (published, ours) -> bool, if the paper does not give a number with decimals ("more than
-        10"); by default ours must round to the printed number.
+        (published, ours) -> bool, if the paper does not print a plain number ("more than 10"); by
+        default, our value must round to the printed number.
     must_agree : bool
         Whether a disagreement is an error of ours.
     by_construction : bool
-        Agreement does not support the paper: ours was set to, or derived from, the published
-        value.
+        Whether our value was set to, or derived from, the published value, so that agreement is
+        not evidence for the paper.
     exact : int, optional
-        Ours as a whole number of any size, if ``ours`` may round it.
+        Our value as a whole number of any size, if ``ours`` may be rounded.
     text : str, optional
-        How to print ours if it must not be rounded to nearest, such as a bound.
+        Text to print for our value if it must not be rounded to nearest, as for a bound.
     """
 
     published: str | None
@@ -78,14 +80,14 @@ class Outcome:
 
     @property
     def shown(self) -> str:
-        """Ours, as printed."""
+        """Our value, as printed."""
         if self.text is not None:
             return self.text
         return f"{self.ours:.5g}" if self.exact is None else f"{self.exact:,}"
 
     @property
     def agrees(self) -> bool | None:
-        """Whether ours agrees with the paper; None if the paper gives no value."""
+        """Whether our value agrees with the paper; None if the paper gives no value."""
         return None if self.published is None else self.rule(self.published, self.ours)
 
 
@@ -99,7 +101,7 @@ class Comparison:
 
     @property
     def drifted(self) -> bool:
-        """Whether ours differs from the value recorded in the repository."""
+        """Whether our value differs from the one recorded in the repository."""
         if self.recorded is None:
             return True
         return not math.isclose(self.outcome.ours, self.recorded, rel_tol=DRIFT, abs_tol=1e-12)
@@ -138,7 +140,7 @@ def sources() -> list[ModuleType]:
 
 
 def recorded_values() -> dict[str, float]:
-    """Return the recorded values of ours, by item."""
+    """Return our recorded values, keyed by item."""
     values: dict[str, float] = {}
     for _, name in SOURCES:
         values |= json.loads(
@@ -164,7 +166,7 @@ def item_names() -> list[str]:
 
 
 def choose(wanted: Sequence[str]) -> list[str]:
-    """Return the items named by the words: an item, or the common prefix of several before a dot.
+    """Return the items that match the words: an item name, or a common prefix before a dot.
 
     >>> choose(["fig15"])
     ['fig15.0', 'fig15.0.5', 'fig15.1.2', 'fig15.2.3']

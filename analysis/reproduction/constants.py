@@ -1,7 +1,7 @@
-"""Compare numbers of the paper's text and Table II with values from the paper's other numbers.
+"""Compare numbers in the paper's text and Table II with values from its other numbers.
 
-``python -m slipscale.analysis.reproduction.constants`` records ours in ``constants.json``. Run it
-only after an intended change, and explain in the commit why the numbers changed.
+``python -m slipscale.analysis.reproduction.constants`` records our values in ``constants.json``.
+Run it only after an intended change, and explain in the commit why the numbers changed.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def alpha() -> Outcome:
 
 
 def c11p() -> Outcome:
-    """Return the ceramic's modulus c11p of Table II from the matrices of Appendix B."""
+    """Return the ceramic's modulus c11p (Table II), computed from the matrices in Appendix B."""
     from slipscale.hardware.plate.materials import P1_91  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
@@ -45,7 +45,7 @@ def c11p() -> Outcome:
 
 
 def d31() -> Outcome:
-    """Return the ceramic's charge constant d31 of Table II from the matrices of Appendix B."""
+    """Return the ceramic's charge constant d31 (Table II), computed from Appendix B."""
     from slipscale.hardware.plate.materials import P1_91  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
@@ -70,7 +70,7 @@ def plate_area() -> Outcome:
 
 
 def plate_half_wave() -> Outcome:
-    """Return the half wave that the paper gives its (8;0) mode, Section III-C."""
+    """Return the half wave that the paper states for its (8;0) mode, Section III-C."""
     from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
 
     return Outcome(

@@ -1,10 +1,10 @@
-"""Count every raw data set that Table III allows, and state what holds in all of them.
+"""Count the raw data sets consistent with Table III, and state what holds in all of them.
 
-The paper prints none of these numbers. They follow from its Table III for whole ratings from 0 to
-100, for any assignment of ratings to participants. The paper does not state which standard
-deviation it printed. A conclusion's lowest and highest values therefore cover the data sets of
-both conventions and all pairings of ratings; the reason reports them separately and gives the
-table that attains them. See `attained_bounds` for the source of the tables.
+The paper prints none of these numbers. They follow from Table III for whole-number ratings from 0
+to 100 and any assignment of ratings to participants. The paper does not state which standard
+deviation it printed. A conclusion's lowest and highest values therefore cover both conventions and
+all pairings of ratings; the reason reports them separately and gives the table that attains them.
+See `attained_bounds` for the source of the tables.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def _counts() -> dict[tuple[float, str], allowed_datasets.Count]:
 
 @cache
 def _conclusions() -> dict[str, dict[str, Conclusion]]:
-    """Return the conclusions by name and convention of the SD."""
+    """Return the conclusions, keyed by name and SD convention."""
     found: dict[str, dict[str, Conclusion]] = {}
     for convention in CONVENTIONS:
         for one in known(convention):
@@ -54,7 +54,7 @@ def _conclusions() -> dict[str, dict[str, Conclusion]]:
 
 
 def datasets(amplitude_um_pp: float, convention: str) -> Outcome:
-    """Return how many multisets of twelve integers a column of Table III allows."""
+    """Return the number of multisets of twelve integers consistent with a column of Table III."""
     count = _counts()[amplitude_um_pp, convention]
     return Outcome(
         published=None,
@@ -69,7 +69,7 @@ def datasets(amplitude_um_pp: float, convention: str) -> Outcome:
 
 
 def tables(convention: str) -> Outcome:
-    """Return how many tables of twelve participants and four amplitudes Table III allows."""
+    """Return the number of 12-participant, 4-amplitude tables consistent with Table III."""
     exact = prod(_counts()[amplitude, convention].ordered for amplitude in AMPLITUDES_UM_PP)
     return Outcome(
         published=None,

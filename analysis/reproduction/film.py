@@ -1,7 +1,7 @@
-"""Compare the paper's film with ours: squeeze number, friction, Reynolds equation, perception.
+"""Compare the paper's squeeze film with ours: squeeze number, friction, Reynolds equation.
 
-``python -m slipscale.analysis.reproduction.film`` records ours in ``film.json``. Run it only after
-an intended change of a model, and explain in the commit why the numbers changed.
+``python -m slipscale.analysis.reproduction.film`` records our values in ``film.json``. Run it only
+after an intended change of a model, and explain in the commit why the numbers changed.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from slipscale.stimuli.periodic_film import FilmState
 
 
-# Over half the contact; with a spacing of 0.05 µm, the proportion is accurate to 0.1 %.
+# Covers half the contact; with a spacing of 0.05 µm, the proportion is accurate to 0.1 %.
 POSITIONS = 100_000
 
 
 def more_than(published: str, ours: float) -> bool:
-    """Agree if ours exceeds a number that the paper gives as "more than"."""
+    """Return whether our value exceeds a number that the paper gives as "more than"."""
     return ours > float(published)
 
 
@@ -62,7 +62,7 @@ def fig3() -> Outcome:
 
 
 def fig5_half() -> Outcome:
-    """Return the friction of the paper's guideline, Section II-D: one half."""
+    """Return the friction at the paper's guideline, Section II-D: one half."""
     return Outcome(
         published="0.5",
         ours=_friction(1.5, 0.6),
@@ -72,7 +72,7 @@ def fig5_half() -> Outcome:
 
 
 def fig5_zero() -> Outcome:
-    """Return the friction at 4 µm on the roughest plate: still above zero, Section II-C."""
+    """Return the friction at 4 µm on the roughest plate, Section II-C: still above zero."""
     return Outcome(
         published="0",
         ours=_friction(4.0, 1.6),
@@ -95,7 +95,7 @@ def _film(amplitude_um_pp: float) -> FilmState:
 
 
 def reynolds(amplitude_um_pp: float) -> Outcome:
-    """Return the mean overpressure that the full Reynolds equation gives at one amplitude."""
+    """Return the mean overpressure from the full Reynolds equation at one amplitude."""
     from slipscale.stimuli.squeeze_film import mean_overpressure  # noqa: PLC0415 - see ITEMS
     from slipscale.stimuli.surface import peak_from_pp  # noqa: PLC0415
 
@@ -127,7 +127,7 @@ def _above_the_finger(closed_form: bool) -> float:
 
 
 def some(_published: str, ours: float) -> bool:
-    """Whether ours is above zero, if the paper states that the effect exists."""
+    """Return whether our value is above zero, for effects that the paper says exist."""
     return ours > 0
 
 

@@ -1,7 +1,7 @@
-"""Compare the paper's plate with ours: beam, finite elements, the plate as measured.
+"""Compare the paper's plate with ours: beam model, finite-element model, measured plate.
 
-``python -m slipscale.analysis.reproduction.plate`` records ours in ``plate.json``. Run it only
-after an intended change of a model, and explain in the commit why the numbers changed.
+``python -m slipscale.analysis.reproduction.plate`` records our values in ``plate.json``. Run it
+only after an intended change of a model, and explain in the commit why the numbers changed.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def neutral_line() -> Outcome:
 
 
 def fig9_analytic() -> Outcome:
-    """Return the half wave of the paper's beam at 25 kHz, Section III-B."""
+    """Return the half wave of the paper's beam model at 25 kHz, Section III-B."""
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
@@ -69,7 +69,7 @@ def fig9_analytic() -> Outcome:
 
 
 def fig9_timoshenko() -> Outcome:
-    """Return the half wave of Timoshenko's beam at 25 kHz, which is not in the paper."""
+    """Return the half wave of a Timoshenko beam at 25 kHz, which is not in the paper."""
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
@@ -175,14 +175,14 @@ def _twin_peak() -> tuple[float, float]:
 
 
 def fig13_frequency() -> Outcome:
-    """Return the resonance of the plate as measured, Section IV-A."""
+    """Return the measured resonance of the plate, Section IV-A."""
     return Outcome(
         published="30.5", ours=_twin_peak()[0] / 1e3, unit="kHz", reason=_TWIN, by_construction=True
     )
 
 
 def fig13_amplitude() -> Outcome:
-    """Return the amplitude of the plate as measured, Section IV-A."""
+    """Return the measured amplitude of the plate, Section IV-A."""
     return Outcome(
         published="2.3", ours=_twin_peak()[1], unit="µm p-p", reason=_TWIN, by_construction=True
     )
@@ -198,7 +198,7 @@ def draw_fig8() -> Figure:
 
 
 def draw_fig9() -> Figure:
-    """Return Fig. 9, with its cross, Timoshenko's beam and the measured plate."""
+    """Return Fig. 9, with its cross, a Timoshenko beam and the measured plate."""
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415
     from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
     from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415
@@ -210,7 +210,7 @@ def draw_fig9() -> Figure:
         {h: half_wave_frequency_hz(Layout.half_wave(h)) / 1e3 for h in HALF_WAVES_MM},
         least_mm=BeamSection.printed().half_wave_for_amplitude_mm(1.5, 15.0),
         measured=(83 / 8, 30.5),
-        # As drawn in the paper: Fig. 12's peak, at an eighth of the plate's length.
+        # As drawn in the paper: the peak from Fig. 12, at an eighth of the plate length.
         harmonic_peak=(83 / 8, 34.77),
     )
     return figure

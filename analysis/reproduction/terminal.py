@@ -60,7 +60,7 @@ def print_comparisons(comparisons: Sequence[Comparison], console: Console | None
 
 
 def by_construction(outcome: Outcome) -> bool:
-    """Whether ours agrees by construction."""
+    """Whether our value agrees by construction."""
     return outcome.by_construction and bool(outcome.agrees)
 
 

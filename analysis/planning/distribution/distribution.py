@@ -23,7 +23,7 @@ PERCENTILES = (5, 50, 95)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
-    """Distribution of a number over the studies that have it.
+    """Distribution of a number across the studies that have it.
 
     Parameters
     ----------
@@ -56,7 +56,8 @@ class Conclusion:
         See `slipscale.analysis.planning.distribution.numbers.Findings`.
     words : str
     share : Share
-        In a study that could not be analysed, the conclusion does not hold.
+        Proportion of studies; a study that could not be analysed counts as one in which it does
+        not hold.
     """
 
     name: str
@@ -66,24 +67,24 @@ class Conclusion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Distribution:
-    """The whole table of results over simulated studies.
+    """Distribution of all results across simulated studies.
 
     Parameters
     ----------
     study, title : str
-        The study's name and title.
+        Name and title of the study.
     quantity : Quantity
-        What its levels are in.
+        Quantity and unit of the levels.
     participants : int
         Participants per study.
     population : str
         The simulated population.
     seed : int
-        Seed from which all studies' seeds are derived.
+        Seed from which the seeds of all studies are derived.
     normalisation : str
-        The study's rule; empty if it sets none.
+        Normalisation rule of the study; empty if it sets none.
     sessions : str
-        Why full sessions were simulated; empty for the fast simulation.
+        Reason why full sessions were simulated; empty for the fast simulation.
     results : tuple of StudyResult
         One per study.
     numbers : tuple of Spread
@@ -135,11 +136,11 @@ class Distribution:
         ]
 
     def cell(self, amplitude_um_pp: float, statistic: str) -> Spread | None:
-        """Return a cell of Table III; None if no study has it."""
+        """Return a cell of Table III; None if no study has a value."""
         return self.by_name.get(cell_name(amplitude_um_pp, statistic))
 
     def values(self, name: str) -> list[float]:
-        """Return a number from each study that has it."""
+        """Return the values of a number, one from each study that has it."""
         found = [each.found.numbers.get(name) for each in self.results]
         return [value for value in found if value is not None]
 

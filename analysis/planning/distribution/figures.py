@@ -1,4 +1,4 @@
-"""Plot many simulated studies: Table III's cells, curves of Fig. 15, other results."""
+"""Plot many simulated studies: cells of Table III, curves as in Fig. 15, other results."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.planning.distribution.distribution import Distribution
 
-#: Table III's column -> its title.
+#: Column of Table III -> title.
 STATISTICS = {
     "mean": "Mean",
     "maximum_deviation": "Maximum deviation",
@@ -66,7 +66,7 @@ def _paper(axes: Axes, found: Distribution, statistic: str) -> None:
 
 @styled
 def curves_figure(found: Distribution) -> Figure:
-    """Plot Fig. 15's curve of means: a sample of studies, the median, 5 to 95 %."""
+    """Plot the mean curve of Fig. 15: a sample of studies, the median, and the 5 to 95 % range."""
     figure, axes = canvas(size=(5.6, 4.0))
     amplitudes = np.array(found.amplitudes_um_pp)
     names = [cell_name(amplitude, "mean") for amplitude in amplitudes.tolist()]
@@ -96,7 +96,7 @@ def curves_figure(found: Distribution) -> Figure:
 
 @styled
 def results_figure(found: Distribution) -> Figure:
-    """Plot the main results outside Table III, one histogram each."""
+    """Plot the main results other than Table III, one histogram each."""
     shown = found.headlines[:PANELS]
     columns = min(COLUMNS, len(shown))
     rows = -(-len(shown) // columns)

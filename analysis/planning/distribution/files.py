@@ -46,7 +46,7 @@ def claim(folder: Path) -> None:
     Raises
     ------
     UserError
-        It contains anything else; nothing was changed.
+        It contains other files; nothing was changed.
     """
     try:
         if folder.exists() and any(folder.iterdir()) and not (folder / PAGE).exists():
@@ -86,7 +86,7 @@ def write_distribution(folder: Path, found: Distribution) -> Path:
 
 
 def _tables(found: Distribution) -> dict[str, pd.DataFrame]:
-    """Return the tables by file name: spreads, proportions, and every study's own numbers."""
+    """Return the tables by file name: spreads, proportions, and the numbers of every study."""
     named = found.quantity.key
     return {
         "numbers": pd.DataFrame(

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.study.run_plan import RunPlan
 
-#: Version of the meaning of a study's seed; another number gives other seeds.
+#: Version of the derivation of seeds; changing it changes the seed of every study.
 VERSION = 1
 SEED_DIGITS = 12  # hexadecimal digits: a seed short enough to type
 HOUR_S = 3600.0
@@ -36,18 +36,18 @@ HOUR_S = 3600.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyResult:
-    """One simulated study.
+    """Result of one simulated study.
 
     Parameters
     ----------
     number : int
-        From 1.
+        Number of the study, from 1.
     seed : int
         ``slipscale pilot STUDY --seed`` runs exactly this study, session by session.
     found : Findings
         Empty if the analysis rejected the data.
     refused : str
-        Why it was rejected; empty if it was not.
+        Reason why the analysis rejected the data; empty if it did not.
     """
 
     number: int
@@ -66,7 +66,7 @@ class ManyStudies:
         A study file, or a shipped study's name.
     population : Population
     participants, language
-        Replace the study's own.
+        Replace the values in the study file.
     seed : int or None
         Replaces the study's seed; all studies' seeds are derived from it.
     """
@@ -95,7 +95,7 @@ class ManyStudies:
 
     @cached_property
     def why_sessions(self) -> str:
-        """Why full sessions are simulated; empty if the fast simulation gives the same result."""
+        """Reason for simulating full sessions; empty if the fast simulation is equivalent."""
         return why_sessions(self.plans[0])
 
     def check(self) -> None:
@@ -145,7 +145,7 @@ def results(
     times : int
         Number of studies.
     jobs : int
-        Number of processes; -1: one per processor.
+        Number of processes; -1 for one per processor.
     patient : bool
         Whether to run even if it takes more than an hour.
 

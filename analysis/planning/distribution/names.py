@@ -10,11 +10,11 @@ import re
 from slipscale.analysis.tasks.table import STATISTICS
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
-#: Conclusion's name -> description, in order of display.
+#: Name of a conclusion -> description, in order of display.
 CONCLUSIONS = {
     rf"{each.key}\.{name}": words for each in STATISTICS for name, words in each.conclusions.items()
 }
-#: Number's name -> description, for numbers that are drawn and shown first.
+#: Name of a number -> description, for numbers that are plotted and shown first.
 HEADLINES = {
     rf"{each.key}\.{name}": words for each in STATISTICS for name, words in each.headlines.items()
 }

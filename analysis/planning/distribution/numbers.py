@@ -1,7 +1,7 @@
 """Extract all numbers and conclusions of an analysis, with the same names in every study.
 
 They are read from the content of inference.json, so new results are included automatically.
-Results of single participants are omitted, because another study has other participants.
+Results for single participants are omitted, because every study has different participants.
 """
 
 from __future__ import annotations
@@ -30,34 +30,34 @@ LEFT_OUT = (
     *("normalisation", "amplitudes_um_pp", "left_out_um_pp"),
 )
 PERSON = "sub-"
-#: A p that takes precedence over another p of the same result.
+#: p-values that take precedence over another p-value of the same result.
 CORRECTED = {
     "p": ("p_gg", "p_holm"),
     "p_wilcoxon": ("p_wilcoxon_holm",),
     "equivalence_p": ("equivalence_p_holm",),
 }
-#: p-values that are not conclusions: tests of assumptions, and of another correction.
+#: p-values that are not conclusions: assumption checks, and alternative corrections.
 NOT_CONCLUDED = ("mauchly_p", "shapiro_p", "p_hf")
-#: Boolean properties of a computation, which are not conclusions.
+#: Boolean properties of a computation that are not conclusions.
 OF_A_COMPUTATION = ("converged", "at_bound", "at_ceiling")
-#: The name of the best fit.
+#: Key for the name of the best fit.
 BEST = "best"
 BOUNDS = ("low", "high")
-#: Endings of keys whose value is an interval.
+#: Suffixes of keys whose value is an interval.
 OF_AN_INTERVAL = ("ci", "ci95", "interval")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Findings:
-    """Results of one study.
+    """Numbers and conclusions from one study.
 
     Parameters
     ----------
     numbers : Mapping
         Name (``table3.0.5.mean``, ``power_law.exponent``) -> value, if there is one.
     conclusions : Mapping
-        Name (``friedman.p``) -> whether it holds: a p below the level, or a statement that is
-        true.
+        Name (``friedman.p``) -> whether it holds: a p-value below the significance level, or a
+        true statement.
     """
 
     numbers: Mapping[str, float] = field(default_factory=dict)
@@ -114,7 +114,7 @@ def _of_record(record: JsonObject, name: str) -> Iterator[tuple[str, Json]]:
 
 
 def _by_surface(record: JsonObject) -> JsonObject:
-    """Return a scale's record with its lists, here and one level down, keyed by surface."""
+    """Return a scale's record with its lists, at this level and the next, keyed by surface."""
     surfaces = record.get("surfaces")
     # Surfaces of a scale are names; surfaces of a rating are records.
     if not isinstance(surfaces, list) or not all(isinstance(name, str) for name in surfaces):
@@ -136,7 +136,7 @@ def _by_surface(record: JsonObject) -> JsonObject:
 
 
 def _labels(values: list[Json]) -> list[str]:
-    """Return names for a list's elements: their identifiers, bounds, or 1, 2, ..."""
+    """Return names for the elements of a list: identifiers, bounds, or 1, 2, ..."""
     numbered = [str(number) for number in range(1, len(values) + 1)]
     if len(values) == len(BOUNDS) and not any(isinstance(value, dict | list) for value in values):
         return list(BOUNDS)

@@ -33,7 +33,7 @@ def values(spread: Spread) -> tuple[str, str, str, str]:
 
 
 def sentences(found: Distribution) -> list[str]:
-    """Return what was simulated and how to view one of the studies, one sentence each."""
+    """Return sentences on what was simulated and how to view one of the studies."""
     number = len(found.results)
     how = f"as full sessions, since {found.sessions}" if found.sessions else "question by question"
     whose = f"of people like population “{found.population}”"
@@ -60,7 +60,7 @@ def sentences(found: Distribution) -> list[str]:
 
 
 def _paper(found: Distribution) -> str:
-    """State how many of the paper's cells lie within the studies' ranges."""
+    """State how many of the paper's cells lie within the range of the simulated studies."""
     inside = total = 0
     for amplitude in found.amplitudes_um_pp:
         row = biet2007.BY_AMPLITUDE.get(amplitude)

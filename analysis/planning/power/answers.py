@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.planning.power.shard import Looks
 
 LOOK = "look after "
-#: Nodes of the effect's distribution for assurance (Gauss-Hermite quadrature).
+#: Number of nodes for the effect's distribution, for assurance (Gauss-Hermite quadrature).
 EFFECTS = 9
 #: Minimum distance of mean sensations from the ends of the scale.
 ROOM = 0.5
@@ -35,21 +35,21 @@ class Row:
     power : Mapping
         Test, or pair of neighbours -> proportion of studies with a significant result.
     decisive : tuple of str
-        Those that must reach the target: the primary test of any difference and all neighbours.
+        Tests that must reach the target: the primary omnibus test and all neighbouring pairs.
     false_alarms : Mapping
-        The same without any effect.
+        The same proportions without any effect.
     widths : Mapping
-        Estimated quantity -> half-widths of its interval.
+        Estimated quantity -> half-widths of its confidence interval.
     steps : Mapping
         Results from catch steps; empty if not requested.
     unusable : Share
-        Studies that `analyse` would reject.
+        Proportion of studies that `analyse` would reject.
     looks : tuple of (int, Share)
         Participants at each interim analysis, and the proportion of studies that stopped there.
     false_looks : Share or None
-        Proportion that stopped at any interim analysis without an effect.
+        Proportion of studies that stopped at any interim analysis although there was no effect.
     assurance : float or None
-        Expected power over the effect's uncertainty.
+        Expected power, averaged over the uncertainty in the effect.
     """
 
     condition: Condition
@@ -70,7 +70,7 @@ class Row:
 
     @property
     def expected_participants(self) -> float:
-        """The mean number of participants if the study may stop at an interim analysis."""
+        """Mean number of participants if the study may stop at an interim analysis."""
         ended = math.fsum(share.value for _, share in self.looks)
         early = math.fsum(size * share.value for size, share in self.looks)
         return early + (1 - ended) * self.condition.participants
@@ -92,7 +92,7 @@ class Assurance:
         """Return effects and their weights; none below 0 or above `largest`."""
         nodes, weights = np.polynomial.hermite_e.hermegauss(EFFECTS)
         values = np.clip(self.mean + self.sd * nodes, 0.0, largest)
-        # Rounded, because a difference in the last bit would be another condition on another
+        # Rounded, because a difference in the last bit would give a different condition on another
         # machine.
         return [
             (round(float(value), 6), float(weight))
@@ -174,12 +174,12 @@ def varying(found: Sequence[Row]) -> list[str]:
 
 
 def fewest(found: Sequence[Row], target: float) -> dict[Condition, int | None]:
-    """Return the smallest size from which the target is always reached, or None.
+    """Return the smallest sample size from which the target is always reached, or None.
 
     Returns
     -------
     dict
-        Keyed by the condition with its participants set to 0.
+        Sizes, keyed by the condition with its number of participants set to 0.
     """
     enough: dict[Condition, int | None] = {}
     missed: set[Condition] = set()

@@ -1,4 +1,4 @@
-"""Extract what power depends on: surfaces, task, tests, normalisation, exclusions."""
+"""Extract what power depends on: surfaces, task, tests, normalisation and exclusions."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ SLOW = ("page_trend", "mixed_model")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Design:
-    """The parts of a study that affect power; a condition sets the rest.
+    """The parts of a study that affect power; conditions set the rest.
 
     Parameters
     ----------
     name : str
         Name of the study.
     task : Task
-        Its magnitude estimation.
+        Its magnitude-estimation task.
     steps : StepTask or None
-        Its descending difference.
+        Its descending difference task.
     declared : bool
-        Whether participants declare their scale's top.
+        Whether participants state the maximum of their scale.
     choices : AnalysisChoices
         The study's choices.
     population : Population
@@ -56,28 +56,28 @@ class Design:
 
     @property
     def rule(self) -> str:
-        """The rule of normalisation that `analyse` would use."""
+        """The normalisation rule that `analyse` would use."""
         return self.choices.normalisation or ("scale_top" if self.declared else "grand_maximum")
 
     @property
     def omnibus(self) -> str:
-        """The primary analysis' test of any difference."""
+        """The omnibus test of the primary analysis."""
         return OMNIBUS[self.choices.primary]
 
     @property
     def tests(self) -> tuple[str, ...]:
-        """The tests whose power is estimated: the study's, or all that have a vectorised form."""
+        """Tests whose power is estimated: the study's, or all tests with a vectorised form."""
         known = (*TESTS, *SLOW)
         named = self.choices.tests
         wanted = list(TESTS) if named is None else [test for test in known if test in set(named)]
-        # Friedman's test needs three amplitudes; with two, their one pair replaces it.
+        # Friedman's test needs three amplitudes; with two, the only pair replaces it.
         if len(self.task.amplitudes_um_pp) < 3:  # noqa: PLR2004
             wanted = [test for test in wanted if test not in ("friedman", "page_trend")]
         return tuple(wanted)
 
     @property
     def pairs(self) -> bool:
-        """Whether pairs of amplitudes are compared."""
+        """Whether amplitudes are compared pairwise."""
         return self.choices.tests is None or "pairwise" in self.choices.tests
 
     def task_of(self, condition: Condition) -> Task:
@@ -94,7 +94,7 @@ class Design:
         return replace(task, trials_after=task.trials_after + more)
 
     def steps_of(self, condition: Condition) -> StepTask | None:
-        """Return the descending difference with a condition's catch steps, or None.
+        """Return the descending difference task with a condition's catch steps, or None.
 
         None means that its precision is not requested.
         """
@@ -104,7 +104,7 @@ class Design:
 
     @property
     def identity(self) -> dict[str, Any]:
-        """Return everything except the condition that affects a result, as plain data."""
+        """Return everything that affects a result, except the condition, as plain data."""
         return {
             "task": asdict(self.task),
             "steps": None if self.steps is None else asdict(self.steps),
@@ -167,13 +167,13 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
 
 
 def _around(counts: Sequence[tuple[Options, int]], place: int) -> tuple[int, int]:
-    """Return how many trials of other tasks come before and after one task."""
+    """Return the numbers of trials in other tasks before and after a task."""
     trials = [number for _, number in counts]
     return sum(trials[:place]), sum(trials[place + 1 :])
 
 
 def _steps(counts: Sequence[tuple[Options, int]], context: Context) -> StepTask | None:
-    """Return the first descending difference with a step among the tasks, or None."""
+    """Return the first descending difference task that has a step, or None."""
     for place, (options, _) in enumerate(counts):
         if isinstance(options, DescendingDifference):
             falling = descent(options, context)
@@ -191,7 +191,7 @@ def _steps(counts: Sequence[tuple[Options, int]], context: Context) -> StepTask 
 
 
 def _plannable(study: Study) -> AnalysisChoices:
-    """Return the study's choices. Raises UserError if estimates cannot be normalised that way."""
+    """Return the study's choices. Raises UserError if their normalisation cannot be applied."""
     choices = study.analysis
     if choices.normalisation not in (None, *DIVISORS):
         raise UserError(

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 #: Maximum number of distinguishable curves.
 CURVES = 8
-#: In addition to colours, for greyscale prints.
+#: Used in addition to colours, for greyscale prints.
 MARKERS = "os^D"
 
 
@@ -54,7 +54,7 @@ def power_figure(found: Sequence[Row], target: float) -> Figure:
     )  # fmt: skip
     axes.set(xlabel="Participants", ylabel="Power of the weakest comparison", ylim=(0, 1.02))
     if others:
-        # Above the axes, because the curves may be anywhere inside.
+        # Placed above the axes, because curves may be anywhere inside.
         figure.legend(loc="outside upper left", ncols=2, handlelength=3.5)
     if len(curves) > CURVES:
         axes.set_title(f"the first {CURVES} of {len(curves)} conditions", fontsize=8.5)
@@ -63,7 +63,7 @@ def power_figure(found: Sequence[Row], target: float) -> Figure:
 
 @styled
 def catch_figure(found: Sequence[Row]) -> Figure:
-    """Plot the precision from catch steps against their number, one curve per sample size."""
+    """Plot the precision from catch steps against their number, with one curve per sample size."""
     figure, panels = canvas(1, 2, size=(6.6, 3.2), sharex=True)
     first = found[0].condition
     axes_left = [axis for axis in varying(found) if axis not in ("participants", "catch_steps")]

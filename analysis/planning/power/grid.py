@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.simulated_people.population import Population
 
 FEWEST_PARTICIPANTS = 3
-#: Maximum number of values of one option; a longer range is a typing error.
+#: Maximum number of values per option; a longer range is taken as a typing error.
 MOST_VALUES = 1000
 
 
@@ -30,13 +30,14 @@ class Condition:
     repetitions : int
         Ratings of each surface.
     effect : float
-        1 is the population's own; with 0.5, the differences between mean sensations are halved.
+        Effect size relative to the population; with 0.5, differences between mean sensations are
+        halved.
     lapses, dropout : float
         Proportions; see `slipscale.experiments.participants.simulated_people.habits.Habits`.
     exponent : float
         Exponent of the mean sensation above 0 µm; 0 keeps the population's own curve.
     order : {"blocked", "simple", "williams"} or None
-        The rule of the surfaces' order; None keeps the study's.
+        Rule for the order of surfaces; None keeps the study's.
     catch_steps : int or None
         Catch steps per series of the descending difference; None keeps the study's number and does
         not estimate their precision.
@@ -52,7 +53,7 @@ class Condition:
     catch_steps: int | None = None
 
     def told(self, axis: str) -> str:
-        """Format the value of an axis; empty if the study's own value is kept."""
+        """Format the value along an axis; empty if the study's own value is kept."""
         value = getattr(self, axis)
         return "" if value is None else str(value) if isinstance(value, str) else f"{value:g}"
 
@@ -82,7 +83,7 @@ class Condition:
             update={"lapses": self.lapses, "dropout": self.dropout}
         )
         changed = {"mean_sensation": mean, "habits": habits}
-        # A distribution on 0 to 100 may not allow this spread at another mean.
+        # A distribution on 0 to 100 may not allow this spread at a different mean.
         most = (0.9 * math.sqrt(each * (100 - each)) for each in mean)
         changed["sd_sensation"] = tuple(map(min, population.sd_sensation, most))
         return population.model_copy(update=changed)
@@ -115,12 +116,12 @@ def option(axis: str) -> str:
 
 
 def orders_of(words: Sequence[str]) -> tuple[Rule, ...]:
-    """Return the named rules of order.
+    """Return the ordering rules with these names.
 
     Raises
     ------
     UserError
-        No rule, or an unknown one, is named.
+        No rule is named, or a name is unknown.
     """
     known = get_args(Rule)
     named = [word.strip() for word in ",".join(words).split(",") if word.strip()]
@@ -184,7 +185,7 @@ def conditions(axes: dict[str, tuple[Any, ...]]) -> list[Condition]:
     Raises
     ------
     UserError
-        Lapses and dropout leave no participants who answer.
+        With these lapses and dropout, no participants answer.
     """
     found = [
         Condition(**dict(zip(axes, values, strict=True))) for values in product(*axes.values())
@@ -204,5 +205,5 @@ def without_effect(wanted: Sequence[Condition]) -> list[Condition]:
 
 
 def without_its_effect(condition: Condition) -> Condition:
-    """Return the condition that gives the false alarms of another."""
+    """Return the condition that gives the false alarms for another condition."""
     return replace(condition, effect=0.0, exponent=0.0)

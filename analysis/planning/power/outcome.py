@@ -1,4 +1,4 @@
-"""Count the findings of simulated studies in sums that can be added in any order."""
+"""Count the findings of simulated studies as sums that can be added in any order."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Z95 = 1.959963984540054
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Share:
-    """A proportion of simulated studies, with its Monte Carlo error.
+    """A proportion of simulated studies with its Monte Carlo error.
 
     Parameters
     ----------
@@ -93,12 +93,12 @@ class Sums:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """Findings of some simulated studies.
+    """Findings from a number of simulated studies.
 
     Parameters
     ----------
     studies : int
-        Number of studies; one that cannot be analysed counts as one without a finding.
+        Number of studies; a study that cannot be analysed counts as one without findings.
     unusable : int
         Number of studies that `analyse` would reject.
     found : Mapping

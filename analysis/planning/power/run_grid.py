@@ -1,4 +1,4 @@
-"""Compute the shards of a grid: locally, on a cluster, or a part of them for an array job.
+"""Compute the shards of a grid: locally, on a cluster, or in parts for an array job.
 
 The results are identical in every case. Each shard has its own seed, and shards are summed in a
 fixed order, not in the order of completion.
@@ -70,7 +70,7 @@ def missing(wanted: Sequence[Shard], cache: ShardCache | None) -> list[Shard]:
 
 
 def estimated_s(wanted: Sequence[Shard], jobs: int) -> float:
-    """Return an estimated run time, from a few studies of the shard with the most ratings."""
+    """Estimate the run time from a few studies of the shard with the most ratings."""
     if not wanted:
         return 0.0
     largest = max(wanted, key=_ratings)
@@ -84,7 +84,7 @@ def estimated_s(wanted: Sequence[Shard], jobs: int) -> float:
 
 
 def _timed(shard: Shard, studies: int) -> float:
-    """Return the time that this many studies of a shard take."""
+    """Return the time taken by this many studies of a shard."""
     began = time.perf_counter()
     replace(shard, studies=studies, number=-1).compute()
     return time.perf_counter() - began
@@ -115,11 +115,11 @@ def run_grid(
     cache : ShardCache, optional
         Finished shards are read from it, and each new shard is stored as soon as it is finished.
     part : Part, optional
-        Which of the missing shards to compute in this run.
+        Selects which of the missing shards to compute in this run.
     scheduler : str, optional
-        A Dask scheduler's address, to use instead of local processes.
+        Address of a Dask scheduler to use instead of local processes.
     progress : callable, optional
-        Called with the number of finished shards and their total.
+        Called with the number of finished shards and the total.
 
     Returns
     -------

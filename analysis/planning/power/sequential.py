@@ -1,9 +1,9 @@
-"""Set the level of each interim analysis so that all of them together keep the study's level.
+"""Set the significance level of each interim analysis so that the overall level is kept.
 
-Alpha spending after Lan and DeMets (1983, Biometrika 70, 659-663), with the two functions of their
-equations for O'Brien and Fleming's and for Pocock's boundaries. The levels follow from the
-recursive integration of Armitage, McPherson and Rowe (1969, J. R. Stat. Soc. A 132, 235-244), here
-by Gauss quadrature between the boundaries.
+Uses Lan-DeMets alpha spending (1983, Biometrika 70, 659-663), with their spending functions for
+O'Brien-Fleming and Pocock boundaries. The levels follow from the recursive integration of
+Armitage, McPherson and Rowe (1969, J. R. Stat. Soc. A 132, 235-244), done by Gauss quadrature
+between the boundaries.
 """
 
 from __future__ import annotations
@@ -59,12 +59,12 @@ def look_sizes(participants: int, looks: int, fewest: int = 3) -> tuple[int, ...
 
 @lru_cache(maxsize=256)
 def levels(sizes: tuple[int, ...], alpha: float, spending: Spending) -> tuple[float, ...]:
-    """Return the two-sided level of each interim analysis.
+    """Return the two-sided significance level of each interim analysis.
 
     Parameters
     ----------
     sizes : tuple of int
-        Participants at each interim analysis, ascending; the last is the whole study.
+        Number of participants at each interim analysis, ascending; the last is the whole study.
     alpha : float
         Level of the whole study.
     spending : {"obrien-fleming", "pocock"}
@@ -75,7 +75,7 @@ def levels(sizes: tuple[int, ...], alpha: float, spending: Spending) -> tuple[fl
     # Half on each side, as in the published tables of two-sided boundaries.
     spent = [2 * SPENDING[spending](size / sizes[-1], alpha / 2) for size in sizes]
     found: list[float] = []
-    # Density of the score if the study continues, at the nodes between the boundaries.
+    # Density of the test statistic if the study continues, at the nodes between the boundaries.
     nodes, density, before = np.zeros(1), np.ones(1), 0.0
     for size, until in zip(sizes, spent, strict=True):
         information = size / sizes[-1]

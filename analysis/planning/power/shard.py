@@ -47,14 +47,14 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Version of a shard's numbers; another version gives other seeds and another cache.
+#: Version of the simulation; changing it changes all seeds and invalidates the cache.
 VERSION = 2
 STUDIES_A_SHARD = 250
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Looks:
-    """Interim analyses, including the final one; if ``number`` is 1, the final one only."""
+    """Interim analyses, including the final one; if ``number`` is 1, only the final one."""
 
     number: int = 1
     spending: Spending = "obrien-fleming"
@@ -133,7 +133,7 @@ class Shard:
 
 
 def at_once(design: Design, found: Tables, looks: Looks = Looks()) -> Outcome:
-    """Return the findings of vectorised tests."""
+    """Return the findings from vectorised tests."""
     alpha = design.alpha
     told = {
         name: (TESTS[name](found) < alpha) & found.usable for name in design.tests if name in TESTS
@@ -167,9 +167,9 @@ def _pairs_told(design: Design, found: Tables, alpha: float) -> dict[str, NDArra
 
 
 def _looks_told(design: Design, found: Tables, looks: Looks) -> dict[str, NDArray[np.bool_]]:
-    """Return the interim analysis at which each study stops.
+    """Return the number of the interim analysis at which each study stops.
 
-    Uses the primary analysis' test of any difference.
+    Uses the omnibus test of the primary analysis.
     """
     sizes = look_sizes(found.cells.shape[1], looks.number)
     going_on = found.usable.copy()
@@ -197,7 +197,7 @@ def pair_name(low_um_pp: float, high_um_pp: float) -> str:
 
 
 def excluded(design: Design, ratings: Ratings) -> Ratings:
-    """Return the ratings without the participants whom the study's rule excludes.
+    """Return the ratings without the participants excluded by the study's rule.
 
     Uses the measures and flags of `analyse`, one study at a time.
     """
@@ -215,7 +215,7 @@ def excluded(design: Design, ratings: Ratings) -> Ratings:
 
 
 def one_by_one(design: Design, ratings: Ratings) -> dict[str, int]:
-    """Return how many studies are significant by tests without a vectorised form."""
+    """Return how many studies are significant in tests without a vectorised form."""
     slow = [name for name in design.tests if name in SLOW]
     found = dict.fromkeys(slow, 0)
     for study in range(len(ratings.percent) if slow else 0):
@@ -225,7 +225,7 @@ def one_by_one(design: Design, ratings: Ratings) -> dict[str, int]:
         try:
             _, prepared, _, _ = normalised(data, None)
         except UserError:
-            continue  # `analyse` refuses it
+            continue  # `analyse` rejects it
         for name in slow:
             found[name] += bool(prepared and SLOW[name](prepared) < design.alpha)
     return found
@@ -245,7 +245,7 @@ def _mixed_model_p(data: Prepared) -> float:
     return float(2 * stats.t.sf(abs(found.exponent) / found.se, found.n - 1))
 
 
-#: Test of a study file that is computed one study at a time -> its p.
+#: Test in a study file that is computed one study at a time -> its p-value.
 SLOW: dict[str, Callable[[Prepared], float]] = {
     "page_trend": _page_p,
     "mixed_model": _mixed_model_p,

@@ -1,8 +1,8 @@
 """Cache finished shards in a folder, so that no shard is computed twice.
 
 Each shard has one file. It is written under another name and then renamed, so a killed run leaves
-no incomplete files. A file is used only if its text matches its own SHA-256 and its identity is
-the shard's; files that were truncated, edited or copied from elsewhere are computed again.
+no incomplete files. A file is used only if its text matches the SHA-256 in it and it belongs to
+the shard; shards whose files were truncated, edited or copied from elsewhere are computed again.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class ShardCache:
     Raises
     ------
     UserError
-        The folder cannot be created or written, or is the cache of another version.
+        The folder cannot be created or written, or contains the cache of another version.
     """
 
     def __init__(self, folder: Path) -> None:

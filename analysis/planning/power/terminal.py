@@ -30,7 +30,7 @@ def print_power(
     design: Design, found: Sequence[Row], target: float, console: Console | None = None
 ) -> None:
     """Print the power of each condition, and how many participants are enough."""
-    # Truncated numbers would mislead, so a narrow terminal wraps the lines.
+    # Truncated numbers would be misleading, so lines wrap on a narrow terminal.
     target_console = console or Console()
     target_console.width = max(target_console.width, WIDTH)
     table = Table(
@@ -54,7 +54,7 @@ def print_power(
 
 
 def _columns(first: Row, target: float, *, brief: bool) -> dict[str, Callable[[Row], str]]:
-    """Return heading -> function of the column's content, for what was computed."""
+    """Return heading -> function that gives the column's content, for what was computed."""
     columns: dict[str, Callable[[Row], str]] = {}
     for name in first.decisive[: 1 if brief else None]:
         title = f"{name}\nµm" if " - " in name else "any"

@@ -1,8 +1,8 @@
-"""Simulate the descending difference and the information from its catch steps.
+"""Simulate the descending difference task and the information from its catch steps.
 
-The model is that of `Respondent.notices`, on whole arrays. The proportion of "yes" at catch steps
-has the interval of the report. The report's probit model needs some tenths of a second for d', so
-d' is computed only for the first studies of each shard.
+The model is that of `Respondent.notices`, applied to whole arrays. The proportion of "yes" at
+catch steps has the same interval as in the report. The report's probit model takes a few tenths of
+a second per d', so d' is computed only for the first studies in each shard.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ CATCH_WIDTH, D_PRIME_LOW = "yes at catch steps", "lower bound of d'"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepTask:
-    """A descending difference, as far as answers depend on it.
+    """The parts of a descending difference task that affect answers.
 
     Parameters
     ----------
     descent_um_pp : tuple of float
-        Amplitudes of a series, descending.
+        Amplitudes in a series, descending.
     series, catch_steps : int
         Number of series, and of steps without a change in each.
     trials_before, trials_after : int
@@ -117,13 +117,13 @@ def _catch_marks(
 
 
 def precision(answers: StepAnswers, confidence: float) -> dict[str, Sums]:
-    """Return the precision of the false-alarm rate, and the d' that studies can claim.
+    """Return the precision of the false-alarm rate, and the d' values that studies can claim.
 
     Returns
     -------
     dict
-        Half-widths of the interval of the proportion of "yes" at catch steps, and lower bounds of
-        d' for all step sizes together.
+        Half-widths of the interval for the proportion of "yes" at catch steps, and lower bounds
+        for d' over all step sizes together.
     """
     widths = [
         _half_width(*_catch_counts(removed, felt), confidence)
@@ -149,7 +149,7 @@ def _catch_counts(removed: Array, felt: Array) -> tuple[tuple[float, ...], tuple
 
 @lru_cache(maxsize=10_000)
 def _half_width(yes: tuple[float, ...], answers: tuple[float, ...], confidence: float) -> float:
-    """Return half the report's interval; many studies have the same counts."""
+    """Return the half-width of the report's interval; many studies have the same counts."""
     if not answers:
         return math.nan
     found = clustered_interval(np.array(yes), np.array(answers), confidence)

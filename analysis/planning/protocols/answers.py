@@ -1,7 +1,7 @@
-"""Simulate answers to choices and ratios, as `analyse` would read them.
+"""Simulate answers in choice and ratio tasks, as `analyse` would read them.
 
-The simulated participants complete the real protocol without plate, screen and files. The code of
-the data set builds their rows, and the code of the analysis reads them.
+The simulated participants complete the real protocol without plate, screen or files. The data-set
+code builds their rows, and the analysis code reads them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan
 
 
-#: Kinds of step in a choice's row.
+#: Kinds of step in a row of a choice task.
 TOLD = (Present, Ask, EndTrial)
 
 
@@ -44,7 +44,7 @@ class Answered(NamedTuple):
 
 
 class StudyAnswers(NamedTuple):
-    """All answers in one simulated study, None for a person without any, and the minutes taken."""
+    """All answers in a simulated study (None for a person without any), and the minutes taken."""
 
     people: list[Answered | None]
     minutes: list[float]
@@ -53,7 +53,7 @@ class StudyAnswers(NamedTuple):
 def answers_of(
     study: ProtocolStudy, participants: int, seed: int, population: Population
 ) -> StudyAnswers:
-    """Return the answers of one simulated study."""
+    """Return the answers from one simulated study."""
     rows: dict[str, list[pd.DataFrame]] = {}
     minutes: dict[str, float] = {}
     for plan in study.plans(participants, seed, population):

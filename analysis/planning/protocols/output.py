@@ -28,7 +28,7 @@ HEAD = (
 
 
 def ranked(found: Sequence[ProtocolPrecision]) -> list[ProtocolPrecision]:
-    """Return the rows by estimated quantity and participants, the most precise first."""
+    """Return the rows grouped by quantity and number of participants, the most precise first."""
     return sorted(
         found,
         key=lambda row: (row.study.quantity, row.participants, _or_last(row.half_width_percent)),
@@ -50,13 +50,13 @@ def _groups(
 
 
 def value_of(row: ProtocolPrecision) -> str:
-    """Format the measured value, with its unit."""
+    """Format the measured value with its unit."""
     unit = "" if row.study.quantity == EXPONENT else " µm"
     return f"{row.value:.3g}{unit}"
 
 
 def sentences(found: Sequence[ProtocolPrecision], minutes: float, population: str) -> list[str]:
-    """Return what was compared, and the conclusions."""
+    """Return sentences on what was compared, and the conclusions."""
     said = [
         (
             f"Comparison with the same simulated people (population '{population}') for a "
@@ -154,7 +154,7 @@ def write_comparison(folder: Path, found: Sequence[ProtocolPrecision], minutes: 
 
 @styled
 def protocols_figure(found: Sequence[ProtocolPrecision], minutes: float) -> Figure:
-    """Plot each study's half-width, with one panel per quantity and one colour per size."""
+    """Plot each study's half-width: one panel per quantity, one colour per sample size."""
     quantities = list(dict.fromkeys(row.study.quantity for row in ranked(found)))
     sizes = sorted({row.participants for row in found})
     studies = {

@@ -1,9 +1,9 @@
 """Compare protocols: how precisely studies estimate an exponent or threshold in the same time.
 
-The measure is the half-width of the group's interval in % of the estimate. The estimate is the
-mean of participants' exponents, or the geometric mean of participants' thresholds, by the
-estimators of `analyse`. For a comparison below and above a standard, the threshold is half the
-distance between 25 and 75 %. Magnitude estimation is simulated by
+The measure is the half-width of the group's confidence interval in % of the estimate. The estimate
+is the mean of participants' exponents, or the geometric mean of their thresholds, computed as in
+`analyse`. For comparisons below and above a standard, the threshold is half the distance between
+the 25 and 75 % points. Magnitude estimation is simulated by
 `slipscale.analysis.planning.simulated.estimates`; other protocols are answered step by step.
 """
 
@@ -51,17 +51,18 @@ class ProtocolPrecision:
     study : ProtocolStudy
     participants : int
     trials : int
-        Trials of a participant in a run, practice and other tasks included.
+        Number of trials per participant in a run, including practice and other tasks.
     minutes : float
-        Median over participants.
+        Duration in minutes, median across participants.
     value : float
-        Mean exponent, or geometric mean of the thresholds, µm peak to peak.
+        Mean exponent, or geometric mean of the thresholds in µm peak to peak.
     half_width_percent, error : float
         Mean half-width of the 95 % interval in % of the value, and its Monte Carlo standard error.
     low, high : float
         5 and 95 % quantiles of the half-widths.
     without : float
-        Proportion of studies without an interval, because fewer than three people have a value.
+        Proportion of studies without an interval because fewer than three participants have a
+        value.
     studies : int
         Number of simulated studies.
     """
@@ -93,7 +94,7 @@ def protocol_precision(
     Parameters
     ----------
     studies : int
-        Number of simulated studies; a smaller study uses the first participants of the largest.
+        Number of simulated studies; smaller sizes use the first participants of the largest size.
     """
     largest = max(sizes)
     if study.marks is None:
@@ -120,7 +121,7 @@ def protocol_precision(
 def _summary(
     study: ProtocolStudy, values: Array, *, trials: int, minutes: float
 ) -> ProtocolPrecision:
-    """Return a study's precision from its participants' values, (studies, participants)."""
+    """Return a study's precision from participants' values, shape (studies, participants)."""
     if study.quantity == EXPONENT:
         value = _mean(values)
         percent = 100 * half_widths(values, CONFIDENCE) / value
@@ -147,7 +148,7 @@ def _summary(
 
 
 def _mean(values: Array) -> float:
-    """Return the mean of the available values; NaN without any."""
+    """Return the mean of the available values; NaN if there are none."""
     there = values[np.isfinite(values)]
     return float(there.mean()) if len(there) else math.nan
 
@@ -155,7 +156,7 @@ def _mean(values: Array) -> float:
 def _exponents(
     study: ProtocolStudy, participants: int, studies: int, seed: int, population: Population
 ) -> Array:
-    """Return participants' exponents, (studies, participants), by the vectorised simulation."""
+    """Return participants' exponents, shape (studies, participants), by vectorised simulation."""
     parsed = parse_study(study.text, study.name)
     design = design_of(parsed, study.text, population, 0.05)
     habits = population.habits
@@ -179,7 +180,7 @@ def _exponents(
 
 
 def thresholds_of(people: Sequence[Answered | None]) -> Array:
-    """Return all thresholds, µm peak to peak; NaN for participants without one."""
+    """Return all thresholds in µm peak to peak; NaN for participants without a threshold."""
     found = np.full(len(people), np.nan)
     for method in sorted({each.method for each in people if each}):
         own = {

@@ -1,8 +1,7 @@
-"""Define studies whose protocols are compared: what each estimates, and how long it takes.
+"""Define the studies whose protocols are compared: what each estimates and how long it takes.
 
-A study is compared by its first task that gives an exponent or a threshold. One option of that
-task sets the number of trials so that a participant needs the given time. The study's other tasks
-are unchanged.
+The comparison uses the first task in a study that gives an exponent or a threshold. One option of
+that task is set so that a participant needs the given time. Other tasks are unchanged.
 """
 
 from __future__ import annotations
@@ -39,28 +38,28 @@ AMOUNTS = ("repetitions", "most_trials")
 EXPONENT, DETECTION, DIFFERENCE = "exponent", "detection threshold", "difference threshold"
 #: Columns of a judgement as a ratio to a standard.
 RATIO = ("comparison_um_pp", "ratio")
-#: Number of people whose median gives a study's minutes.
+#: Number of people whose median time is used as a study's duration.
 TIMED = 24
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProtocolStudy:
-    """A study, as far as it matters for the comparison of protocols.
+    """The properties of a study that matter for comparing protocols.
 
     Parameters
     ----------
     name : str
         The file, or the shipped study's name.
     text : str
-        Text of its file, with the amount set.
+        Text of the study file, with the number of trials set.
     place : int
         Index of the task that is compared, from 0.
     task, title : str
-        That task's label, and its protocol's title.
+        Label of that task, and title of its protocol.
     quantity : str
         The estimated quantity.
     marks : tuple of str or None
-        Level and answer in its table; None for magnitude estimation.
+        Columns with level and answer in its table; None for magnitude estimation.
     amount : str
         The option that sets the number of trials.
     number : int
@@ -87,7 +86,7 @@ class ProtocolStudy:
         return replace(self, number=number, text=tomlkit.dumps(document))
 
     def plans(self, participants: int, seed: int, population: Population) -> list[RunPlan]:
-        """Return the runs of one simulated study."""
+        """Return the runs for one simulated study."""
         plans = pilot_plans(
             self.name, participants=participants, seed=seed, language=None, population=population
         )
@@ -108,7 +107,7 @@ def protocol_study(name: str) -> ProtocolStudy:
     Raises
     ------
     UserError
-        None of its tasks estimates a compared quantity, or the task that does has no adjustable
+        No task estimates a quantity that can be compared, or the task that does has no adjustable
         number of trials.
     """
     study, text = read_study(name)
@@ -152,7 +151,7 @@ def _answers(protocol: Protocol, options: Options) -> tuple[str | None, tuple[st
 
 
 def filling(study: ProtocolStudy, minutes: float, population: Population) -> ProtocolStudy:
-    """Return the study with as many trials as fit into the time, in the median.
+    """Return the study with as many trials as fit into the time for the median participant.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""Simulate studies of estimates as arrays: people, orders, and vectorised tests."""
+"""Simulate magnitude-estimation studies as arrays: people, orders and vectorised tests."""

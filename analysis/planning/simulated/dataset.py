@@ -1,4 +1,4 @@
-"""Convert a simulated study to the data set that `analyse` reads, for other tests.
+"""Convert a simulated study to a data set that `analyse` can read.
 
 Needed for tests without a vectorised form.
 """
@@ -41,7 +41,7 @@ def simulated_dataset(
     choices : AnalysisChoices
         The study's choices.
     declared : bool
-        Whether participants declared their scale's top.
+        Whether participants stated the maximum of their scale.
     """
     percent = ratings.percent[study]
     people, trials = percent.shape

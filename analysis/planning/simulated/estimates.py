@@ -2,8 +2,8 @@
 
 The model is that of `slipscale.experiments.participants.simulated_people.respondent`, habit by
 habit, without plate, screen and session; a test compares the two. Both are needed: a person in a
-session answers one trial at a time and can be resumed, and a power analysis needs millions of
-answers. Random numbers are NumPy's.
+session answers one trial at a time and can be resumed, whereas a power analysis needs millions of
+answers. Random numbers come from NumPy.
 """
 
 from __future__ import annotations
@@ -41,22 +41,22 @@ FARTHEST = 6.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """A magnitude estimation, as far as answers depend on it.
+    """The parts of a magnitude-estimation task that affect answers.
 
     Parameters
     ----------
     amplitudes_um_pp : tuple of float
         Ascending.
     repetitions, practice : int
-        How often each surface is rated in main trials, and before that in practice.
+        How often each surface is rated in main trials, and in practice before them.
     order : {"blocked", "simple", "williams"}
-        The rule of the surfaces' order; except for "simple", a rest follows each repetition.
+        Rule for the order of surfaces; except for "simple", a rest follows each repetition.
     no_immediate_repeat : bool
         Whether no surface follows itself.
     trials_before : int
-        Trials of other tasks in the run before this one.
+        Number of trials in other tasks of the run before this one.
     trials_after : int
-        Trials of other tasks after it; participants may also drop out there.
+        Number of trials in other tasks after this one; participants may also drop out there.
     """
 
     amplitudes_um_pp: tuple[float, ...]
@@ -75,7 +75,7 @@ class Task:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ratings:
-    """The main trials of simulated studies.
+    """Main trials of simulated studies.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ class Ratings:
         return means(self.by_amplitude(self.percent, amplitudes))
 
     def by_amplitude(self, values: Array, amplitudes: int) -> Array:
-        """Return values of the trials by amplitude.
+        """Return trial values grouped by amplitude.
 
         Returns
         -------

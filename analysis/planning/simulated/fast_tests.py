@@ -1,8 +1,8 @@
 """Apply the report's tests to thousands of simulated studies at once, with the study's choices.
 
-The tests are those of `slipscale.analysis.statistics`, on arrays; a test compares the two. They
-differ for Wilcoxon's test: ties are ranked, and small samples use the exact distribution without
-ties, where the report permutes.
+The tests are those of `slipscale.analysis.statistics`, applied to arrays; a test compares the two.
+Only Wilcoxon's test differs: ties are ranked, and small samples use the exact distribution without
+ties, whereas the report uses permutations.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Tables:
     cells, logs : array, shape (studies, participants, amplitudes)
         Mean estimates, and mean natural logarithms; NaN if missing.
     usable : bool array, shape (studies,)
-        False if the rule of normalisation cannot be applied; `analyse` rejects such data.
+        False if the normalisation rule cannot be applied; `analyse` rejects such data.
     """
 
     amplitudes_um_pp: tuple[float, ...]
@@ -133,7 +133,7 @@ def tables(
 
 
 def _of_complete(values: Array, test: Callable[[Array], Array]) -> Array:
-    """Return a test's p for each study's complete participants; 1 for fewer than three."""
+    """Return a test's p-value from each study's complete participants; 1 for fewer than three."""
     p = np.ones(len(values))
     whole: NDArray[np.bool_] = np.array(np.isfinite(values).all(axis=2), dtype=np.bool_)
     number = whole.sum(axis=1)
@@ -155,7 +155,7 @@ def _anova(logs: Array) -> Array:
 
 
 class _Means(NamedTuple):
-    """Means over participants, ignoring NaN, with standard errors and numbers of values."""
+    """Means across participants, ignoring NaN, with standard errors and numbers of values."""
 
     mean: Array
     error: Array
@@ -173,7 +173,7 @@ def _mean_over_participants(values: Array) -> _Means:
 
 
 def _mean_p(values: Array) -> Array:
-    """Return the t test's p of each row's mean against 0, ignoring NaN; 1 for fewer than three."""
+    """Return the p of a t test against 0 for each row, ignoring NaN; 1 for fewer than three."""
     from scipy.special import stdtr  # noqa: PLC0415 - half a second
 
     mean, error, n = _mean_over_participants(values)
@@ -197,7 +197,7 @@ def exponents(found: Tables) -> Array:
     return fit_lines(np.log(amplitudes[above]), found.logs[..., above]).slope
 
 
-#: Test of a study file -> its p, study by study.
+#: Test in a study file -> its p-values, one per study.
 TESTS: dict[str, Callable[[Tables], Array]] = {
     "friedman": lambda found: _of_complete(found.cells, batched.friedman_p),
     "rm_anova": lambda found: _of_complete(found.logs, _anova),
@@ -213,7 +213,7 @@ def pairs(amplitudes_um_pp: Sequence[float]) -> list[tuple[float, float]]:
 
 
 def pairwise(found: Tables, primary: Primary) -> Array:
-    """Return Holm's p of every pair, shape (studies, pairs); 1 if undefined."""
+    """Return Holm-corrected p-values for all pairs, shape (studies, pairs); 1 if undefined."""
     values = found.cells if primary == "ranks" else found.logs
     low, high = np.transpose(list(combinations(range(len(found.amplitudes_um_pp)), 2)))
     # One row per study and pair.
@@ -223,7 +223,7 @@ def pairwise(found: Tables, primary: Primary) -> Array:
 
 
 def _signed_ranks(differences: Array) -> Array:
-    """Return Wilcoxon's p of each row; NaN for fewer than three people or no change at all."""
+    """Return Wilcoxon's p for each row; NaN for fewer than three people or without any change."""
     p = batched.signed_rank_p(differences)
     enough = np.isfinite(differences).sum(axis=1) >= FEWEST
     changed = (np.nan_to_num(differences) != 0).any(axis=1)
@@ -242,7 +242,7 @@ PAIRED: dict[Primary, Callable[[Array], Array]] = {
 
 
 def _holm(p: Array) -> Array:
-    """Return Holm's p within each row's family, ignoring NaN."""
+    """Return Holm-corrected p-values; each row is a family, and NaN is ignored."""
     order = np.argsort(p, axis=1)  # NaN last
     left = np.isfinite(p).sum(axis=1)[:, None] - np.arange(p.shape[1])
     steps = np.take_along_axis(p, order, axis=1) * np.maximum(left, 1)
@@ -252,7 +252,7 @@ def _holm(p: Array) -> Array:
 
 
 def half_widths(values: Array, confidence: float) -> Array:
-    """Return half the width of Student's interval of each study's mean over participants.
+    """Return the half-width of the t-based interval for each study's mean across participants.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
-"""Draw orders of surfaces for thousands of simulated participants, by the protocol's rules.
+"""Draw orders of surfaces for thousands of simulated participants, using the protocol's rules.
 
 The distribution is the protocol's (`slipscale.experiments.protocols.ordering.orders`). Blocks are
 shuffled as whole arrays. Rules without a vectorised form use a pool of the protocol's own orders.
-Each simulated person, or group that shares a design, takes one of them and renumbers its surfaces
-at random. This does not change the probability of any order.
+Each simulated person, or group that shares a design, is given one of them, with surfaces
+renumbered at random. This does not change the probability of any order.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ def draw_orders(
     ----------
     rule : {"simple", "blocked", "williams"}
     surfaces, repetitions, practice : int
-        Number of surfaces (0 ... surfaces - 1), and of presentations of each in main trials and in
-        practice before them.
+        Number of surfaces (0 ... surfaces - 1), and number of presentations of each surface in
+        main trials and in practice before them.
     no_immediate_repeat : bool
         Whether no surface follows itself.
     shape : (int, int)
@@ -64,7 +64,7 @@ def draw_orders(
     else:
         main = [_from_pool(rule, surfaces, repetitions, apart=apart, shape=shape, rng=rng)]
     before: list[Orders] = []
-    # From the end: practice is adjusted to the order that is analysed.
+    # Starts from the end, so that practice is adjusted to the order that is analysed.
     for _ in range(practice):
         first = (before or main)[0][..., 0]
         kinds = np.arange(surfaces)
