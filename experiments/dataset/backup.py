@@ -1,4 +1,4 @@
-"""Backups: when a run is over, its journal is copied to another folder and the copy is verified.
+"""Backups: after a run, its journal is copied to another folder and the copy is verified.
 
 A backup has the structure of a data set, so ``slipscale data build`` works there. The data set
 keeps a list of its backups, so that a withdrawal also removes data from them.
@@ -19,28 +19,28 @@ from slipscale.experiments.dataset.journals import journals
 from slipscale.faults import UserError
 
 KNOWN = Path("sourcedata", "backups.json")
-NO_BACKUP = "NO BACKUP of this run"  # begins the warning about it
+NO_BACKUP = "NO BACKUP of this run"  # beginning of the warning about it
 
 
 def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
     """Copy a journal to a backup folder, verify the copy and return its path.
 
-    The decisions to exclude its participant by hand are copied too, if there are any.
+    Decisions to exclude the participant manually are also copied, if there are any.
 
     Parameters
     ----------
     dataset : Path
         The data set; its backup has the same name.
     journal : Path
-        Journal of a run that is over.
+        Journal of a finished run.
     folder : Path
-        An existing folder outside the data set. It is never created: otherwise a disconnected
-        medium would be taken for an empty folder.
+        An existing folder outside the data set. It is never created, because a disconnected
+        medium would otherwise be mistaken for an empty folder.
 
     Raises
     ------
     UserError
-        The folder does not exist or is inside the data set, contains another run under the same
+        If the folder does not exist or is inside the data set, contains another run under the same
         name, or the copy cannot be written or differs from the journal.
     """
     check_folder(dataset, folder)
@@ -49,7 +49,7 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
     draft = copy.with_name(f".{copy.name}.tmp")
     try:
         content = journal.read_bytes()
-        # A journal only grows, so an earlier copy must be its beginning.
+        # A journal only grows, so an earlier copy must match its beginning.
         if copy.exists() and not content.startswith(copy.read_bytes()):
             raise UserError(
                 f"{copy}: contains another run, or more of this run; expected a separate "
@@ -76,7 +76,7 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
 
 
 def back_up_exclusions(dataset: Path, participant: str) -> None:
-    """Copy the decisions about a participant to every backup that contains one of their runs.
+    """Copy the decisions about a participant to all backups that contain one of their runs.
 
     A backup that is not connected receives them with the participant's next run.
     """
@@ -100,7 +100,7 @@ def check_folder(dataset: Path, folder: Path) -> None:
 
 
 def why_no_backup(dataset: Path, folder: Path) -> str:
-    """Return why a folder cannot currently serve as a data set's backup; empty if it can."""
+    """Return why a folder cannot currently serve as a backup for a data set; empty if it can."""
     try:
         check_folder(dataset, folder)
     except UserError as fault:
@@ -114,7 +114,7 @@ def not_backed_up(dataset: Path, folder: Path | None) -> list[Path]:
     Parameters
     ----------
     folder : Path, optional
-        A backup folder in addition to those on the data set's list.
+        A backup folder in addition to the ones on the data set's list.
     """
     places = [*backups(dataset), *([folder / dataset.resolve().name] if folder else [])]
 
@@ -127,12 +127,12 @@ def not_backed_up(dataset: Path, folder: Path | None) -> list[Path]:
 
 
 def backups(dataset: Path) -> list[Path]:
-    """Return the backup folders on a data set's list.
+    """Return the backup folders listed for a data set.
 
     Raises
     ------
     UserError
-        The list cannot be read.
+        If the list cannot be read.
     """
     path = dataset / KNOWN
     try:

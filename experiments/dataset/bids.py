@@ -23,18 +23,18 @@ def build_dataset(dataset: Path, gone: Collection[str] = ()) -> list[Problem]:
     dataset : Path
         The data set's folder. Its README.md is written once and can then be edited.
     gone : collection of str
-        Labels of participants who are withdrawing; their rows are removed.
+        Labels of withdrawing participants, whose rows are removed.
 
     Returns
     -------
     list of Problem
-        Damage in the journals, and data that only the tables contain; see
+        Damage in the journals, and data found only in the tables; see
         `slipscale.experiments.dataset.former_tables`.
 
     Raises
     ------
     UserError
-        The data set contains both pilots and participants, or cannot be written.
+        If the data set contains both pilots and participants, or cannot be written.
     """
     runs, problems = read_runs(dataset)
     files, kept = with_former(dataset, runs, gone)

@@ -1,4 +1,4 @@
-"""Write files of a data set atomically: completely or not at all."""
+"""Write data set files atomically: completely or not at all."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ def write_file(
     private : bool
         Whether only the owner can read the file.
     durable : bool
-        Whether to wait for the disk.
+        Whether to flush the file to disk.
 
     Raises
     ------
     UserError
-        The file cannot be written.
+        If the file cannot be written.
     """
     if isinstance(content, dict):
         content = json.dumps(content, indent=2) + "\n"

@@ -1,4 +1,4 @@
-"""Preserve data that a data set's existing tables contain but its journals no longer do.
+"""Preserve data found in a data set's existing tables but no longer in its journals.
 
 A build never removes a row. Journals can be lost, truncated or damaged after their tables were
 written; the tables are then the only copy. The rules:
@@ -6,7 +6,7 @@ written; the tables are then the only copy. The rules:
 - A run's table is left unchanged if a rebuild would lose a row, or lose a value because of damage.
 - In a table of several participants or sessions, rows that no journal provides are kept, and so
   are single values of participants with a lost, truncated or damaged journal.
-- Everything that is kept is reported until the journal is restored or somebody deletes the row.
+- Everything that is kept is reported until the journal is restored or the row is deleted.
 
 Rows of participants who withdrew are always removed.
 """
@@ -60,7 +60,7 @@ def with_former(dataset: Path, runs: Sequence[Run], gone: Collection[str] = ()) 
     runs : sequence of Run
         The runs read from its journals.
     gone : collection of str
-        Labels of participants who withdrew; nothing of theirs is kept.
+        Labels of participants who withdrew; none of their data are kept.
     """
     files, problems = render(runs)
     cut = cut_journals(dataset, runs)
@@ -93,7 +93,7 @@ def strays(dataset: Path, files: Collection[PurePosixPath]) -> Iterator[Path]:
 
 
 def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PurePosixPath]]:
-    """Return the journals that have lost data since their tables were written, and these tables.
+    """Return the journals that have lost data since their tables were written, with these tables.
 
     A journal only grows, so it must still contain everything that the sidecar records about it.
     """
@@ -132,7 +132,7 @@ def _is_shared(name: PurePosixPath) -> bool:
 
 
 def _lost(run: Run, told: dict[str, Any]) -> str:
-    """Return what a journal has lost since a sidecar was written; empty if it is complete."""
+    """Return the loss in a journal since a sidecar was written; empty if it is complete."""
     count, known = told.get("records"), told.get("hash")
     if type(count) is not int or count < 1:
         return ""
@@ -148,7 +148,7 @@ def _lost(run: Run, told: dict[str, Any]) -> str:
 
 
 def _loses(path: Path, new: str, *, damaged: bool) -> str:
-    """Return what a run's table would lose in a rebuild; empty if nothing."""
+    """Return what would be lost if a run's table were rebuilt; empty if nothing."""
     before, rows = _rows(path), _parse(new)
     if len(before) > len(rows):
         return (
@@ -176,7 +176,7 @@ def _keep_rows(
     lost: Collection[str],
     gone: Collection[str],
 ) -> Iterator[Problem]:
-    """Restore to a new table the rows and values that only the existing table contains."""
+    """Restore rows and values found only in the existing table to a new table."""
     rows, kept = _parse(str(files[name])), list[Row]()
     whose = name.parts[0] if name.parts[0].startswith("sub-") else ""  # a table of sessions
     for old in _rows(dataset / name):

@@ -1,4 +1,4 @@
-"""Manual exclusions of participants from the analysis, with reasons.
+"""Manual exclusion of participants from the analysis, with reasons.
 
 The decisions about a participant are stored next to their journals, in
 ``sourcedata/sub-<label>/excluded.json``, so that a withdrawal removes them and a merge copies
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 RECORD = "excluded.json"
-BY_HAND = "by hand"  # how the reason of such an exclusion begins
+BY_HAND = "by hand"  # beginning of the reason for such an exclusion
 EVERY = Path("sourcedata", "sub-*", RECORD)
 
 
@@ -47,7 +47,7 @@ def excluded_by_hand(dataset: Path) -> Mapping[str, Decision]:
     Raises
     ------
     UserError
-        A participant's decisions cannot be read.
+        If a participant's decisions cannot be read.
     """
     last = {
         path.parent.name.removeprefix("sub-"): decisions(path)[-1]
@@ -64,8 +64,8 @@ def decide(
     Raises
     ------
     UserError
-        The data set has no data of this participant, the reason is empty, the participant already
-        has this status, or the file cannot be read or written.
+        If the data set has no data from this participant, the reason is empty, the participant
+        already has this status, or the file cannot be read or written.
     """
     path = dataset / "sourcedata" / f"sub-{participant}" / RECORD
     if not path.parent.is_dir():
@@ -93,7 +93,7 @@ def decisions(path: Path) -> tuple[Decision, ...]:
     Raises
     ------
     UserError
-        The file cannot be read, or is not a list of decisions.
+        If the file cannot be read, or is not a list of decisions.
     """
     try:
         found = DECISIONS.validate_json(path.read_bytes())

@@ -1,4 +1,4 @@
-"""Result of a run's headphone test, read from its journal."""
+"""Result of the headphone test in a run, read from its journal."""
 
 from __future__ import annotations
 

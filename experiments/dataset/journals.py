@@ -1,6 +1,6 @@
 """The runs of a data set, read from its journals, and the journals' damage.
 
-A damaged journal does not prevent other runs from being used, and its own intact records are used.
+A damaged journal does not affect other runs, and its intact records are still used.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Problem:
-    """A problem with a file of a data set.
+    """A problem with a file in a data set.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Problem:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run:
-    """A run of a data set, as recorded in its journal."""
+    """A run in a data set, as recorded in its journal."""
 
     path: Path
     plan: RunPlan
@@ -77,8 +77,8 @@ def mode_of(dataset: Path) -> Mode | None:
     """
     modes: set[Mode] = set()
     for path in journals(dataset):
-        # Only first records are read, and damaged ones are skipped: damage must not delay the next
-        # participant.
+        # Only the first records are read, and damaged ones are skipped: damage must not delay the
+        # next participant.
         try:
             plan, _ = read_usable(path, most=1)
         except UserError:

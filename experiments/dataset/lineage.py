@@ -1,6 +1,6 @@
 """The sources of a merged data set, and the merged sets that include a data set.
 
-Both sides keep the list, because a withdrawal from one affects the other.
+Both sides store this, because a withdrawal from one affects the other.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def merged_into(dataset: Path) -> list[Path]:
 
 
 def note_source(dataset: Path, source: Path) -> None:
-    """Record one of a merged set's sources."""
+    """Record one of the sources of a merged set."""
     _add(dataset, SOURCES, source)
 
 
@@ -49,7 +49,7 @@ def _read(dataset: Path) -> dict[str, list[Path]]:
     Raises
     ------
     UserError
-        The lists cannot be read.
+        If the lists cannot be read.
     """
     path = dataset / KNOWN
     try:

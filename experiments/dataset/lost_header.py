@@ -1,6 +1,6 @@
-"""Recover a run from its tables' sidecars if its journal has lost the header.
+"""Recover a run from its table sidecars if its journal has lost the header.
 
-The header is a journal's first record; without it, the other records are answers to an unknown
+The header is a journal's first record; without it, the other records are answers in an unknown
 study. The sidecars repeat the header, and the data set contains the study file under its hash, so
 nothing has to be guessed. A run without tables cannot be recovered.
 """
@@ -57,13 +57,13 @@ def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, Any]]:
             name, text = told["study"], studies[told["study_hash"]]
         except (OSError, ValueError, LookupError, TypeError, RecursionError):
             continue
-        # Sidecars do not record the version of the orders; so far there is only one.
+        # Sidecars do not record the order version; so far there is only one.
         orders = {"order_version": ORDER_VERSION}
         yield {**told, **labels, **orders, "study_name": name, "study_text": text}
 
 
 def _studies(dataset: Path) -> dict[str, str]:
-    """Return the texts of a data set's study files by hash."""
+    """Return the texts of a data set's study files, keyed by hash."""
     texts = []
     for path in sorted((dataset / "code").glob("study*.toml")):
         try:

@@ -1,7 +1,7 @@
-"""Measurements in a trial other than the amplitude readback; only some runs have these columns.
+"""Trial measurements other than the amplitude readback; only some runs have these columns.
 
-A run has a column for each quantity that it measured at least once. Position and force come from
-samples in the journal (docs/decisions/one-journal.md).
+A run has a column for each quantity measured at least once. Position and force come from samples
+in the journal (docs/decisions/one-journal.md).
 """
 
 from __future__ import annotations
@@ -73,11 +73,11 @@ MEASURED: Mapping[str, Column] = {
     ),
 }
 
-UNREADABLE = 0.1  # fraction of an exploration's readings
+UNREADABLE = 0.1  # fraction of the readings in an exploration
 
 
 def measured_columns(names: Iterable[str]) -> dict[str, Column]:
-    """Return the columns of measured quantities in table order.
+    """Return the columns for measured quantities in table order.
 
     The name of a quantity measured in one of a trial's intervals starts with the interval.
     """
@@ -96,12 +96,12 @@ def measured_columns(names: Iterable[str]) -> dict[str, Column]:
 def of_interval(
     values: Mapping[str, float | None], interval: int | None
 ) -> Mapping[str, float | None]:
-    """Return measured values with names that start with the interval, if there is one."""
+    """Return measured values, with the interval (if any) prefixed to their names."""
     return {f"interval{interval}_{name}": v for name, v in values.items()} if interval else values
 
 
 def plate_measures(presented: Mapping[str, Any]) -> dict[str, float | None]:
-    """Return the plate's measurements other than amplitude when it presented a surface."""
+    """Return the plate's measurements, other than amplitude, from presenting a surface."""
     told = {column: presented[name] for column, name in OF_THE_PLATE.items()}
     return {column: value for column, value in told.items() if value is not None}
 
@@ -114,7 +114,7 @@ def samples(record: Record) -> list[Sample]:
 
 
 class Explorations:
-    """Collects the samples of explorations from a journal's records in order."""
+    """Collects the samples from explorations, given a journal's records in order."""
 
     def __init__(self) -> None:
         self._parts: dict[str, list[Sample]] = {}
@@ -139,7 +139,7 @@ class Explorations:
             self._whole[source] = gathered
 
     def implausible(self) -> list[str]:
-        """Return what is implausible for a finger in the last exploration."""
+        """Return any values in the last exploration that are implausible for a finger."""
         places, forces = self._whole.get("position", []), self._whole.get("force", [])
         found = [*implausible_places(places), *implausible_forces(forces)]
         if self._unreadable > UNREADABLE * (len(places) + len(forces)):
@@ -147,7 +147,7 @@ class Explorations:
         return found
 
     def measures(self) -> dict[str, float | None]:
-        """Return the measures of the last exploration; empty if nothing was measured."""
+        """Return the measures for the last exploration; empty if nothing was measured."""
         found: dict[str, float | None] = {}
         places = self._whole.get("position", [])
         if "position" in self._whole:

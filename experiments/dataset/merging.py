@@ -43,7 +43,7 @@ class Merged:
     runs : int
         Number of runs in the new data set.
     notes : tuple of str
-        Remarks that are not contradictions.
+        Notes that are not contradictions.
     problems : tuple of Problem
         Damage, as in the source data sets.
     """
@@ -59,7 +59,7 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
     Raises
     ------
     UserError
-        One of them is not a data set or is being recorded to, ``out`` already exists, or they
+        If one of them is not a data set or is being recorded to, ``out`` already exists, or they
         contradict each other: different runs under the same name, pilots and participants,
         different versions of the study, the same participant under two labels, or a participant
         who withdrew from only one of them. One message lists all contradictions.
@@ -71,7 +71,7 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
         raise UserError(f"--out {out}: is not empty; expected a new folder")
     chosen = _by_place(one)
     for place, path in _by_place(other).items():
-        # Use the longer journal of a run: the shorter one was copied before the run continued.
+        # Use the longer journal for a run: the shorter one was copied before the run continued.
         if place not in chosen or path.stat().st_size > chosen[place].stat().st_size:
             chosen[place] = path
     told = [*_contradictions(one, other), *_own_files(one, other, chosen)]
@@ -79,7 +79,7 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
         many = "1 contradiction" if len(told) == 1 else f"{len(told)} contradictions"
         lines = "".join(f"\n  {sentence}" for sentence in told)
         raise UserError(f"{one} and {other} cannot be merged, {many}:{lines}")
-    for folder in sources:  # before it contains data: withdrawals must reach it, too
+    for folder in sources:  # before it contains data, because withdrawals must also reach it
         note_merged(folder, out)
     try:
         problems = _write(one, other, out, chosen)
@@ -175,7 +175,7 @@ def _plans(folder: Path) -> Iterator[RunPlan]:
 
 
 def _own_files(one: Path, other: Path, chosen: dict[Path, Path]) -> Iterator[str]:
-    """Add files written by people to those chosen; yield those that differ."""
+    """Add files written by people to the chosen ones; yield those that differ."""
     code = {
         path.relative_to(f) for f in (one, other) for path in f.glob("code/*") if path.is_file()
     }
@@ -204,7 +204,7 @@ def _write_lists(one: Path, other: Path, out: Path) -> None:
 
 
 def _in_both(one: Path, other: Path) -> Iterator[str]:
-    """Yield participants with runs in both data sets; they are taken for the same person."""
+    """Yield participants with runs in both data sets, who are assumed to be the same person."""
     labels = [{path.parent.name.removeprefix("sub-") for path in journals(f)} for f in (one, other)]
     own = set(_by_place(one)) ^ set(_by_place(other))
     for label in sorted(labels[0] & labels[1]):

@@ -1,6 +1,6 @@
-"""Render the files of a data set as a pure function of its runs.
+"""Render data set files as a pure function of its runs.
 
-`render` returns every file from the journals. `slipscale.experiments.dataset.bids` writes the
+`render` generates all files from the journals. `slipscale.experiments.dataset.bids` writes the
 files, and `slipscale.experiments.dataset.verification` compares them with the existing ones.
 """
 
@@ -46,7 +46,7 @@ README = PurePosixPath("README.md")
 
 
 def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Problem]]:
-    """Return the files for a list of runs, by path in the data set.
+    """Return the files for a list of runs, keyed by path in the data set.
 
     If the records of a run are intact but do not match its protocol's tables, the run is reported
     as a problem and no file is written for it.
@@ -100,7 +100,7 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
 def _sessions(
     participant: str, sessions: dict[str, list[Run]]
 ) -> Iterator[tuple[PurePosixPath, Content]]:
-    """Yield a participant's table of sessions and its sidecar."""
+    """Yield a participant's sessions table and its sidecar."""
     described = session_columns()
     path = PurePosixPath(f"sub-{participant}", f"sub-{participant}_sessions.tsv")
     rows = [
@@ -112,7 +112,7 @@ def _sessions(
 
 
 def _session_row(runs: list[Run]) -> tuple[Value, ...]:
-    """Return a session's start time, and whether all its runs are complete."""
+    """Return a session's start time and whether all its runs are complete."""
     # A pilot's date is meaningless and would make equal data sets differ.
     person = runs[0].plan.mode == "participant"
     began = min(str(run.records[0].data["started_utc"]) for run in runs)
@@ -131,7 +131,7 @@ def stem_of(run: Run, task: str) -> PurePosixPath:
 def _run_files(
     run: Run, protocol: Protocol, labelled: str
 ) -> Iterator[tuple[PurePosixPath, Content]]:
-    """Yield a task's table in one run, and its sidecar."""
+    """Yield the table for a task in one run, and its sidecar."""
     plan, records, gathered = run.plan, run.records, run.gathered
     described = columns(
         protocol, gathered.measured(protocol.task), plan.study.quantity, plan.study.plate_quantity
@@ -188,7 +188,7 @@ def _run_files(
 
 
 def _resumes(run: Run) -> list[dict[str, Any]]:
-    """Return the equipment and software in use each time a run was resumed."""
+    """Return the equipment and software used each time a run was resumed."""
     return [
         {
             "time_s": record.time_s,
@@ -253,7 +253,7 @@ def _top(
 
 
 def _consent(column: Column, plan: RunPlan) -> Column:
-    """Return the consent column, with the text to which participants agreed."""
+    """Return the consent column, with the text that participants agreed to."""
     texts = plan.texts()
     asked, read = texts["session.consent_question"], texts["session.consent"].strip()
     return replace(
@@ -265,7 +265,7 @@ def _consent(column: Column, plan: RunPlan) -> Column:
 def _questions(
     people: dict[str, dict[str, Value]], plans: list[RunPlan]
 ) -> dict[str, dict[str, str]]:
-    """Return the questions about participants: name -> the words of each code."""
+    """Return the questions about participants: name -> the words for each code."""
     asked: dict[str, dict[str, str]] = {
         name: {} for row in people.values() for name in row if name not in (MODE, COMPLETE)
     }

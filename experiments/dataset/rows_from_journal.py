@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from slipscale.experiments.journal.record import Record
     from slipscale.experiments.protocols.steps import Value
 
-# Event between a trial's beginning and end -> flag on its row. Resuming a pilot leaves no flag,
-# because no virtual time passed.
+# Event during a trial -> flag on its row. Resuming a pilot leaves no flag, because no virtual time
+# has passed.
 EVENT_FLAGS: dict[str, str] = {
     "fault": FAULT,
     "pause": PAUSED,
@@ -44,7 +44,7 @@ EVENT_FLAGS: dict[str, str] = {
 
 @dataclass(slots=True)
 class Gathered:
-    """The content of a journal, sorted.
+    """The content of a journal, organised by trial.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class Gathered:
     trials : dict of list
         Finished trials in order, by task.
     voided : list
-        (task, trial, reason) of each voided trial.
+        (task, trial, reason) for each voided trial.
     """
 
     person: dict[str, Value] = field(default_factory=dict)
@@ -72,8 +72,8 @@ def gather(records: list[Record]) -> Gathered:
     """Return a run's trials and answers from its journal's records, in order.
 
     A trial without an end (because the run was interrupted) is omitted. If a record is damaged,
-    the current trial and the next one are flagged, because it is unknown to which of them it
-    belonged.
+    the current trial and the next one are flagged, because it is unknown which of them it belonged
+    to.
     """
     gathered = Gathered()
     current: TrialRecord | None = None
@@ -115,7 +115,7 @@ def _flag_damaged(
     damage: bool,
     time_s: float,
 ) -> None:
-    """Flag the trials on both sides of damage, and end a trial whose end record is lost."""
+    """Flag the trials on either side of the damage, and end a trial whose end record is lost."""
     if not damage:
         return
     if current:
@@ -150,7 +150,7 @@ def _flag(row: TrialRecord, flag: str) -> None:
 def _answer(
     gathered: Gathered, row: TrialRecord | None, step: dict[str, Any], record: Record
 ) -> None:
-    """Store a step's answer in its row or among the answers about the run or person."""
+    """Store a step's answer in its row, or with the answers about the run or person."""
     made = answer_from(record.data["answer"])  # adds defaults for entries that older journals lack
     answer = answer_record(made) or {}
     if row is not None:
@@ -166,7 +166,7 @@ def _answer(
 
 
 def _measure(row: TrialRecord | None, step: dict[str, Any], explorations: Explorations) -> None:
-    """Add the measures of a finished exploration to a row."""
+    """Add the measures from a finished exploration to a row."""
     if row and step["type"] == "Explore":
         found = of_interval(explorations.measures(), step.get("interval"))
         row.measured = {**row.measured, **found}
@@ -175,7 +175,7 @@ def _measure(row: TrialRecord | None, step: dict[str, Any], explorations: Explor
 
 
 def _end(gathered: Gathered, row: TrialRecord, time_s: float) -> None:
-    """Add a finished trial to the others of its task."""
+    """Add a finished trial to its task."""
     task = row.trial.task
     row.end_s = time_s
     row.run_answers = gathered.run_answers.get(task, {})
@@ -203,7 +203,7 @@ def _take_exploration(row: TrialRecord, step: dict[str, Any], answer: dict[str, 
         row.exploration_time_s = answer["response_time_s"]
     elif number in row.intervals:
         row.intervals[number].exploration_time_s = answer["response_time_s"]
-    else:  # unknown what was explored: its presentation was lost
+    else:  # it is unknown what was explored, because the presentation was lost
         _flag(row, DAMAGED)
 
 

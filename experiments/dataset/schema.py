@@ -52,11 +52,11 @@ FLAGS: Mapping[str, str] = {
     "tenth of the readings could not be read",
     DAMAGED: "a journal record of this trial, or next to it, is damaged; not to be analysed",
 }
-# Part of the names of columns that hold what the plate reads back.
+# Part of the column names for plate readbacks.
 READBACK = "readback"
-# Prefix of the columns of a trial's intervals; the interval's number follows.
+# Prefix of interval columns; the interval number follows.
 INTERVAL = "interval"
-# Separates the flags of a trial.
+# Separator between the flags of a trial.
 FLAG_SEPARATOR = ";"
 
 # Key of Slipscale's object in a run's sidecar, in addition to the BIDS keys.
@@ -116,16 +116,16 @@ def columns(
     ----------
     protocol : Protocol
     measured : iterable of str
-        Entries of `MEASURED` that the run measured; they have columns, too.
+        Entries of `MEASURED` that the run measured; these also have columns.
     quantity : Quantity
         Quantity of the levels; it determines names, units and descriptions.
     plate : Quantity, optional
-        Quantity that the plate makes and reads back, if it differs.
+        Quantity that the plate produces and reads back, if different.
 
     Raises
     ------
     UserError
-        The protocol declares a column that every task has.
+        If the protocol declares a column that every task has.
     """
     common = _common(protocol, quantity)
     own = {**protocol.design, **protocol.stimulus, **protocol.response}
@@ -172,7 +172,7 @@ def filled(text: str, quantity: Quantity = PLATE_AMPLITUDE) -> str:
 
 
 def _interval_columns(number: int) -> dict[str, Column]:
-    """Return the columns of one interval of a trial."""
+    """Return the columns for one interval in a trial."""
 
     def of(record: TrialRecord) -> IntervalRecord | None:
         return record.intervals.get(number)
@@ -347,7 +347,7 @@ def questionnaire_columns(
     items : Mapping
         Item code -> its text, and the text of each answer code.
     visits : collection of str
-        The columns for session and run that the table has.
+        The session and run columns in the table.
     """
     which = {
         SESSION: "The participant's session in which the question was asked",
@@ -371,7 +371,7 @@ def person_columns(questions: Mapping[str, Mapping[str, str]] | None = None) -> 
     Parameters
     ----------
     questions : Mapping
-        The study's questions about the participant: name -> the text of each answer code; empty
+        The study's questions about the participant: name -> the text for each answer code; empty
         for a number.
     """
     answers = {

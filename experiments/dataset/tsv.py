@@ -1,4 +1,4 @@
-"""Format of values, tables and column descriptions in a data set's files."""
+"""Format values, tables and column descriptions for data set files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Column
     from slipscale.experiments.protocols.steps import Value
 
-# Times are stored to the microsecond; the clocks of key events are no more precise.
+# Times are stored to the microsecond; key event clocks are no more precise.
 DIGITS = 6
 
 

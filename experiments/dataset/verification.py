@@ -1,7 +1,7 @@
 """Compare a data set with its journals; report differences by file and row.
 
-The journals are the source of truth. Their own integrity is checked with their running hash and
-with the sidecars, which store the number of records at the time the tables were written.
+The journals are the source of truth. Their own integrity is checked using their running hash and
+the sidecars, which store the number of records at the time the tables were written.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.dataset.files import Content
 
-# Most problems of one kind in one file that are reported individually.
+# Maximum number of problems of one kind in one file that are reported individually.
 TOLD = 20
-# Entries of a description that come from the study and are the same in every Slipscale version.
+# Description entries that come from the study and are the same in every Slipscale version.
 SETTLED = ("Name", "DatasetType", "License", "Authors", "TaskName")
 
 
@@ -36,7 +36,7 @@ def verify(dataset: Path) -> list[Problem]:
     Raises
     ------
     UserError
-        It contains both pilots and participants.
+        If it contains both pilots and participants.
     """
     runs, problems = read_runs(dataset)
     problems += [Problem(file=RECORD.as_posix(), what=each) for each in unfinished(dataset)]
@@ -53,7 +53,7 @@ def verify(dataset: Path) -> list[Problem]:
 
 
 def _compare(dataset: Path, name: PurePosixPath, content: Content) -> list[Problem]:
-    """Return the differences between a file and the content that the journals give."""
+    """Return the differences between a file and the content derived from the journals."""
     path = dataset / name
     if not path.is_file():
         return [Problem(file=str(name), what="is missing; slipscale data build writes it")]
@@ -75,7 +75,7 @@ def _compare(dataset: Path, name: PurePosixPath, content: Content) -> list[Probl
 
 
 def _rows(name: str, text: str, expected: str) -> Iterator[Problem]:
-    """Yield the cells, rows and columns in which a table differs; rows are the file's lines."""
+    """Yield the cells, rows and columns in which a table differs; rows are line numbers."""
     try:
         there = _cells(text)
     except csv.Error as error:

@@ -1,11 +1,12 @@
 """Withdraw a participant: remove all their data, and keep a note that they withdrew.
 
-A withdrawal covers the data set, its backups and the merged sets that include it. Its complete
+A withdrawal covers the data set, its backups and the merged sets that include it. The complete
 task list is recorded before the first file is removed, and the pending mark is cleared last. Each
 step can be repeated, so the same command finishes an interrupted withdrawal.
 
-The label is not used again. The replacement's label is R and the number; since the position in the
-counterbalancing follows from the number at the end of a label, it stays the same.
+The label is not used again. The replacement's label is R followed by the number; since the
+position in the counterbalancing is derived from the number at the end of a label, it stays the
+same.
 """
 
 from __future__ import annotations
@@ -33,14 +34,14 @@ if TYPE_CHECKING:
 
 
 def theirs(dataset: Path, participant: str) -> list[Path]:
-    """Return all files and folders with data of a participant.
+    """Return all files and folders with data from a participant.
 
     This includes results derived from all participants.
 
     Raises
     ------
     UserError
-        The data set has no such participant, one of their sessions is running, or a backup or
+        If the data set has no such participant, one of their sessions is running, or a backup or
         merged set is not connected.
     """
     return list(_found(dataset, participant, _todo(dataset, participant)))
@@ -66,7 +67,7 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
     Raises
     ------
     UserError
-        As for `theirs`, or something cannot be removed.
+        As for `theirs`; also if something cannot be removed.
     """
     todo = _todo(dataset, participant)
     gone = list(_found(dataset, participant, todo))
@@ -163,14 +164,14 @@ def _in_one(folder: Path, participant: str) -> Iterator[Path]:
     places = ("derivatives/slipscale", f"sub-{participant}", f"sourcedata/sub-{participant}")
     here = [folder / place for place in places]
     named = [path for path in _shared_tables(folder) if any(_lines_of(path, participant))]
-    # Results alone do not show who is included.
+    # The results do not show which participants are included.
     if named or any(place.exists() for place in here[1:]):
         yield from (place for place in here if place.exists())
         yield from named
 
 
 def _shared_tables(folder: Path) -> Iterator[Path]:
-    """Yield the tables of several participants, including unfinished drafts."""
+    """Yield the tables shared by several participants, including unfinished drafts."""
     for place in ("participants", "phenotype/*"):
         for pattern in (f"{place}.tsv", draft_of(Path(f"{place}.tsv")).as_posix()):
             yield from sorted(folder.glob(pattern))

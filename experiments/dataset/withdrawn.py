@@ -1,6 +1,6 @@
 """The list of participants who withdrew from a data set, and of unfinished withdrawals.
 
-An entry is marked as pending before the first file is removed, until all tasks are done.
+An entry is marked as pending from before the first file is removed until all tasks are done.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def pending(dataset: Path) -> dict[str, Pending]:
 
 
 def unfinished(dataset: Path) -> Iterator[str]:
-    """Yield one sentence per unfinished withdrawal that explains how to finish it."""
+    """For each unfinished withdrawal, yield a sentence that explains how to finish it."""
     for label in pending(dataset):
         yield (
             f"the withdrawal of participant {label} is not finished: slipscale data withdraw "
@@ -66,7 +66,7 @@ def unfinished(dataset: Path) -> Iterator[str]:
 
 
 def note(dataset: Path, participant: str, todo: Pending | None) -> None:
-    """Record a withdrawal durably on the list; without ``todo``, mark it as finished."""
+    """Record a withdrawal durably in the list; without ``todo``, mark it as finished."""
     known = {str(entry["participant"]): entry for entry in entries(dataset)}
     day = datetime.now(UTC).date().isoformat()
     entry = known.setdefault(participant, {"participant": participant, "withdrawn_utc": day})

@@ -1,4 +1,4 @@
-"""The records that a session writes about itself when it starts and when it is resumed."""
+"""The records that a session writes when it starts and when it is resumed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def header(
     """Return the journal's first record: everything needed to resume or analyse the run."""
     told = asdict(plan)
     if not plan.population:
-        del told["population"]  # not used in a run with a person
+        del told["population"]  # not used in runs with a person
     return {
         "format": FORMAT,
         **plan.study.quantity_notes(QUANTITY),
@@ -42,7 +42,7 @@ def header(
 def resume_data(plan: RunPlan, plate: PlateDriver, spec: str, masking: str) -> dict[str, Any]:
     """Return the record of a resumed run: everything that may have changed since its header.
 
-    Its date is the reference for all later times; the session's own time is monotonic.
+    Its date is the reference for all later times; session time is monotonic.
     """
     return {
         "plate_spec": spec,

@@ -2,7 +2,7 @@
 
 `slipscale.experiments.journal.record` defines the format of a line and its checksums.
 `slipscale.experiments.journal.reading` reads journals: a torn end (the machine stopped while
-writing) is removed on resume; any other damage is rejected.
+writing) is removed on resume; any other damage is an error.
 
 When data are on disk:
 
@@ -47,10 +47,10 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.clock import Clock
 
-# Modes of a new file: readable by its owner only, or as the system's umask decides.
+# Modes for a new file: readable by its owner only, or determined by the system's umask.
 OWNER_ONLY, AS_USUAL = 0o600, 0o666
 FALLBACK = "slipscale-kept"
-MOVED = "The journal's original location is missing"  # begins what a session prints at its end
+MOVED = "The journal's original location is missing"  # beginning of the final message of a session
 # What to do if a record cannot be written.
 REMEDIES = {errno.ENOSPC: "free some space", errno.EDQUOT: "free some of your quota"}
 CHECK_DISK = "check the disk and its cable"
@@ -66,20 +66,20 @@ class Journal:
     clock : Clock
         Provides the records' times.
     synced : bool
-        Whether each record waits for the disk. If False, records are only passed to the operating
-        system and the disk is awaited once, at the end: a killed process loses none, but a power
+        Whether each record is flushed to disk. If False, records are only passed to the operating
+        system and flushed once, at the end: a killed process loses none, but a power
         failure may. Used for pilots, which can be repeated.
 
     Raises
     ------
     UserError
-        The file already exists (`create`), does not exist (`reopen`), or another session is
-        writing it.
+        If the file already exists (`create`), does not exist (`reopen`), or another session is
+        writing to it.
 
     Attributes
     ----------
     path : Path
-        The file that is being written now; it changes if the original location disappears.
+        The file currently being written; it changes if the original location disappears.
     clock : Clock
         Provides the records' times.
     lost : Path or None
@@ -109,7 +109,7 @@ class Journal:
         self._unfinished = False  # a record is being written, or was interrupted by a signal
         try:
             locks.take(stream, path)
-        except BaseException:  # signals too: a stored traceback would keep the lock
+        except BaseException:  # also for signals: a stored traceback would keep the lock
             stream.close()
             raise
 
@@ -168,8 +168,8 @@ class Journal:
     def append(self, kind: str, **data: Any) -> Record:
         """Append a record and return once the operating system has it; a thread writes it to disk.
 
-        A signal may interrupt this call at any point. The next record then follows the data that
-        reached the system.
+        A signal may interrupt this call at any point. The next record then follows the data
+        already passed to the system.
         """
         self.check()
         if self._unfinished:
@@ -205,7 +205,7 @@ class Journal:
         Raises
         ------
         UserError
-            The disk failed or does not respond. Unconfirmed records may be lost.
+            If the disk failed or does not respond. Unconfirmed records may be lost.
         """
         if keeper := self._keeper:
             if self._unfinished:
@@ -214,7 +214,7 @@ class Journal:
             if keeper.wanted.records < records:  # a signal interrupted the handover
                 keeper.want(self._mark())
             if not keeper.wait(records):
-                self._keeper = None  # its thread hangs in a system call
+                self._keeper = None  # the thread hangs in a system call
                 raise self._not_written(OSError(errno.ETIMEDOUT, os.strerror(errno.ETIMEDOUT)))
         self.check()
 
@@ -242,7 +242,7 @@ class Journal:
         return Mark(len(self.records), self._stream.tell())
 
     def _put(self, line: bytes) -> None:
-        """Pass bytes to the operating system; raise OSError if it does not accept all of them."""
+        """Pass bytes to the operating system. Raises OSError if it does not accept all of them."""
         # Unbuffered: bytes that a full disk rejected must not be written on the next attempt.
         while line:
             line = line[self._stream.write(line) :]
@@ -320,7 +320,7 @@ class Journal:
         try:
             self.wait_for(len(self.records))
             if not self.synced:
-                with suppress(OSError):  # a full disk was reported before
+                with suppress(OSError):  # a full disk was reported earlier
                     os.fsync(self._stream.fileno())
         finally:
             self._let_go()

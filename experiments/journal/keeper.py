@@ -1,4 +1,4 @@
-"""A thread that writes an open file's data to disk while the session continues.
+"""A thread that flushes an open file to disk while the session continues.
 
 Rules for the journal that uses it:
 
@@ -18,7 +18,8 @@ from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import NamedTuple
 
-# A disk that takes longer is considered failed: the session ends and the plate is switched off.
+# A disk that takes longer is considered to have failed: the session ends and the plate is switched
+# off.
 PATIENCE_S = 30.0
 ENDS_S = 1.0
 
@@ -60,7 +61,7 @@ class Keeper:
         self._thread.start()
 
     def want(self, mark: Mark) -> None:
-        """Hand over everything that was written before a mark."""
+        """Hand over everything written before a mark."""
         self._handed.put(mark)
         self.wanted = mark
 

@@ -2,7 +2,7 @@
 
 The system releases its lock when the process ends, but some network drives do not support locks. A
 writer therefore also leaves a lock file next to the journal, with its host and process. A crash
-may leave the lock file behind, so the file counts only while it is plausible.
+may leave the lock file behind, so it counts only as long as it is plausible.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from typing import IO
 
 # A session on another computer touches its lock file at each record. If two records are further
-# apart than this, the session has ended; a participant does not think for that long.
+# apart than this, the session has ended; no participant thinks for that long.
 STALE_S = 900.0
 # Taking a lock takes milliseconds; an older claim was left behind by a crash.
 CLAIM_S = 10.0
@@ -33,13 +33,13 @@ LOOKS, LOOK_S = 5, 0.02
 
 @dataclass(frozen=True, slots=True)
 class Holder:
-    """The writer that a lock file names."""
+    """The writer named in a lock file."""
 
     host: str
     process: int
 
     def __str__(self) -> str:
-        """Return a description of the host and process."""
+        """Return a description with host and process."""
         return f"process {self.process} on {self.host}"
 
 
@@ -79,13 +79,13 @@ def take(stream: FileIO, journal: Path) -> None:
     Raises
     ------
     UserError
-        Another session is writing the journal.
+        If another session is writing to the journal.
     """
     free = _lock(stream, portalocker.LOCK_EX)
     for _ in range(LOOKS):
         if free is not False:
             break
-        # A process that checks for a writer (the console) holds the lock for an instant.
+        # A process that checks for a writer (the console) holds the lock briefly.
         time.sleep(LOOK_S)
         free = _lock(stream, portalocker.LOCK_EX)
     if free is False:
@@ -119,16 +119,16 @@ def _lock(stream: IO[bytes] | FileIO, kind: portalocker.LockFlags) -> bool | Non
 def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
     """Create our lock file, unless there is a plausible one from another session.
 
-    Two sessions that start at once must not both find no lock file, or both replace one that a
-    crash left behind. Each therefore first creates a second file, which only one of them can do,
-    checks the lock file, and then renames the second file to the lock file's name.
+    Two sessions that start simultaneously must not both find no lock file, or both replace one
+    left behind by a crash. Each therefore first creates a second file, which only one of them can
+    do, checks the lock file, and then renames the second file to the lock file name.
     """
     lock = lock_file(journal)
     claim = lock.with_name(f"{lock.name}.new")
     try:
         if not (_make(claim) or _make_again(claim, system_locks=system_locks)):
             raise UserError(f"journal {journal}: another session is about to write it")
-        # The claim's time is the file system's; this computer's clock may differ.
+        # The time of the claim is the file system's; this computer's clock may differ.
         now_s = claim.stat().st_mtime
         holder = _believed(journal, system_locks=system_locks, now_s=now_s)
         if holder is None:
@@ -136,7 +136,7 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
             return
         claim.unlink(missing_ok=True)
     except OSError:
-        return  # if it is not writable, the journal reports that at its first record
+        return  # if the folder is not writable, the journal reports this at its first record
     raise UserError(
         f"journal {journal}: another session is writing it ({holder}); if no session is "
         f"running there, delete {lock}"
@@ -154,9 +154,9 @@ def _make(claim: Path) -> bool:
 
 
 def _make_again(claim: Path, *, system_locks: bool) -> bool:
-    """Replace a lock file that a crash left behind; return whether that succeeded.
+    """Replace a lock file left behind by a crash; return whether that succeeded.
 
-    Only the holder of the system lock can be sure that no other session is doing the same.
+    Only the holder of the system lock can be sure that no other session does the same.
     """
     try:
         if not system_locks and abs(time.time() - claim.stat().st_mtime) < CLAIM_S:
@@ -168,7 +168,7 @@ def _make_again(claim: Path, *, system_locks: bool) -> bool:
 
 
 def _believed(journal: Path, *, system_locks: bool, now_s: float) -> Holder | None:
-    """Return the writer that a lock file names, if that is plausible."""
+    """Return the writer named in a lock file, if it is plausible."""
     holder = writer(journal)
     try:
         age_s = now_s - lock_file(journal).stat().st_mtime

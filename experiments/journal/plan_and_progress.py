@@ -1,4 +1,4 @@
-"""Information about a run from its journal: plan, plate, software and progress."""
+"""Information from a run's journal: plan, plate, software and progress."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def read_usable(path: Path, most: int | None = None) -> tuple[RunPlan | None, Re
     Raises
     ------
     UserError
-        The file cannot be read, or its header is intact but not that of a run.
+        If the file cannot be read, or its header is intact but not that of a run.
     """
     reading = read_whole(path, most)
     records, more = checked(reading.records)
@@ -88,7 +88,7 @@ def dataset_of(path: Path, plan: RunPlan) -> Path:
     Raises
     ------
     UserError
-        The journal's content does not match its location: it was renamed, or is outside a data
+        If the journal's content does not match its location: it was renamed, or is outside a data
         set.
     """
     whole = path.resolve()
@@ -118,7 +118,7 @@ def last_backup(records: list[Record]) -> Path | None:
 
 
 def last_plate(records: list[Record]) -> str:
-    """Return the SPEC of the plate on which a run was last performed."""
+    """Return the SPEC of the plate last used in a run."""
     specs = [r.data["plate_spec"] for r in records if r.kind in ("header", "resume")]
     return str(specs[-1])
 

@@ -1,4 +1,4 @@
-"""Read a journal: its intact records, and its damage by line.
+"""Read a journal: its intact records, and any damage by line.
 
 `read_records` is for resuming a run and accepts no damage. `read_whole` is for data sets: damage
 in one place affects only that place. The rules:
@@ -27,7 +27,7 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from pathlib import Path
 
-# Kind of the placeholder for one or more unusable records.
+# Record kind of the placeholder for one or more unusable records.
 DAMAGED = "damaged"
 
 
@@ -39,7 +39,7 @@ class Damage:
     reason: str
 
     def __str__(self) -> str:
-        """Return line and reason for use in a sentence."""
+        """Return the line and the reason, for use in a sentence."""
         return f"line {self.line}: {self.reason}"
 
 
@@ -53,9 +53,9 @@ class Reading:
         The intact records in order. One record of kind `DAMAGED` replaces each sequence of damaged
         or missing records.
     damage : list of Damage
-        Position and reason of each damage; empty for an intact journal.
+        Location of and reason for each damage; empty for an intact journal.
     length : int
-        Length of the intact part in bytes. A torn end begins there.
+        Length of the intact part in bytes, where a torn end begins.
     torn : bool
         Whether the end is torn: the machine stopped while writing it. This does not count as
         damage.
@@ -81,7 +81,7 @@ class Reading:
 
 
 def has_begun(path: Path) -> bool:
-    """Return whether a journal contains anything; raise `UserError` if that is unknown."""
+    """Return whether a journal contains anything. Raises `UserError` if this is unknown."""
     try:
         return path.stat().st_size > 0
     except (FileNotFoundError, NotADirectoryError):
@@ -98,7 +98,7 @@ def read_whole(path: Path, most: int | None = None) -> Reading:
     Raises
     ------
     UserError
-        The file cannot be read, or is a journal in another format.
+        If the file cannot be read, or is a journal in another format.
     """
     try:
         with path.open("rb") as stream:
@@ -138,14 +138,14 @@ class _Line(NamedTuple):
 
 
 def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
-    """Return one line per number, in file order; report the others."""
+    """Return one line per record number, in file order; report the others."""
     of_number: dict[int, list[_Line]] = {}
     for line in found:
         of_number.setdefault(line.record.number, []).append(line)
     at = {line.place: line.record.number for line in found}
 
     def trust(line: _Line) -> tuple[int, int]:
-        """Return how many neighbours confirm a line: by hash, and by position."""
+        """Return the number of neighbours that confirm a line: by hash, and by position."""
         number, place = line.record.number, line.place
         before = of_number.get(number - 1, [])
         after = of_number.get(number + 1, [])
@@ -167,7 +167,7 @@ def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
 
 def _report_moved(chosen: list[_Line], reading: Reading) -> None:
     """Report a minimal set of lines whose removal leaves the rest in numerical order."""
-    ends: list[int] = []  # lowest last number of an increasing sequence of each length
+    ends: list[int] = []  # lowest final number of an increasing sequence of each length
     lengths = []
     for line in chosen:
         length = bisect_left(ends, line.record.number)
@@ -215,7 +215,7 @@ def read_records(path: Path) -> tuple[list[Record], int]:
     Raises
     ------
     UserError
-        The file cannot be read, is not a journal, or is damaged before its end.
+        If the file cannot be read, is not a journal, or is damaged before its end.
     """
     reading = read_whole(path)
     if reading.damage:
@@ -246,7 +246,7 @@ def _before_torn_end(lines: list[bytes]) -> int:
 
 
 def _kept(records: list[Record]) -> int:
-    """Return how many records were confirmed on disk, according to the records themselves."""
+    """Return the number of records confirmed on disk, according to the records themselves."""
     said = [record.data.get("kept") for record in records]
     return max((each for each in said if isinstance(each, int)), default=0)
 

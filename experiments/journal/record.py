@@ -5,8 +5,8 @@ seconds, its ``kind`` and its data. The last two entries verify it:
 
 - ``hash``: the first 32 hexadecimal digits of the SHA-256 of the previous record's hash and this
   record's text. It no longer matches if a record is removed, moved, repeated or edited.
-- ``crc``: CRC-32 of everything before it in the line. It detects a torn or altered line without
-  the other lines, so that damage in one place leaves the rest readable.
+- ``crc``: CRC-32 of everything before it in the line. It detects a torn or altered line
+  independently of the other lines, so that local damage leaves the rest readable.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from typing import Any
 
 FORMAT = 2
 HASH_DIGITS = 32
-# Most digits of an integer: longer ones are never written, and floats overflow at about 308.
+# Maximum number of digits in an integer: longer ones are never written, and floats overflow at
+# about 308.
 MOST_DIGITS = 300
 _HASH = re.compile(rf',"hash":"([0-9a-f]{{{HASH_DIGITS}}})"}}$')
 
@@ -32,7 +33,7 @@ class Record:
     Parameters
     ----------
     number : int
-        0, 1, ... in the order of writing.
+        0, 1, ... in writing order.
     time_s : float
         Time on the session's clock.
     kind : str
@@ -75,7 +76,7 @@ def decode(line: bytes) -> tuple[Record, str]:
     Raises
     ------
     ValueError
-        The line is not a complete record, or its checksum does not match.
+        If the line is not a complete record, or its checksum does not match.
     """
     body, mark, tail = line.decode().rpartition(',"crc":"')
     if not mark or tail[8:] != '"}\n' or f"{zlib.crc32((body + '}').encode()):08x}" != tail[:8]:

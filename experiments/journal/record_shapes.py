@@ -1,8 +1,8 @@
-"""The required content of each kind of record; journals are checked against it before use.
+"""The required content for each kind of record; journals are checked against it before use.
 
-A checksum detects random damage. A record that another program wrote, or that was edited and given
-a new checksum, can contain anything. Kinds and entries that are not listed here (those of later
-versions) are accepted.
+A checksum detects random damage. A record written by another program, or edited and given a new
+checksum, can contain anything. Kinds and entries that are not listed here (from later versions)
+are accepted.
 """
 
 from __future__ import annotations
@@ -190,7 +190,7 @@ RECORDS: dict[str, Any] = {
     "contact": _Contact,
     "tracking": _Tracking,
 }
-# type of step -> its required record, and the type of its answer
+# step type -> its required record, and the type of its answer
 STEPS: dict[str, tuple[Any, type | None]] = {
     "Instruct": (_Step, Reply),
     "Rest": (_Step, Reply),
@@ -208,8 +208,9 @@ STEPS: dict[str, tuple[Any, type | None]] = {
 def checked(records: Sequence[Record]) -> tuple[list[Record], list[Damage]]:
     """Return a run's records with unusable ones marked, and the reasons.
 
-    A record of kind `DAMAGED` replaces each invalid record: its content does not fit its kind, or
-    it is out of order (a step ends that never began, or something follows the end).
+    A record of kind `DAMAGED` replaces each invalid record. A record is invalid if its content
+    does not match its kind, or if it is out of order (a step ends that never began, or something
+    follows the end).
     """
     kept: list[Record] = []
     damage: list[Damage] = []
@@ -232,7 +233,7 @@ class _Order:
     """The order of a run's steps: each begins at least once, and ends before the next begins."""
 
     def __init__(self) -> None:
-        self.sure = True  # no damage since a step last began
+        self.sure = True  # no damage since the last step began
         self._first = True
         self._ended = False
         self._over = 0
@@ -273,7 +274,7 @@ class _Order:
 
 
 def _misshapen(record: Record) -> str:
-    """Return what is wrong with a record's data; empty if the data are valid."""
+    """Return the error in a record's data; empty if the data are valid."""
     if not abs(record.time_s) <= LONGEST_S:
         return f"its time is {record.time_s:g} s; expected the seconds since the run began"
     shape = RECORDS.get(record.kind)
@@ -326,7 +327,7 @@ def _check_answer(answer: dict[str, Any]) -> None:
 
 
 def _fit(shape: Any, data: dict[str, Any]) -> None:
-    """Raise unless data fit a shape: one of ours, or a dataclass without additional fields."""
+    """Raise unless data match a shape: one of ours, or a dataclass without additional fields."""
     if not issubclass(shape, _Shape):
         data = in_own_names(data)
     if not issubclass(shape, _Shape) and (other := set(data) - {f.name for f in fields(shape)}):

@@ -1,7 +1,7 @@
 """Convert steps and answers to the journal's plain data, and back.
 
-Input may have the names of a journal in µm (`slipscale.stimuli.quantity.in_um`) or the code's own
-names. Output has the code's names.
+Input may use the names in a µm journal (`slipscale.stimuli.quantity.in_um`) or the names in the
+code. Output uses the names in the code.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ ANSWERS: dict[str, Callable[..., Answer]] = {
 _WHOLE = frozenset({str, int, float, bool, type(None)})
 # Texts may be corrected between versions without preventing a run from being resumed.
 WORDS = ("text", "title", "question")
-# Header entry of a journal with levels in another unit than µm; its records use our names.
+# Header entry of a journal with levels in a unit other than µm; its records use our names.
 QUANTITY = "quantity"
 
 
 def step_record(step: Step) -> dict[str, Any]:
     """Return a step as plain data with its type, exactly as it reads back from a journal.
 
-    Entries that earlier versions did not have are omitted if they are at their default: the
+    Entries that earlier versions did not have are omitted if they have their default value: the
     interval of a step outside intervals, a question's sound, who answers a question (if the
-    participant enters the answer), whether it can be left for the question before, and whether a
-    surface can be felt again during an `Adjust`.
-    Journals of those versions can therefore be resumed.
+    participant enters the answer), whether the participant can return to the previous question,
+    and whether a surface can be felt again during an `Adjust`. Journals of those versions can
+    therefore be resumed.
     """
     record: dict[str, Any] = _plain(step)
     for part in (record, *(record.get("lead_in") or ())):
@@ -61,8 +61,9 @@ def step_record(step: Step) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as JSON reads it back: a class as its fields, a tuple as a list."""
-    # `asdict` also copies every number and string, which takes half the time of a simulated run.
+    """Return a value as it reads back from JSON: a class as its fields, a tuple as a list."""
+    # `asdict` also copies every number and string, which would take half the time of a simulated
+    # run.
     kind = type(value)
     if kind in _WHOLE:
         return value
@@ -74,7 +75,7 @@ def _plain(value: Any) -> Any:
 
 
 def _told(value: Any, name: str) -> bool:
-    """Return whether a record contains a field; later ones of a texture only if they are set."""
+    """Return whether a record contains a field; newer texture fields only if they are set."""
     later = name in getattr(value, "LATER", ())
     return not later or getattr(value, name) != _defaults(type(value))[name]  # type: ignore[arg-type]
 
@@ -91,7 +92,7 @@ def _names(kind: type) -> tuple[str, ...]:
 
 
 def same_step(one: dict[str, Any], other: dict[str, Any]) -> bool:
-    """Return whether two step records are the same step, apart from their texts."""
+    """Return whether two records describe the same step, apart from texts."""
     return bool(_without_words(in_own_names(one)) == _without_words(in_own_names(other)))
 
 
@@ -99,7 +100,7 @@ def in_own_names(record: dict[str, Any]) -> dict[str, Any]:
     """Return a step's or answer's record with the names used in the code."""
     found: dict[str, Any] = renamed(record, in_code)
     if found.get("type") == "Adjust":
-        found["name"] = in_code(found["name"])  # the name is a column of the data set
+        found["name"] = in_code(found["name"])  # the name is a data set column
     return found
 
 
@@ -117,7 +118,7 @@ def answer_record(answer: Answer) -> dict[str, Any] | None:
 
 
 def in_um_names(data: dict[str, Any]) -> dict[str, Any]:
-    """Return a record's data with the names of a journal in µm; the inverse of `in_own_names`."""
+    """Return a record's data with the names of a µm journal; the inverse of `in_own_names`."""
     found: dict[str, Any] = renamed(data, in_um)
     for step in (found, *(each for each in found.values() if isinstance(each, dict))):
         if step.get("type") == "Adjust":
@@ -147,7 +148,7 @@ def surface_from(record: dict[str, Any]) -> Stimulus:
 
 
 def surface_kind(fields: Mapping[str, Any]) -> type[Varied | Grating | VirtualSurface]:
-    """Return the type of a record's surface; a texture is recognised by its wave."""
+    """Return the type of surface in a record; a texture is recognised by its wave."""
     if "vary" in fields:
         return Varied
     return Grating if "waveform" in fields else VirtualSurface

@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Adjust, ParticipantStep, Reply
     from slipscale.hardware.contact.source import Finger
 
-# Called at every frame while a participant reads, explores or answers. It checks the plate and
-# the operator and may raise (a plate fault, a pause, a stop). Participant classes must let the
+# Called on every frame while a participant reads, explores or answers. It checks the plate and the
+# operator and may raise (a plate fault, a pause, a stop). Participant classes must let the
 # exception propagate, and must be able to start the same step again afterwards.
 Watch = Callable[[], None]
 
-# Turns the surface up or down by a number of notches. Its exceptions propagate, too.
+# Turns the surface up or down by a number of notches. Its exceptions also propagate.
 Turn = Callable[[int], None]
 
 Kind = Literal["person", "simulated", "scripted"]
@@ -25,7 +25,7 @@ Kind = Literal["person", "simulated", "scripted"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unfinished:
-    """The entry of an answer that was interrupted.
+    """The partial entry of an interrupted answer.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Participant(Protocol):
 
     @property
     def finger(self) -> Finger | None:
-        """The source of the finger's position, if any: window pointer or simulated finger."""
+        """The source of the finger position, if any: window pointer or simulated finger."""
 
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
         """Carry out one step and return what the participant did.
@@ -63,7 +63,7 @@ class Participant(Protocol):
         step : Instruct, Explore, Ask, Rest or Feedback
             It never contains an amplitude.
         watch : callable
-            Must be called at every frame; its exceptions must propagate.
+            Must be called on every frame; its exceptions must propagate.
 
         Raises
         ------
@@ -72,14 +72,14 @@ class Participant(Protocol):
         """
 
     def adjust(self, step: Adjust, turn: Turn, watch: Watch, *, again: int = 0) -> Reply:
-        """Let the participant adjust the surface as the step asks; see `perform`.
+        """Let the participant adjust the surface as the step instructs; see `perform`.
 
         If the participant requests the reference, the reply's value is `FEEL_AGAIN`. The session
         then presents it and calls this method again; ``again`` counts these repetitions.
         """
 
     def hold(self, text: str, until: Callable[[], bool]) -> None:
-        """Show ``text`` until ``until()`` is true (during a pause, or a repair of the rig)."""
+        """Show ``text`` until ``until()`` is true (during a pause or a repair of the rig)."""
 
     def __enter__(self) -> Self: ...
 

@@ -1,9 +1,9 @@
 """A person at a PsychoPy window.
 
-The concepts have one file each. Without PsychoPy: the contents of a screen (`scene`), and the
-behaviour of each step (`screens`). With PsychoPy: the window that draws (`display`), the keyboard
-(`keyboard`), and `window`, which combines them into a participant. PsychoPy is imported when the
-window opens, not before.
+There is one file per concept. Independent of PsychoPy: the contents of a screen (`scene`), and the
+behaviour of each step (`screens`). Based on PsychoPy: the window that draws (`display`), the
+keyboard (`keyboard`), and `window`, which combines them into a participant. PsychoPy is imported
+when the window opens, not before.
 """
 
 from slipscale.experiments.participants.psychopy_window.display import check_screen, screens

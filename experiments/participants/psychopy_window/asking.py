@@ -1,4 +1,4 @@
-"""The screen of a question: its answer field, and why the last entry was rejected."""
+"""The screen for a question: answer field, and the reason why the last entry was rejected."""
 
 from __future__ import annotations
 
@@ -80,12 +80,12 @@ class Asking(Unmoved):
         hint = () if self._touch else (scene.hint(self._hint),)
         if not self._notice:
             return hint
-        # Touch keys cover the notice's usual place, but leave the hint's place free.
+        # Touch keys cover the usual position of the notice, but not that of the hint.
         said = scene.notice(self._notice)
         return (replace(said, y=scene.HINT_Y),) if self._touch else (said, *hint)
 
     def _way_back(self) -> Scene:
-        """Return how to reach the question before, if there is one: a line, or a touch key."""
+        """Return the line or touch key that leads to the previous question, if there is one."""
         if not self._back:
             return ()
         if self._touch:
@@ -108,7 +108,7 @@ class Asking(Unmoved):
         return None
 
     def erase(self) -> ScreenResult | None:
-        """Delete the last character; in an empty field, return to the question before."""
+        """Delete the last character; in an empty field, return to the previous question."""
         self._notice = ""
         if self._back and not self._entry.content:
             return ScreenResult(value=BACK)
@@ -126,7 +126,7 @@ class Asking(Unmoved):
         return self._entry.content
 
     def offer(self, typed: str) -> None:
-        """Restore an earlier entry, character by character as if typed."""
+        """Restore an earlier entry, character by character, as if typed."""
         for character in typed:
             self._entry.press(character)
 
@@ -190,6 +190,6 @@ class Stopping(Asking):
 
 
 def number_size(content: str) -> float:
-    """Return a size of the digits at which the longest entry fits its field."""
+    """Return a digit size at which the longest entry fits its field."""
     roomy = 11
     return scene.DIGITS * min(1.0, roomy / max(len(content), 1))

@@ -94,11 +94,11 @@ class Connection:
         """Record a broken connection; Xlib calls this in the thread that made the failing call."""
         self._lose()
         if threading.current_thread() is not threading.main_thread():
-            threading.Event().wait()  # a library's thread has nothing left to do
+            threading.Event().wait()  # a library thread has nothing left to do
         return 0
 
 
-# Keeps the handlers alive, because Xlib may call them until the process ends.
+# Keep the handlers alive, because Xlib may call them until the process ends.
 _KEPT: list[Any] = []
 
 

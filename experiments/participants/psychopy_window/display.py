@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.clock import Clock
 
-SMALLEST = 0.6  # of a text's own size, if it must shrink
-FRAME_S = 0.010  # the shortest frame; without vertical sync the loop would occupy a whole core
+SMALLEST = 0.6  # fraction of a text's own size, if it must shrink
+FRAME_S = 0.010  # minimum frame duration; without vertical sync the loop would occupy a whole core
 
 
 @contextmanager
@@ -65,7 +65,7 @@ def import_visual() -> Any:
             "no display: DISPLAY is not set. Log in at the machine's own screen, or use a "
             "virtual one: xvfb-run slipscale run ..."
         )
-    # Programs that we start must not see PsychoPy's own package folder.
+    # Programs started by us must not see PsychoPy's own package folder.
     os.environ.setdefault("PSYCHOPYNOPACKAGES", "1")
     try:
         with bare_argv():
@@ -99,7 +99,7 @@ def screens() -> list[str]:
 
 
 def check_screen(number: int) -> None:
-    """Raise `UserError` unless the screen exists, because PsychoPy would use another one."""
+    """Raise `UserError` unless the screen exists; PsychoPy would silently use another one."""
     there = screens()
     if not 0 <= number < len(there):
         known = ", ".join(f"{n} ({size})" for n, size in enumerate(there))
@@ -139,7 +139,7 @@ class Display:
     Parameters
     ----------
     clock : Clock
-        The session's clock; it times the frames.
+        The session clock, used to time the frames.
     full_screen : bool
         Fill the screen and hide the mouse.
     screen : int
@@ -185,7 +185,7 @@ class Display:
             autoLog=False,
             gammaErrorPolicy="ignore",
         )
-        raise_if_ended()  # PsychoPy swallows any exception while its window opens
+        raise_if_ended()  # PsychoPy swallows exceptions while its window opens
         self.connection.watch(self._window.winHandle)
         self._window.mouseVisible = not self._full_screen
         self.pointer.appears(self._window)
@@ -213,12 +213,12 @@ class Display:
             self._window.mouseVisible = visible
 
     def place(self, x_px: float, y_px: float) -> tuple[float, float]:
-        """Convert pixels, counted from the window's lower left corner, to scene coordinates."""
+        """Convert pixels, measured from the window's lower left corner, to scene coordinates."""
         width, height = self._window.size
         return (x_px - width / 2) / self._unit, (y_px - height / 2) / self._unit
 
     def draw(self, scene: Scene) -> None:
-        """Draw a scene, invisible until the flip; unchanged items are not built again."""
+        """Draw a scene, invisible until the flip; unchanged items are reused."""
         with self.connection.used():
             self._shown = {item: self._shown.get(item) or self._build(item) for item in scene}
             for item in scene:
@@ -294,7 +294,7 @@ class Display:
         )
 
     def _build_text(self, text: Text) -> tuple[Any, ...]:
-        letters = self._fit(text) if text.content else None  # PsychoPy cannot draw an empty text
+        letters = self._fit(text) if text.content else None  # PsychoPy cannot draw empty text
         if not text.caret:
             return (letters,) if letters else ()
         width = letters.boundingBox[0] / self._unit if letters else 0
@@ -316,7 +316,8 @@ class Display:
     def _letters(self, text: Text, size: float) -> Any:
         unit = self._unit
         left = text.align == "left"
-        # Capitals and digits are low in their line; without this, a key's letter is off centre.
+        # Capitals and digits sit low in their line; without this, the letter on a key is off
+        # centre.
         lift = 0.08 * size if text.anchor == "center" else 0.0
         return self._visual.TextStim(
             self._window,

@@ -1,7 +1,7 @@
 """Draw a scene as SVG: the participant's screen without a window.
 
 `slipscale.experiments.participants.psychopy_window.layout` positions the letters. Each line is as
-wide as in the window's font, even if the browser uses another font.
+wide as in the window font, even if the browser uses another font.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Answer fields: collect characters and decide whether they are an answer; no window, no clock.
+"""Answer fields: collect characters and judge whether they form an answer; no window or clock.
 
-One rule governs this module: **nothing is clipped, guessed or dropped silently.** An entry that
-is not an answer is refused with the name of the text that explains it, and the caller keeps it.
+The rule for this module: **nothing is clipped, guessed or dropped silently.** An entry that is not
+an answer is refused with the key of the text that explains why, and the caller records it.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-# Codes that keys drawn on the screen send, in addition to characters.
+# Codes sent by on-screen keys, in addition to characters.
 ENTER, ERASE, CLEAR = "\r", "\b", "\x18"
 NUMBER_LENGTH = 20
 NUMBER = re.compile(r"[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)")
-# "1,000" means one in some countries and a thousand in others.
+# "1,000" means one in some countries and one thousand in others.
 THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(,[0-9]{3})+")
-# The digit row of a French keyboard, unshifted: the key marked 2 means 2.
+# The unshifted digit row of a French keyboard: the key marked 2 means 2.
 AZERTY = dict(zip("&é\"'(-è_ç", "123456789", strict=True))
 
 
@@ -99,7 +99,7 @@ def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
     refusals = {
         "window.too_large": not math.isfinite(value),
         "window.too_small": value < 0,
-        # The stored number must equal the typed one: a float has about 16 digits.
+        # The stored number must equal the typed one; a float has about 16 digits.
         "window.too_many_digits": math.isfinite(value)
         and Decimal(repr(value)) != Decimal(text.replace(",", ".")),
         "window.not_positive": positive and value == 0,
@@ -130,7 +130,7 @@ def judge_whole_number(entry: str, *, minimum: int, maximum: int) -> Accepted | 
 
 
 class Entry(Protocol):
-    """An answer field: takes characters one by one and decides when they are an answer."""
+    """An answer field: takes characters one by one and decides when they form an answer."""
 
     content: str
 
@@ -161,7 +161,7 @@ class TypedEntry:
         )
 
     def press(self, character: str) -> Verdict:
-        """Process one character; on Enter judge the line, and clear it if it is refused."""
+        """Process one character; on Enter, judge the line and clear it if it is refused."""
         if character in (ENTER, "\n"):
             verdict = self._judge()
             if isinstance(verdict, Refused):
@@ -238,7 +238,7 @@ class ListEntry:
 
     @property
     def place(self) -> int | None:
-        """The index of the selected item; None if none is selected."""
+        """The index of the selected item; None if there is no selection."""
         number = int(self.content) if self.content else 0
         return number - 1 if 1 <= number <= len(self._values) else None
 
@@ -250,7 +250,7 @@ class ListEntry:
             return self._judge()
         else:
             digit = AZERTY.get(character, character)
-            # ASCII digits only, and no more of them than in the longest number.
+            # ASCII digits only, and no more than in the longest number.
             if digit not in "0123456789" or len(self.content) >= len(str(len(self._values))):
                 return self._refused(self.content + character)
             self.content += digit
@@ -289,7 +289,7 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
     question : Question
         The question to answer.
     texts : Mapping
-        The language's texts; they define the keys for yes and no.
+        The texts in the language; they define the keys for yes and no.
 
     Raises
     ------

@@ -1,9 +1,9 @@
 """The keyboard: characters come from the window, press times from the device.
 
-The window knows the keyboard layout, but receives keys only when it is polled, once per frame.
-Psychtoolbox timestamps each press in a separate thread, but knows only key positions (on a French
-keyboard it takes A for Q). Both see the same presses in the same order, so each character gets the
-timestamp of its press: see `claim`.
+The window handles the keyboard layout, but receives keys only when it is polled, once per frame.
+Psychtoolbox timestamps each press in a separate thread, but reports only key positions (on a
+French keyboard it mistakes A for Q). Both see the same presses in the same order, so each
+character gets the timestamp of its press: see `claim`.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 Kind = Literal["character", "erase", "escape", "turn", "move", "point"]
 Source = Literal["ptb", "window"]
-# A press may have been stamped this long before the last poll, and reach the window only now.
+# A press may be stamped up to this long before the last poll, but reach the window only now.
 LATE_S = 0.050
 # The stamping thread may wake up this long after the window received the key.
 EARLY_S = 0.004
-# A held key starts to repeat within this time (X11: 0.66 s, Windows: 1 s at most).
+# A held key starts repeating within this time (X11: 0.66 s, Windows: at most 1 s).
 REPEAT_S = 1.1
 PAGE_NOTCHES = 5  # of the wheel, for Page Up and Page Down
 TO_THE_END = 1_000_000  # notches; more than any line has
@@ -59,12 +59,12 @@ def claim(heard: int, stamps_s: Iterable[float], last_poll_s: float, poll_s: flo
     stamps_s : iterable of float
         Unclaimed timestamps, in s on the session's clock, in order.
     last_poll_s, poll_s : float
-        Times of the previous and of this poll.
+        Times of the previous and the current poll.
 
     Returns
     -------
     list of float
-        One timestamp per press, or none if there are too few: a wrong time is worse than the
+        One timestamp per press, or none if there are too few: a wrong timestamp is worse than the
         window's time.
 
     Examples
@@ -131,7 +131,7 @@ class Keyboard:
     clock : Clock
         The session's clock.
     precise_times : bool
-        Take times from Psychtoolbox if it is available.
+        Use times from Psychtoolbox if available.
     """
 
     def __init__(self, handle: Any, clock: Clock, *, precise_times: bool) -> None:
@@ -226,7 +226,7 @@ class Keyboard:
             self._unclaimed += self._stamps.read()
             stamps = claim(self._presses, self._unclaimed, self._poll_s, now_s)
             if self._presses and not stamps:
-                self._clock.sleep(EARLY_S)  # lets the stamping thread catch up
+                self._clock.sleep(EARLY_S)  # let the stamping thread catch up
                 self._unclaimed += self._stamps.read()
                 stamps = claim(self._presses, self._unclaimed, self._poll_s, now_s)
             newest_s = stamps[-1] if stamps else now_s - 1.0
@@ -283,8 +283,8 @@ class Keyboard:
         if symbol in self._held:
             self._held.discard(symbol)
         elif symbol not in self._modifiers:
-            # Shift was released before its key, so the release has another symbol than the press.
-            # Without this, pyglet would treat the key as held down for ever.
+            # Shift was released before the key, so the release has a different symbol from the
+            # press. Without this, pyglet would treat the key as held down forever.
             self._held.clear()
             getattr(self._handle, "pressed_keys", set()).clear()
         return True

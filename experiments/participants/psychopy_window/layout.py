@@ -34,15 +34,15 @@ LINE = 1.362  # of the size, from line to line: Noto Sans
 HALF_WIDTH, HALF_HEIGHT = 0.67, 0.5  # of a scene
 MEASURED_AT = 100.0  # points
 WIDER = 1.12  # width of letters in DejaVu Sans, relative to Noto Sans
-# How much a text may exceed its place, and two texts may overlap: measures are accurate to 1 %.
+# How much a text may exceed its area, and two texts may overlap: measurements are accurate to 1 %.
 SLACK, SHARED = 0.012, 0.003
-LEAST_CONTRAST = 4.5  # of letters to their background: WCAG 2.2, 1.4.3
-MOST_NAMED = 50  # length of a text that a message repeats
+LEAST_CONTRAST = 4.5  # between letters and background: WCAG 2.2, 1.4.3
+MOST_NAMED = 50  # maximum length of a text quoted in a message
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Laid:
-    """A text as laid out: its lines, its edges, and whether it fits its place."""
+    """A laid-out text: its lines, its edges, and whether it fits its area."""
 
     content: str
     lines: tuple[str, ...]
@@ -81,7 +81,7 @@ def faults(scene: Scene) -> Iterator[str]:
 
 
 def _backgrounds(scene: Scene) -> Iterator[tuple[Text, Colour]]:
-    """Yield each text with the colour behind its centre: the last box drawn there."""
+    """Yield each text with the colour behind its centre, taken from the last box drawn there."""
     boxes: list[Box] = []
     for item in scene:
         if isinstance(item, Box):
@@ -112,7 +112,7 @@ def _luminance(colour: tuple[int, int, int]) -> float:
 
 
 def lay(text: Text) -> Laid:
-    """Lay out a text as the window does: wrap at spaces, and shrink it if it is too high."""
+    """Lay out a text like the window: wrap at spaces, and shrink it if it is too high."""
     size = text.size
     lines = _lines(text, size)
     limit = float("inf") if text.height is None else text.height

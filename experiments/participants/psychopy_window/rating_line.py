@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Ask, VisualAnalogueQuestion
 
 LINE_Y, LINE_LENGTH, LINE_WIDTH = 0.05, 1.1, 0.006
-#: Largest distance of a click from the line, vertically and beyond its ends.
+#: Maximum distance of a click from the line, vertically and beyond its ends.
 NEAR_Y, NEAR_X = 0.09, 0.05
 DONE = Box(x=0, y=-0.4, width=1.26, height=0.08, colour="field")
 
@@ -28,7 +28,8 @@ DONE = Box(x=0, y=-0.4, width=1.26, height=0.08, colour="field")
 class Marking:
     """A line between two words, with a mark on it, and a countdown if there is a time limit.
 
-    The answer can be submitted only after the mark was set: its start position is not an answer.
+    The answer can be submitted only after the mark has been set: its start position is not an
+    answer.
     """
 
     single_key = True
@@ -45,7 +46,7 @@ class Marking:
         self._notice = ""
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the question, the line with its words, the mark, and how to submit the answer."""
+        """Return the question, the labelled line, the mark, and how to submit the answer."""
         question, texts = self._question, self._texts
         half = LINE_LENGTH / 2
         said = (scene.notice(self._notice),) if self._notice else ()

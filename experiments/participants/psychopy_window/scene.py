@@ -1,9 +1,9 @@
 """The contents of a screen as plain data: texts, key caps and bars, for reading at 1 m.
 
-Lengths are fractions of the screen's height, the origin is its centre, and y points up. On a
-24 inch monitor (0.30 m high), the smallest letters that must be readable, at 0.036, have an
-x-height of 5.8 mm (0.54 of their size in Noto Sans). At 1 m that is 20 minutes of arc, four times
-what normal sight needs to distinguish letters.
+Lengths are fractions of the screen height, the origin is at the centre, and y points up. On a 24
+inch monitor (0.30 m high), the smallest letters that must be readable, at 0.036, have an x-height
+of 5.8 mm (0.54 of their size in Noto Sans). At 1 m that is 20 minutes of arc, four times the size
+that normal vision needs to distinguish letters.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ COLOURS: dict[Colour, tuple[int, int, int]] = {
     "accent": (86, 180, 233),
 }
 FONT = "Noto Sans"  # included in PsychoPy, so it is available on every platform
-DESIGN_WIDTH = 1.34  # largest width of a scene, in heights; narrower screens scale it down
+DESIGN_WIDTH = 1.34  # maximum width of a scene, in screen heights; narrower screens scale it down
 
-UP, DOWN = "up", "down"  # labels of the keys with arrows
+UP, DOWN = "up", "down"  # labels of the arrow keys
 TITLE, BODY, HINT, DIGITS = 0.062, 0.042, 0.036, 0.13
 HINT_Y = -0.4
-WIDTH = 1.3  # of a text's lines; the narrowest monitors (5:4) are 1.25 wide, see `display`
+WIDTH = 1.3  # line width of a text; the narrowest monitors (5:4) are 1.25 wide, see `display`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +47,7 @@ class Text:
     anchor: Literal["top", "center", "bottom"] = "center"
     align: Literal["left", "center"] = "center"
     width: float = WIDTH
-    height: float | None = None  # letters shrink until the text is no higher than this
+    height: float | None = None  # the text shrinks until it is no higher than this
     caret: bool = False
 
 
@@ -75,7 +75,7 @@ class Arrow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Area:
-    """An area that acts like the key drawn there when touched or clicked; it is invisible.
+    """An invisible area that acts like the key drawn there when touched or clicked.
 
     ``presses`` contains the characters that it sends, or `UP` or `DOWN`.
     """
@@ -96,7 +96,7 @@ Scene = tuple[Item, ...]
 
 
 def unbroken(text: str) -> str:
-    """Keep French punctuation on the line of its word with no-break spaces.
+    """Keep French punctuation on the same line as its word, using no-break spaces.
 
     >>> unbroken("Est-ce glissant ?") == "Est-ce glissant\N{NO-BREAK SPACE}?"
     True
@@ -127,7 +127,7 @@ def key_cap(label: str, *, x: float, y: float, size: float = 0.14) -> Scene:
 
 
 def pressed_at(scene: Scene, x: float, y: float) -> str:
-    """Return the characters that a touch or click at a point sends; empty without a key there."""
+    """Return the characters sent by a touch or click at a point; empty if there is no key."""
     areas = (item for item in scene if isinstance(item, Area))
     return next((area.presses for area in areas if area.holds(x, y)), "")
 
@@ -135,7 +135,7 @@ def pressed_at(scene: Scene, x: float, y: float) -> str:
 def key_row(
     keys: tuple[str, ...], meanings: tuple[str, ...], *, y: float, touch: bool = False
 ) -> Scene:
-    """Return keys in a row, each with its meaning below it."""
+    """Return a row of keys, each with its meaning below it."""
     pitch = 0.44 if len(keys) < 3 else 0.38  # noqa: PLR2004 - so that three fit the narrowest screen
     left = -pitch * (len(keys) - 1) / 2
     return tuple(
@@ -184,7 +184,7 @@ def button(label: str, presses: str, *, x: float, y: float, width: float, height
 
 
 def hint(content: str) -> Text:
-    """Return the line at the bottom of a screen that names the key to continue."""
+    """Return the line at the bottom of a screen that shows the key to continue."""
     return Text(content=content, y=HINT_Y, size=HINT, colour="quiet")
 
 

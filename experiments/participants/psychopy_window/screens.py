@@ -1,7 +1,7 @@
-"""Screens: the table from steps to their screens, without window or clock.
+"""Screens: the mapping from steps to screens, without window or clock.
 
 A screen receives keys and the time since it was shown. It returns what to show and when it is
-over. The time is always an argument, so screens can be tested without waiting.
+over. Time is always an argument, so screens can be tested without waiting.
 """
 
 from __future__ import annotations
@@ -66,13 +66,13 @@ class Screen(Protocol):
 
     @property
     def typed(self) -> str:
-        """The entry that was typed and not submitted."""
+        """The entry typed but not submitted."""
 
     def offer(self, typed: str) -> None:
         """Restore an entry from before an interruption."""
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """Return the outcome if the screen is over because of the time alone."""
+        """Return the outcome if the screen is over because its time has run out."""
 
 
 SCREENS: dict[type, Callable[..., Screen]] = {

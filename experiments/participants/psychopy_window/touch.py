@@ -19,7 +19,7 @@ TOP, ROW = 0.19, 0.054
 
 
 def number_pad(content: str, texts: Mapping[str, str]) -> Scene:
-    """Return a field with the entry, and keys for digits, the decimal mark, deleting and Enter."""
+    """Return a field with the entry, and keys for digits, decimal mark, delete and Enter."""
     left, top = -0.27, 0.005
     keys = [
         (label, left + column * PITCH, top - row * PITCH)

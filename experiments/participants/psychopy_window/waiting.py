@@ -1,4 +1,4 @@
-"""Screens that wait for the key to continue, or for time to pass."""
+"""Screens that wait for a key press to continue, or for time to pass."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Waiting(Unmoved):
         return None
 
     def wait_s(self, elapsed_s: float) -> int:
-        """Return the whole seconds until the key works; 0 if it works."""
+        """Return the whole seconds until the key is active; 0 if it is."""
         return max(math.ceil(self._minimum_s - elapsed_s), 0)
 
 
@@ -78,7 +78,7 @@ def by_touch(texts: Texts) -> bool:
 
 
 def going_on(texts: Texts, text: str) -> Scene:
-    """Return the bottom of a screen, which shows how to continue: a line, or a touch key."""
+    """Return the bottom of a screen, which shows how to continue: a line or a touch key."""
     if not by_touch(texts):
         return (scene.hint(naming_key(texts, text)),)
     label = texts["window.go_on"]

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 # Notches of the wheel per touch of a drawn arrow key.
 TURNS = {scene.UP: 1, scene.DOWN: -1}
-RELEASE_PATIENCE_S = 0.5  # time to release a key that was just pressed
+RELEASE_PATIENCE_S = 0.5  # time allowed for releasing a key that was just pressed
 
 
 class PsychoPyWindow:
@@ -45,7 +45,7 @@ class PsychoPyWindow:
     full_screen : bool
         Fill the screen and hide the mouse.
     screen : int
-        Which monitor: 0, 1, ...
+        Monitor number: 0, 1, ...
     size : tuple of int
         Width and height in pixels, if the window does not fill the screen.
     precise_times : bool
@@ -121,15 +121,15 @@ class PsychoPyWindow:
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
         """Carry out one step and return what the participant did.
 
-        The onset is the time of the first frame. Time spent on the question whether to stop is
-        excluded from the response time and from the time limit.
+        The onset is the time of the first frame. Time spent on the stop question is excluded from
+        the response time and from the time limit.
 
         Parameters
         ----------
         step : Instruct, Explore, Ask or Rest
             The step to show.
         watch : callable
-            Called at every frame. Its exceptions propagate, and the step can then be performed
+            Called on every frame. Its exceptions propagate, and the step can then be performed
             again.
 
         Raises
@@ -264,7 +264,7 @@ class PsychoPyWindow:
 
 
 def hand_over(key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None:
-    """Pass a key to a screen, unless it came too early or only repeats because it is held."""
+    """Pass a key to a screen, unless it came too early or is a repeat of a held key."""
     if key.kind in ("escape", "point") or elapsed_s < 0:
         return None
     if key.kind in ("turn", "move"):

@@ -1,1 +1,1 @@
-"""Simulated participants: the population, how each person answers, and their runs."""
+"""Simulated participants: the population, each person's answers, and their runs."""

@@ -2,8 +2,8 @@
 
 The protocol, its questions, their order, the person and the answers are the same as in a full
 session on the mock plate, but a run is many times faster. There are two differences. A texture is
-felt as the mean of its amplitude; in a session it is felt at moments of the stroke. A notch of an
-adjustment takes only the person's time; on a plate it also has to settle.
+felt as its mean amplitude; in a session it is felt at several moments during the stroke. An
+adjustment notch takes only the person's time; on a plate the amplitude also has to settle.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.stimuli.surface import Stimulus
 
-# Steps at which a person can give up.
+# Steps at which a person can drop out.
 PERFORMED = (Instruct, Rest, Feedback, Explore, Ask, Adjust, EndBlock)
 
 
@@ -191,5 +191,5 @@ def _felt_level(surface: Stimulus | None) -> float:
 
 
 def _felt(level: float, surface: Stimulus | None) -> float:
-    """Return a level as it is felt: of an amplitude, no finer than a finger does."""
+    """Return a level as it is felt; an amplitude at the resolution of a finger."""
     return level if isinstance(surface, Varied) else round(level, FELT_DIGITS)

@@ -44,7 +44,7 @@ class SimulatedFinger:
         self._begun_s: float | None = None
 
     def strokes(self, begun_s: float, chance: Stream) -> None:
-        """Begin to stroke, at one end of the stroke."""
+        """Start stroking, at one end of the stroke."""
         self._begun_s = begun_s
         self._speed_mm_s = self._own_speed * math.exp(BETWEEN_EXPLORATIONS * chance.normal())
         self._force_n = self._own_force * math.exp(BETWEEN_EXPLORATIONS * chance.normal())

@@ -1,8 +1,9 @@
 """How sensation grows with the levels of a study: one stated assumption for each quantity.
 
-The paper's people are known at four amplitudes of one plate (`population`). In another quantity the
-ends of a study's range feel as the paper's ends do, and sensation between them follows this table.
-That the ends feel alike, and the spread between people, are our assumptions.
+Data on the paper's participants exist for four amplitudes of one plate (`population`). In another
+quantity, the ends of a study's range are assumed to feel like the ends of the paper's range, and
+sensation between them follows this table. The equal ends and the spread between people are our
+assumptions.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ if TYPE_CHECKING:
     from slipscale.stimuli.quantity import Quantity
 
 STEPS = 12
-# Of two impressions with equal noise, 75 % of forced choices are right at this many noises.
+# With equal noise on both impressions, 75 % of forced choices are correct at a difference of this
+# many noise standard deviations.
 D_AT_75_PERCENT = 0.6745
 
 
@@ -35,12 +37,13 @@ class Growth:
     Parameters
     ----------
     exponent : float
-        Of the power of a level's share of the largest; unused where ``weber`` is given.
+        Exponent of the power function of the level relative to the largest level; unused if
+        ``weber`` is given.
     weber : float or None
-        Smallest change, as a share of the level, that 75 % of forced choices find: sensation then
-        grows with the logarithm of the level.
+        Smallest change, as a fraction of the level, detected in 75 % of forced choices: sensation
+        then grows with the logarithm of the level.
     falls : bool
-        Whether it falls instead.
+        Whether sensation decreases instead.
     """
 
     exponent: float = 1.0
@@ -48,22 +51,22 @@ class Growth:
     falls: bool = False
 
 
-#: By what is judged and the level's name or unit; the first that fits counts, "" fits any.
+#: Keyed by judged attribute and the level's name or unit; the first match applies, "" matches any.
 GROWTH = {
-    # Roughness of square gratings falls with the period in the range studied, 14 % of which is
-    # discriminated: Saleem, Yilmaz and Basdogan 2020 (abstract).
+    # Roughness of square gratings decreases with the period over the range studied, with a Weber
+    # fraction of 14 %: Saleem, Yilmaz and Basdogan 2020 (abstract).
     ("roughness", "spatial period"): Growth(weber=0.14, falls=True),
     ("", "spatial period"): Growth(weber=0.14),
     # Electrovibration: the electrostatic force on the finger, and so friction, grows with the
-    # square of the voltage (Bau and others 2010; Meyer and others 2013; from memory). No exponent
-    # of the sensation was found.
+    # square of the voltage (Bau and others 2010; Meyer and others 2013; from memory). We found no
+    # published exponent for the sensation.
     ("", "V"): Growth(exponent=2.0),
     # A vibrating contactor: about 0.89 up to 350 Hz (Verrillo 1970, IEEE Trans. Man-Mach. Syst. 11;
     # abstract). By Stevens 1968 (Percept. Psychophys. 3, 223-228; abstract) 1.0 at 60 Hz, and half
     # of the largest near 250 Hz.
     ("", "m/s²"): Growth(exponent=0.89),
 }
-#: Of any other: proportional, our assumption.
+#: Any other quantity: proportional, our assumption.
 OTHER = Growth()
 
 
@@ -76,12 +79,12 @@ def growth_of(quantity: Quantity) -> Growth:
 
 
 def people_for(study: Study, population: Population | None = None) -> Population:
-    """Return the people of a pilot: a population, with curves for the study's quantity.
+    """Return the population for a pilot, with curves for the study's quantity.
 
     Raises
     ------
     UserError
-        The population's own curve is in another quantity.
+        If the population's own curve is in another quantity.
     """
     people, quantity = population or Population(), study.quantity
     effects = tuple(

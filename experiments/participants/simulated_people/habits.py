@@ -1,6 +1,6 @@
 """Response habits of simulated people, with one number per habit; all are off by default.
 
-Each description names the analysis that should detect the habit. Tests check that it does.
+Each description names the analysis that should detect the habit, as verified by tests.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ class History:
     before_level : float or array
         The previous surface, µm peak to peak; undefined in the first trial.
     contact_s : float or array
-        Time that the finger has been on the plate since the last rest.
+        Contact time of the finger with the plate since the last rest.
     """
 
     trials: int = 0
@@ -157,7 +157,7 @@ class History:
         )
 
     def after_contact(self, contact_s: Any) -> History:
-        """Return the history with another contact time."""
+        """Return the history with a different contact time."""
         return replace(self, contact_s=contact_s)
 
 
@@ -184,9 +184,9 @@ def reported(percent: Any, habits: Habits, past: History, frame: Frame) -> Any:
     Parameters
     ----------
     percent : float or array
-        What is felt.
+        The sensations felt.
     past : History
-        Of the same shape; this trial is its last.
+        History of the same shape; its last trial is the current one.
     """
     log = np.log(np.maximum(percent, LEAST_PERCENT))
     if habits.regression or habits.range_effect:

@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 # The plate's reading varies by a fraction of a micrometre; a finger cannot distinguish 2.298 from
 # 2.302 µm, and answers must not depend on the last digit.
 FELT_DIGITS = 2
-# Number of moments of the stroke at which a surface is felt; the mean is rated. Only textures
+# Number of moments during the stroke at which a surface is felt; the mean is rated. Only textures
 # differ between these moments.
 TOUCHES = 32
 TURN_S = 0.6  # from one notch to the next: turn, feel, decide
-MOST_TURNS = 1000  # more than the wheel has between any bounds; ends an undecided adjustment
+MOST_TURNS = 1000  # more notches than between any bounds; ends an undecided adjustment
 GAVE_UP = "the simulated participant gave up"
 
 
@@ -49,7 +49,7 @@ class SimulatedParticipant:
     clock : Clock
         A virtual clock, so that no real time passes.
     frame_s : float, optional
-        The interval of calls of ``watch`` during an exploration; set if a source measures the
+        The interval between calls to ``watch`` during an exploration; set if a source measures the
         finger.
     """
 
@@ -91,7 +91,7 @@ class SimulatedParticipant:
     def attend(self, steps: Steps) -> Steps:
         """Yield a protocol's steps; the respondent processes each finished one, even if replayed.
 
-        A person's memory of a run is therefore the same whether it was interrupted or not.
+        A person's memory of a run is therefore the same whether or not it was interrupted.
         """
         try:
             step = next(steps)
@@ -111,7 +111,7 @@ class SimulatedParticipant:
                 self._shown[_place(part)] = part.surface
 
     def _felt(self, step: Explore | Adjust) -> float | None:
-        """Return the level of a varied stimulus that a step has felt, None for another one."""
+        """Return the level of the varied stimulus felt in a step; None for other stimuli."""
         shown = self._shown.get(_place(step))
         return shown.level if isinstance(shown, Varied) else None
 
@@ -139,7 +139,7 @@ class SimulatedParticipant:
         )
 
     def adjust(self, step: Adjust, turn: Turn, watch: Watch, *, again: int = 0) -> Reply:
-        """Turn the surface until the answering function is content or requests the reference."""
+        """Turn the surface until the answering function is satisfied or requests the reference."""
         watch()
         self._stop_if_enough()
 
@@ -187,7 +187,7 @@ class SimulatedParticipant:
         return Reply(response_time_s=duration_s)
 
     def _pass_until(self, time_s: float, watch: Watch) -> None:
-        """Let time pass; call ``watch`` at every frame if the finger is measured."""
+        """Let time pass; call ``watch`` on every frame if the finger is measured."""
         while self._frame_s and self._clock.now() + self._frame_s < time_s:
             self._clock.sleep(self._frame_s)
             watch()
@@ -206,7 +206,7 @@ class SimulatedParticipant:
 
 
 def _place(step: Present | Explore | Adjust) -> tuple[int | None, int | None]:
-    """Return where in a run a stimulus is felt: its trial and interval."""
+    """Return the position of a stimulus in the run: its trial and interval."""
     return step.trial.number if step.trial else None, step.interval
 
 
@@ -219,12 +219,12 @@ def turned_until_content(
     *,
     again: int = 0,
 ) -> Reply:
-    """Turn the surface notch by notch until the answering function is content.
+    """Turn the surface notch by notch until the answering function is satisfied.
 
     Parameters
     ----------
     feel : callable
-        Returns what is felt now, in the study's quantity.
+        Returns the current sensation, in the study's quantity.
     again : int
         How often the reference was repeated; if above 0, an adjustment continues.
     """

@@ -1,8 +1,8 @@
-"""Custom simulated people: a laboratory's class between Slipscale's simulated person and a task.
+"""Custom simulated people: a laboratory's class that modifies Slipscale's simulated person.
 
 Another package registers its class as an entry point in the group ``slipscale.participants``. The
 entry point's name is then available as a population of ``slipscale pilot --population``. A
-population file can also name it, with other numbers.
+population file can also refer to it, with other numbers.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ T = TypeVar("T")
 class Behaviour:
     """A simulated person as defined by a population's numbers; subclass it to change a part.
 
-    Methods that are not overridden behave like Slipscale's simulated person. Take random numbers
+    Methods that are not overridden behave like Slipscale's simulated person. Draw random numbers
     only from `stream`, so that an interrupted pilot continues with the same answers.
 
     Parameters
@@ -49,7 +49,7 @@ class Behaviour:
 
     @property
     def rises(self) -> bool:
-        """Whether what is judged grows with the level."""
+        """Whether the judged attribute increases with the level."""
         return self.person.rises
 
     @property
@@ -82,7 +82,7 @@ class Behaviour:
         return self.person.usual(level)
 
     def pick(self, strengths: Sequence[float]) -> int:
-        """Return the index of the strength that the person judges to be the largest."""
+        """Return the index of the strength that the person judges largest."""
         return self.person.pick(strengths)
 
     def says_yes(self, strength: float) -> bool:
@@ -94,7 +94,7 @@ class Behaviour:
         return self.person.estimate()
 
     def rating(self, start: float) -> float:
-        """Return the rating of the last surface on a line from 0 to 100."""
+        """Return a rating of the last surface on a line from 0 to 100."""
         return self.person.rating(start)
 
     def ratio(self) -> float:
@@ -106,7 +106,7 @@ class Behaviour:
         return self.person.reaches(ratio)
 
     def lapses(self) -> bool:
-        """Return whether this person does not attend to this question."""
+        """Return whether this person lapses on this question."""
         return self.person.lapses()
 
     def notices(self) -> bool:
@@ -118,7 +118,7 @@ class Behaviour:
         return self.person.verbal_report()
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return this person's random numbers for one purpose in this trial."""
+        """Return this person's random number stream for one purpose in this trial."""
         return self.person.stream(*purpose)
 
     def duration_s(self, step: Explore | Ask, usual_s: float) -> float:  # noqa: ARG002
@@ -127,14 +127,14 @@ class Behaviour:
 
 
 class InstalledBehaviour(NamedTuple):
-    """A class of simulated people, with the entry point that names it."""
+    """A class of simulated people, with its entry point."""
 
     kind: type[Behaviour]
     point: EntryPoint
 
     @property
     def named(self) -> str:
-        """Its name in messages."""
+        """The name used in messages."""
         package = package_of(self.point)
         return f"simulated person '{self.point.name}' of the package {package}"
 

@@ -1,4 +1,4 @@
-"""The simulated population: parameters of a pilot's participants, each with its source.
+"""The simulated population: parameters for the participants in a pilot, each with its source.
 
 A participant feels a surface of amplitude *A* as a sensation between 0 (not slippery) and 100 (the
 most slippery surface imaginable). Across the population, the sensation at *A* follows a beta
@@ -9,8 +9,8 @@ distribution on 0-100. A participant's position in it, as a standard normal devi
 The intercept and the exponent are constant for each person; the noise differs in each trial. The
 angle grows with log(1 + A / 0.5 µm) from the lowest to the highest amplitude, so each person's
 curve is smooth. Some people find everything slippery (intercept); for some, the sensation grows
-faster (exponent). The population's distribution at an amplitude does not depend on the number of
-amplitudes in a study.
+faster (exponent). The distribution in the population at an amplitude does not depend on the number
+of amplitudes in a study.
 
 Each number is listed with its source. The shipped populations are `POPULATIONS`. A laboratory can
 write its own as a TOML file with the same keys.
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 AMPLITUDE_UM_PP = (0.0, 0.5, 1.2, 2.3)
 MEAN_SENSATION = (12.75, 19.58, 56.25, 81.33)
 SD_SENSATION = (12.75, 8.11, 8.82, 10.76)
-# A person's curve turns most where sensation grows most: our assumption.
+# A person's curve turns most where sensation increases most: our assumption.
 TURN_UM_PP = 0.5
 # Size of the cache of amplitudes; it is limited because adaptive methods always present new ones.
 MOST_KEPT = 2**12
@@ -100,7 +100,7 @@ class Population(BaseModel):
     )
     trial_to_trial: Share = Field(
         default=0.15,
-        description=("Share of the variance that is due to single trials. Our assumption."),
+        description="Share of the variance that is due to single trials. Our assumption.",
     )
     noise_sigma: NotNegative = Field(
         default=0.25,
@@ -144,12 +144,12 @@ class Population(BaseModel):
     exploration_s: AboveZero = Field(default=3.0, description="Median. Our assumption.")
     exploration_sigma: NotNegative = Field(
         default=0.3,
-        description=("Standard deviation of the logarithm, between trials. Our assumption."),
+        description="Standard deviation of the logarithm, between trials. Our assumption.",
     )
     answer_s: AboveZero = Field(default=2.0, description="Median. Our assumption.")
     answer_sigma: NotNegative = Field(
         default=0.4,
-        description=("Standard deviation of the logarithm, between trials. Our assumption."),
+        description="Standard deviation of the logarithm, between trials. Our assumption.",
     )
     pace_sigma: NotNegative = Field(
         default=0.25,
@@ -217,13 +217,13 @@ class Population(BaseModel):
 
     @property
     def own(self) -> float:
-        """The share of the variance that belongs to the person's exponent."""
+        """The proportion of the variance due to the person's exponent."""
         return max(1 - self.shared - self.trial_to_trial, 0.0)
 
     def angle(self, level: float) -> float:
         """Return the angle of a person's curve between intercept and exponent, in radians.
 
-        At both ends, the squared sine is the exponent's share of the person's variance.
+        At both ends, the squared sine is the exponent's proportion of the person's variance.
         """
         turn = TURN_UM_PP * (self.levels[-1] / AMPLITUDE_UM_PP[-1] if self.unit else 1.0)
         low, high = (math.log1p(a / turn) for a in self._ends)
@@ -232,7 +232,7 @@ class Population(BaseModel):
         return largest * (2 * (at - low) / (high - low) - 1)
 
     def within(self, level: float) -> float:
-        """Limit an amplitude (such as a plate's noisy readback) to the range of the table."""
+        """Clip an amplitude (such as a noisy plate readback) to the range of the table."""
         low, high = self._ends
         return min(max(level, low), high)
 
@@ -267,7 +267,7 @@ class Curves:
         Parameters
         ----------
         level : float
-            What the finger feels.
+            The level that the finger feels.
         deviate : float
             The position, as a standard normal deviate.
         """

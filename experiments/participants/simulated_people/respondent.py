@@ -58,8 +58,8 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Answer, Step, Trial
     from slipscale.stimuli.attributes import AttributeWords
 
-# Answers to what has been removed, for slipperiness; the first is the paper's ("less slippery",
-# Section IV-B).
+# Answers to the question of what has been removed, for slipperiness; the first is from the paper
+# ("less slippery", Section IV-B).
 VERBAL_REPORTS: Mapping[str, tuple[str, ...]] = {
     "en": (
         "less slippery",
@@ -82,7 +82,7 @@ OTHER_REPORTS: Mapping[str, tuple[str, ...]] = {
     "en": ("<less> <adjective>", "it is <less> <adjective>", "it got <less> <adjective>"),
     "fr": ("<less> <adjective>", "c'est <less> <masculine>", "elle est <less> <adjective>"),
 }
-LEAST_RATIO = 0.01  # nobody types a ratio of 0
+LEAST_RATIO = 0.01  # no one types a ratio of 0
 
 
 def unanswered(protocol: str, name: str) -> str:
@@ -113,7 +113,7 @@ class Respondent:
         Functions that answer the questions of the run's tasks, by task and name
         (`RunPlan.simulated_answers`).
     words : AttributeWords, optional
-        The words of what is judged, for verbal reports; default: those of slipperiness.
+        The words for the judged attribute, for verbal reports; default: those for slipperiness.
     """
 
     def __init__(
@@ -157,7 +157,7 @@ class Respondent:
         low, high = (math.log(self._curves.mean(end)) for end in ends)
         self.rises = high >= low
         self._frame = Frame(log_range=abs(high - low), middle_level=sum(ends) / 2)
-        # The step that the protocol waits for. Any other step repeats an earlier one (a lost
+        # The step that the protocol is waiting for. Any other step repeats an earlier one (a lost
         # surface is explored again), and has the same outcome as before.
         self.now: Step | None = None
         # The last two surfaces, for differences.
@@ -207,7 +207,7 @@ class Respondent:
             self._before[trial.task] = level
 
     def feels(self, step: Explore | Adjust, felt_level: float) -> None:
-        """Store the level that was felt, µm peak to peak."""
+        """Store the level that was felt, in µm peak to peak."""
         if isinstance(step, Explore):
             self._felt = (self._felt[1], felt_level)
         self._of_trial[step.interval or 1] = felt_level
@@ -252,7 +252,7 @@ class Respondent:
         if step.trial != self._trial:
             self._trial, self._of_trial = step.trial, {}
             self.turned = self.felt_again = 0
-        # Part of the random numbers' key, so it must be the same in every quantity.
+        # Part of the random number key, so it must be the same in every quantity.
         self._question = "" if isinstance(step, Explore) else step.name
         if isinstance(step, Adjust):
             self._question = in_um(step.name)
@@ -305,7 +305,7 @@ class Respondent:
         return float(self._curves.mean(level))
 
     def pick(self, strengths: Sequence[float]) -> int:
-        """Return the index of the largest strength; includes lapses and a bias to the last."""
+        """Return the index of the largest strength, with lapses and a bias towards the last."""
         if self.lapses():
             return self.stream(self._question, "lapse", "value").below(len(strengths))
         liking = self._people.habits.interval_bias * self._threshold
@@ -337,16 +337,16 @@ class Respondent:
         return max(float(f"{ratio:.2g}"), LEAST_RATIO)
 
     def reaches(self, ratio: float) -> bool:
-        """Return whether the last surface is ``ratio`` times as strong as the standard, or more.
+        """Return whether the last surface is at least ``ratio`` times as strong as the standard.
 
-        Only the habits regression, learning and misread have an effect. Regression shortens the
-        range of the adjusted variable, so the person adjusts to a ratio nearer to 1.
+        Only the habits regression, learning and misread have an effect. Regression compresses the
+        range of the adjusted variable, so the person adjusts to a ratio closer to 1.
         """
         meant: float = ratio ** (1 - self._people.habits.regression)
         return self._felt_percent() >= meant * self._of_standard()
 
     def lapses(self) -> bool:
-        """Return whether the person does not attend to this question."""
+        """Return whether the person lapses on this question."""
         lapses = self._people.habits.lapses
         return bool(lapses) and self.stream(self._question, "lapse").uniform() < lapses
 
@@ -370,7 +370,7 @@ class Respondent:
     # ----------------------------------------------------------------------------------------------
 
     def _value(self, step: Ask) -> Value:
-        """Return the answer to a question of a task, or to one about the person."""
+        """Return the answer to a task question or to a question about the person."""
         if step.trial or step.task:
             return self.told(step)
         question, stream = step.question, self.stream(step.name)
@@ -378,7 +378,7 @@ class Respondent:
             span = question.maximum - question.minimum + 1
             return float(question.minimum + int(stream.uniform() * span))
         if step.name == CONSENT:
-            return "yes"  # those who do not consent do not take part
+            return "yes"  # people who do not consent do not take part
         if isinstance(question, ChoiceQuestion):
             return stream.choice(question.options)[0]
         raise TypeError(f"no simulated answer to {type(question).__name__}")
@@ -445,7 +445,7 @@ class Respondent:
 
 
 def _reports(language: str, words: AttributeWords | None) -> tuple[str, ...]:
-    """Return what people say of a lower level, about the attribute that the study names."""
+    """Return what people say about a lower level, for the study's attribute."""
     if words is None or words in ATTRIBUTES[SLIPPERINESS].values():
         return VERBAL_REPORTS.get(language, VERBAL_REPORTS["en"])
     return tuple(map(words.fill, OTHER_REPORTS.get(language, OTHER_REPORTS["en"])))

@@ -31,7 +31,7 @@ class Sensation:
         self._curves = curves(people)
         self._intercept = own("shared")
         self._exponent = own("exponent")
-        # Minus the squared sigma, so that the mean variance over people equals the population's.
+        # Minus the squared sigma, so that the mean variance across people equals the population's.
         self.noise = math.sqrt(people.trial_to_trial) * math.exp(
             people.noise_sigma * own("noise") - people.noise_sigma**2
         )
@@ -40,7 +40,7 @@ class Sensation:
         self._stretch = math.exp(people.line_stretch_sigma * own("line stretch"))
 
     def percent(self, felt_level: float, noise: float = 0.0) -> float:
-        """Return the sensation of an amplitude (µm peak to peak), 0 to 100.
+        """Return the sensation at an amplitude (µm peak to peak), 0 to 100.
 
         ``noise`` is the trial's normal deviate, with standard deviation `noise`.
         """
