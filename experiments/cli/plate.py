@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 
 def run(arguments: Namespace) -> int:
-    """Run the parsed subcommand; if no plate is named, use the folder's."""
-    if getattr(arguments, "plate", "") is None:
+    """Run the parsed subcommand; if it uses a plate and none is named, use the folder's."""
+    if hasattr(arguments, "of_folder") and arguments.plate is None:
         defaults = here()
         say(defaults)
         if defaults.file:

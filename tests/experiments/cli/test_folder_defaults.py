@@ -159,6 +159,11 @@ def test_a_calibration_is_made_without_the_one_before(folder, capsys):
     assert "gone-too.toml" not in capsys.readouterr().err
 
 
+def test_an_emulated_board_is_not_the_folders_plate(folder, capsys):
+    assert main(["plate", "emulate", "--fault", "nonsense"]) == 2
+    assert "--fault: expected FAULT" in capsys.readouterr().err
+
+
 def test_a_pilot_simulates_what_the_laboratory_measures(folder, monkeypatch):
     """Its plate and its finger exist nowhere: a laser on a port could tell it nothing."""
     (folder / FILE).write_text(WHOLE)
