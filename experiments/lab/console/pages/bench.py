@@ -78,6 +78,7 @@ def bench(view: View) -> dict[str, Any]:
         "readings": _axis(readings),
         "read_last": (readings or [(0.0, 0.0)])[-1][1],
         "surface_failed": _failed(surface),
+        "emulator_failed": _failed(emulator),
         "emulated": emulator.said().strip() if emulator and emulator.running else "",
     }
 

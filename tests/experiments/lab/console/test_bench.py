@@ -137,8 +137,10 @@ def test_verdicts_readings_and_failures_are_shown(visitor, words_of):
     assert "conforms answers ID" in page
     assert "violated stops too late" in page
     assert "1.180" in page
-    said(visitor, "surface", "", status=3)
-    assert "the board does not answer" in words_of(visitor.see("/bench"))
+    for kind in ("surface", "emulator"):
+        said(visitor, kind, "", status=3)
+        assert words_of(visitor.see("/bench")).count("the board does not answer") == 1
+        said(visitor, kind, "")
 
 
 def test_a_job_of_the_bench_ends_when_no_page_holds_it_any_more(lab, monkeypatch):
