@@ -1,10 +1,10 @@
-"""Interpret surface labels in tables of comparisons: an amplitude, or a texture's name."""
+"""Interpret surface labels in comparison tables: an amplitude or a texture name."""
 
 from __future__ import annotations
 
 
 def amplitude_of(label: str) -> float | None:
-    """Return the amplitude of a label, µm peak to peak; None for a texture's name.
+    """Return the amplitude of a label in µm peak to peak; None for a texture name.
 
     >>> amplitude_of("0.50"), amplitude_of("fine")
     (0.5, None)
@@ -16,7 +16,7 @@ def amplitude_of(label: str) -> float | None:
 
 
 def plain(label: str) -> str:
-    """Return an amplitude in the format of all tables; return other labels unchanged.
+    """Return an amplitude in the common table format; return other labels unchanged.
 
     >>> plain("0.50"), plain("fine")
     ('0.5', 'fine')

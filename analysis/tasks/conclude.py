@@ -1,4 +1,4 @@
-"""Compute every statistic of every kind of task."""
+"""Compute all statistics for all kinds of task."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def conclude(
     Parameters
     ----------
     kinds : sequence of TaskAnalysis, optional
-        Default: all kinds of Slipscale.
+        Default: all of Slipscale's kinds.
     data, prepared, rule, bayesian
         See `slipscale.analysis.statistics.statistic.Inputs`.
     """

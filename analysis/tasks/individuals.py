@@ -1,4 +1,4 @@
-"""Tabulate results of each participant: their power function, their d' and criterion."""
+"""Tabulate results per participant: power function, d' and criterion."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame
     DataFrame
         ``participant_id``; ``exponent``; ``estimate_at_1_um`` (the normalised estimate of the
         power function at 1 µm peak to peak), ``points`` (number of amplitudes fitted) and
-        ``growth_function`` (the one with the smallest AICc); ``exponent_bayesian`` with ``_low``
-        and ``_high`` if requested; ``hits changes false_alarms catches d_prime criterion``;
+        ``growth_function`` (with the smallest AICc); ``exponent_bayesian`` with ``_low`` and
+        ``_high`` if requested; ``hits changes false_alarms catches d_prime criterion``;
         ``threshold_um_pp`` with ``_low`` and ``_high``. A participant who did not perform a task
-        has no values of it.
+        has no values for it.
     """
     parts = []
     if prepared is not None and not prepared.refused and _wanted(prepared, "power_law"):

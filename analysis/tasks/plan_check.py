@@ -1,4 +1,4 @@
-"""Represent deviations of an analysis from its frozen plan; see `analysis.preregistration`."""
+"""Represent deviations from a frozen analysis plan; see `analysis.preregistration`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Deviation:
     Parameters
     ----------
     kind : str
-        What it concerns.
+        What the deviation concerns.
     what : str
         One sentence: what was planned, and what was done.
     """
@@ -42,13 +42,13 @@ class PlanCheck:
     Parameters
     ----------
     plan : str
-        The bundle's name.
+        Name of the bundle.
     frozen_utc : str
-        Time of freezing according to the plan.
+        Time at which the plan was frozen, according to the plan.
     digest : str
         SHA-256 of the plan, as printed on its page.
     deviations : tuple of Deviation
-        Empty if the analysis is the planned one.
+        Deviations; empty if the analysis follows the plan.
     """
 
     plan: str

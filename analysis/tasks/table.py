@@ -1,6 +1,6 @@
-"""List the kinds of task in the order of the report.
+"""List the kinds of task in report order.
 
-A new kind is one folder and one line here.
+To add a kind, add a folder and one line here.
 """
 
 from __future__ import annotations
@@ -44,5 +44,5 @@ KINDS = (
 )
 #: In the order of ``inference.json``; a statistic may use the results of earlier ones.
 STATISTICS = tuple(statistic for kind in KINDS for statistic in kind.statistics)
-#: Trials that a study may label, in the order in which their tables are recognised.
+#: Kinds whose tasks a study can label, in the order in which their tables are recognised.
 TRIALS = tuple(kind.trials for kind in KINDS if kind.trials is not None)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def flat(rows: Sequence[object]) -> pd.DataFrame:
-    """Return results as a table with inference.json's keys; see `flat_under`."""
+    """Return results as a table with the keys of inference.json; see `flat_under`."""
     return flat_under([({}, row) for row in rows])
 
 

@@ -55,24 +55,24 @@ def of_one_statistic(
     doubts: TaskTexts[T] | None = None,
     **others: Any,
 ) -> TaskAnalysis:
-    """Return the declaration of a kind whose texts and figures follow from one result.
+    """Return the declaration of a kind whose texts and figures are based on one result.
 
-    Every callable is also given the quantity of the levels; texts have places for it.
+    Every callable also receives the quantity of the levels; texts have placeholders for it.
 
     Parameters
     ----------
     question, what, title : str
-        The summary's question, the name of the trials, and the heading of the sentences.
+        Question in the summary, name of the trials, and heading of the sentences.
     answers, sentences, doubts : callable
-        Return texts from the result and the confidence level.
+        Return texts, given the result and the confidence level.
     heading : str
-        The section's heading; default: as for the sentences.
+        Heading of the section; default: as for the sentences.
     blocks : callable
-        Returns the section's blocks from the result, the figures and the confidence level in %.
+        Returns the section's blocks, given the result, the figures and the confidence level in %.
     figures : callable
-        Returns figures by file name from the result and the trials.
+        Returns figures, keyed by file name, given the result and the trials.
     table : callable
-        Returns the CSV table of the result, under the names of a file in µm.
+        Returns the CSV table for the result, with the column names of a file in µm.
     others
         Further fields of `TaskAnalysis`.
     """

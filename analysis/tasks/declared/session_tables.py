@@ -1,4 +1,4 @@
-"""Compute values of participants by sessions, with which a kind of task compares sessions."""
+"""Compute participants-by-sessions tables, which a kind of task uses to compare sessions."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 
 def by_task(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """Return the trials of each task label."""
+    """Return the trials for each task label."""
     return [(str(task), own) for task, own in rows.groupby("task", sort=True)] if len(rows) else []
 
 
 def by_session(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the mean of ``value``: participants by sessions."""
+    """Return the mean of ``value`` as a table of participants by sessions."""
     return rows.assign(session=rows["session"].astype(str)).pivot_table(
         index=PARTICIPANT, columns="session", values="value", observed=True
     )
@@ -38,9 +38,9 @@ def logarithms(values: pd.Series[float]) -> pd.Series[float]:
 def mean_by_session(
     trials: TaskTrials, what: str, unit: str, value: Callable[[pd.DataFrame], pd.Series[float]]
 ) -> Callable[[Dataset, Prepared | None], Iterator[SessionTable]]:
-    """Return what yields the mean of a value of every main trial, task by task.
+    """Return a function that yields the mean of a value over main trials, task by task.
 
-    ``what`` and ``unit`` have places for the quantity.
+    ``what`` and ``unit`` have placeholders for the quantity.
     """
 
     def tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:

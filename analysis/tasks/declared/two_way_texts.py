@@ -1,4 +1,4 @@
-"""Write an analysis of variance with a factor and the level: its table, and its sentence."""
+"""Write the table and sentence for an analysis of variance with a factor and the level."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def anova_table(factor: str, effects: Effects, n: int, quantity: Quantity) -> Markup:
-    """Return the table of a factor, the level and their interaction."""
+    """Return the table for a factor, the level and their interaction."""
     names = (factor, quantity.name, f"{factor} x {quantity.name}")
     titles = ("F", "df 1", "df 2", "p", "partial η²")
     rows = [

@@ -1,1 +1,1 @@
-"""The descending difference: answers of yes and no, and verbal reports."""
+"""Descending difference task: yes/no answers and verbal reports."""

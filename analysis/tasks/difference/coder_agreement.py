@@ -1,4 +1,4 @@
-"""Compute the agreement of two human coders of verbal reports."""
+"""Compute the agreement between two human coders of verbal reports."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoderAgreement:
-    """Cohen's kappa of two coders.
+    """Cohen's kappa for two coders.
 
     Parameters
     ----------
     coders : tuple of 2 str
-        Their names.
+        Names of the coders.
     reports : int
-        Reports coded by both.
+        Number of reports coded by both.
     kappa : float
-        With its 95 % ``interval``.
+        Cohen's kappa; ``interval`` is its 95 % interval.
     agreed : int
-        Reports with the same category from both.
+        Number of reports given the same category by both.
     """
 
     coders: tuple[str, str]
@@ -45,7 +45,7 @@ class CoderAgreement:
 
 
 def agreement(codes: pd.DataFrame) -> CoderAgreement | NotComputed:
-    """Return Cohen's kappa of two coders.
+    """Return Cohen's kappa for two coders.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def agreement(codes: pd.DataFrame) -> CoderAgreement | NotComputed:
     for first, second in both.to_numpy():
         table[names.index(first), names.index(second)] += 1
     with np.errstate(invalid="ignore", divide="ignore"):
-        # Its test against 0 divides by a standard error that may be 0.
+        # The test against 0 divides by a standard error that may be 0.
         found = cohens_kappa(table)
     return CoderAgreement(
         coders=(coders[0], coders[1]),

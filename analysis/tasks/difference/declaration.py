@@ -1,4 +1,4 @@
-"""Declare the descending difference."""
+"""Declare the descending difference task."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plot the descending difference: each step, and "yes" against the size of the step."""
+"""Plot the descending difference task: each step, and "yes" against step size."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 #: Area of a participant's ring, in square points.
 RING = 34.0
-#: Height of a row of the upper panel and of the lower panel, inches.
+#: Height of a row in the upper panel, and of the lower panel, in inches.
 ROW, LOWER = 0.36, 2.9
 
 
@@ -48,7 +48,7 @@ def difference(
     steps : DataFrame
         `slipscale.analysis.reading.dataset.Dataset.differences`, from which it was computed.
     confidence : float
-        Level of all intervals and of the curve's band.
+        Confidence level of all intervals and of the curve's band.
     quantity : Quantity
         Quantity of the steps.
     """
@@ -70,13 +70,13 @@ def difference(
         above = ": above the reference" if steps["amplitude_um_pp"].any() else ""
         bottom.set_xlabel(f"{quantity.axis}{above}")
         bottom.set_ylabel(f"“{capitalised(quantity.yes)}”")
-    # Outside, because the data may be anywhere.
+    # Placed outside, because the data may be anywhere.
     figure.legend(*bottom.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
 def step_label(step: StepAnswers, quantity: Quantity) -> str:
-    """Return "2.3 → 1.2 µm"; for another quantity the stimulus, and its reference if any."""
+    """Return "2.3 → 1.2 µm"; for another quantity, the stimulus and its reference, if any."""
     if quantity.stepped:
         return f"{step.from_um_pp:g} → {quantity.value(step.to_um_pp)}"
     stimulus = quantity.value(step.from_um_pp)
@@ -198,7 +198,7 @@ def _participants(axes: Axes, steps: pd.DataFrame) -> None:
     )
     counted = own.groupby(["size", "difference_felt"]).size()
     rows = counted.reset_index(name="people").to_numpy(float).tolist()
-    # The legend shows one person's ring: the largest would cover other entries.
+    # The legend shows the ring for one person: the largest ring would cover other entries.
     axes.plot(
         [],
         linestyle="none",

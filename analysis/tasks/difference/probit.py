@@ -1,12 +1,13 @@
-"""Estimate d' by a probit model with random participants and a separate d' per step size.
+"""Estimate d' with a probit model: random participant effects and a separate d' per step size.
 
     P(yes | step of size s, participant i) = Φ(d'_s + τ v_i - c - σ u_i)
     P(yes | catch step, participant i)     = Φ(-c - σ u_i),   u_i and v_i normal
 
-Both the criterion and the sensitivity differ between people. Without τ, and with sensitivities
-that differ by 0.4 between people, the intervals covered .80 to .90. The likelihood is integrated
-over u and v; intervals are from the profile likelihood. Counts of 0 or of all need no correction.
-If every step was felt, or no catch step was, the interval has only a lower bound.
+Both the criterion and the sensitivity differ between people. Without τ, the coverage of the
+intervals was only .80 to .90 when the standard deviation of sensitivity between people was 0.4.
+The likelihood is integrated over u and v; confidence intervals use the profile likelihood.
+Proportions of 0 or 1 need no correction. If every step was felt, or no catch step was, the
+interval has only a lower bound.
 """
 
 from __future__ import annotations
@@ -37,15 +38,15 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Search ranges of d', criterion and standard deviations; counts cannot determine a larger d'.
+#: Search ranges for d', criterion and standard deviations; counts cannot determine a larger d'.
 FARTHEST, LARGEST_SPREAD = 8.0, 4.0
 #: With fewer answers to steps, or to catch steps, per participant (mean), counts do not separate a
-#: difference in sensitivity from one in the criterion, and τ is set to 0. Estimated from three
-#: steps and one catch step, it made the median d' 15 % too large (30 people, d' = 3).
+#: difference in sensitivity from a difference in criterion, and τ is set to 0. If τ was estimated
+#: from three steps and one catch step, the median d' was 15 % too large (30 people, d' = 3).
 FEWEST_OF_A_KIND = 5
-#: Minimum and maximum nodes of u and v; their number increases with a participant's answers.
+#: Minimum and maximum number of nodes for u and v; it increases with a participant's answers.
 FEWEST_NODES, MOST_NODES = 15, 161
-#: Nodes of u per square root of a participant's answers; v has half as many.
+#: Number of nodes for u, per square root of a participant's answers; v has half as many.
 NODES = 8.0
 
 
@@ -56,15 +57,15 @@ class DPrimeOfSize:
     Parameters
     ----------
     removed_um_pp : float
-        Size of the step, µm peak to peak; NaN: all sizes together.
+        Step size in µm peak to peak; NaN for all sizes together.
     steps, yes : int
-        Answers, and those that were "yes".
+        Number of answers, and of "yes" answers.
     d_prime : float or None
-        d' of a participant, on the scale of the model; None if the likelihood grows without limit,
-        mostly at ceiling.
+        d' of a typical participant in the model; None if the likelihood increases without limit,
+        usually at ceiling.
     interval : ConfidenceInterval
-        Profile likelihood, Student's quantile with n - 1 degrees of freedom; infinite on a side
-        that the counts do not bound.
+        Profile-likelihood interval with a t quantile (n - 1 degrees of freedom); infinite on a
+        side that the counts do not bound.
     """
 
     removed_um_pp: float
@@ -86,18 +87,18 @@ class DPrimeOfSize:
 def d_primes(
     sizes: Array, felt: Array, who: NDArray[np.intp], confidence: float
 ) -> tuple[DPrimeOfSize, ...] | NotComputed:
-    """Return d' of each size of step.
+    """Return d' for each step size.
 
     Parameters
     ----------
     sizes : array, shape (answers,)
-        Amplitude removed, µm peak to peak; 0 on catch steps.
+        Amplitude removed, in µm peak to peak; 0 for catch steps.
     felt : array, shape (answers,)
         1 for "yes".
     who : int array, shape (answers,)
-        0 to participants - 1.
+        Participant indices, 0 to participants - 1.
     confidence : float
-        Level of the intervals.
+        Confidence level of the intervals.
     """
     kinds, kind = np.unique(sizes, return_inverse=True)
     people = int(who.max()) + 1 if len(who) else 0
@@ -111,7 +112,7 @@ def d_primes(
     shape = (people, len(kinds))
     total = np.bincount(who * len(kinds) + kind, minlength=people * len(kinds)).reshape(shape)
     yes = np.bincount(who * len(kinds) + kind, felt, people * len(kinds)).reshape(shape)
-    # Catch steps first; people with the same counts are computed once.
+    # Catch steps come first; people with the same counts are computed once.
     columns = [catch, *(place for place in range(len(kinds)) if place != catch)]
     counts = np.stack([yes, total - yes], axis=-1)[:, columns]
     patterns, times = np.unique(counts, axis=0, return_counts=True)
@@ -152,7 +153,7 @@ def d_primes(
 
 
 class _Probit:
-    """Predictions of the model at (d'..., criterion, σ, τ); kind 0 is the catch step."""
+    """Model predictions at (d'..., criterion, σ, τ); kind 0 is the catch step."""
 
     def __init__(self, kinds: int) -> None:
         # Sensitivity differs between people only for steps.
@@ -168,8 +169,8 @@ class _Probit:
         yes, no = special.log_ndtr(where), special.log_ndtr(-where)
 
         def gradient(pull_yes: Array, pull_no: Array) -> Array:
-            # Logarithm of density over probability: both underflow in the tails, but their ratio
-            # does not.
+            # Computed as a logarithm of density over probability: both underflow in the tails, but
+            # their ratio does not.
             density = -(where**2) / 2 - 0.5 * np.log(2 * np.pi)
             slope = pull_yes * np.exp(density - yes) - pull_no * np.exp(density - no)
             each = slope.sum(axis=(1, 2))

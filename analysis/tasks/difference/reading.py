@@ -1,4 +1,4 @@
-"""Read steps of the descending difference from a data set or a single table."""
+"""Read the steps of a descending difference task from a data set or a single table."""
 
 from __future__ import annotations
 

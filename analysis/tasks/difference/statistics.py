@@ -1,4 +1,4 @@
-"""Analyse the descending difference of a data set, with its own code book and coders."""
+"""Analyse a data set's descending difference task, with its own code book and coders."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def difference(data: Dataset) -> DescendingDifference | NotComputed:
-    """Return the analysis of yes and no, using the data set's own code book and coders."""
+    """Return the analysis of yes/no answers, using the data set's own code book and coders."""
     folder, name = data.folder, data.choices.codebook
     book = load_codebook(folder / name if folder and name else SHIPPED)
     found = analyse_differences(data.differences, book, data.choices.confidence, data.quantity)

@@ -1,6 +1,6 @@
-"""Fit the population's curve of "yes" against the size of the step.
+"""Fit a population curve of "yes" against step size.
 
-The size is the amplitude removed, in µm peak to peak, or its Weber fraction of the previous
+Step size is the amplitude removed, in µm peak to peak or as a Weber fraction of the previous
 amplitude.
 """
 
@@ -32,31 +32,31 @@ COEFFICIENTS = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PsychometricCurve:
-    """A logistic curve of "yes" on the size of the step.
+    """A logistic curve of "yes" against step size.
 
     Parameters
     ----------
     measure : {"removed_um_pp", "weber_fraction"}
-        The size: µm peak to peak, or a fraction of the previous amplitude.
+        Measure of step size: µm peak to peak, or a fraction of the previous amplitude.
     log_odds_per_unit, se : float
-        Slope per unit of the size, and its standard error.
+        Slope per unit of step size, and its standard error.
     interval : ConfidenceInterval
-        The slope's, Student's.
+        t-based interval for the slope.
     t, df, p : float, int, float
         Test of the slope against 0.
     intercept : float
         Log odds of "yes" for a step of size 0.
     covariance : array-like, shape (2, 2)
-        Covariance of intercept and slope.
+        Covariance matrix of intercept and slope.
     half_yes : float or None
         The step size with 50 % "yes"; None if the curve does not rise.
     half_yes_interval : ConfidenceInterval or None
-        Its interval, by Fieller's theorem; None if the slope is not significantly above 0, because
-        no size can then be excluded.
+        Interval for ``half_yes`` by Fieller's theorem; None if the slope is not significantly
+        above 0, because then no size can be excluded.
     correlation : float
-        Correlation of a participant's answers.
+        Correlation between answers of the same participant.
     n, answers : int
-        Participants and answered steps.
+        Numbers of participants and of answered steps.
     """
 
     measure: Measure
@@ -88,12 +88,12 @@ def psychometric(
     measure: Measure = "removed_um_pp",
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> PsychometricCurve | NotComputed:
-    """Fit a logistic curve of "yes" on the size of the step, with catch steps at 0.
+    """Fit a logistic curve of "yes" against step size, with catch steps at 0.
 
-    Generalised estimating equations (Liang and Zeger 1986, Biometrika 73, 13-22) with exchangeable
-    correlation of a participant's answers, by statsmodels. Standard errors are Mancl and DeRouen's
-    (2001, Biometrics 57, 126-134), which suit few participants; the interval is Student's with n -
-    2.
+    Uses generalised estimating equations (Liang and Zeger 1986, Biometrika 73, 13-22) from
+    statsmodels, with an exchangeable correlation within participants. Standard errors use the
+    Mancl-DeRouen correction (2001, Biometrics 57, 126-134), which suits few participants; the
+    interval uses the t distribution with n - 2 degrees of freedom.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def psychometric(
         `slipscale.analysis.reading.dataset.Dataset.differences`: answered steps, including catch
         steps.
     measure : {"removed_um_pp", "weber_fraction"}
-        Measure of the size; a step from 0 has no Weber fraction and is omitted from that curve.
+        Measure of step size; a step from 0 has no Weber fraction and is omitted from that curve.
     quantity : Quantity
         What was presented. A Weber fraction is relative to the plate's amplitude before the step,
         or, for another quantity, to the stimulus' reference.
@@ -131,14 +131,14 @@ def psychometric(
 def curve(
     found: PsychometricCurve, removed: NDArray[np.float64], confidence: float = 0.95
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the fitted proportion of "yes" and its pointwise band, Student's on log odds.
+    """Return the fitted proportion of "yes" and its pointwise t-based band, on log odds.
 
     Parameters
     ----------
     found : PsychometricCurve
         Result of `psychometric`.
     removed : array, shape (k,)
-        Sizes of steps, µm peak to peak.
+        Step sizes in µm peak to peak.
 
     Returns
     -------
@@ -160,7 +160,7 @@ def separated(
     felt: NDArray[np.float64],
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> str | None:
-    """Return why no finite slope exists, or None.
+    """Return the reason why no finite slope exists, or None.
 
     >>> separated(np.array([0, 1.0, 2]), np.array([0, 1.0, 1]))[:19]
     'complete separation'
@@ -194,7 +194,7 @@ def _fit(
         cov_struct=cov_struct.Exchangeable(),
     )
     try:
-        # A diverging fit is reported as "did not converge", without the libraries' warnings.
+        # A diverging fit is reported as "did not converge", without warnings from libraries.
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", IterationLimitWarning)
             fit = model.fit(cov_type="bias_reduced")
@@ -233,7 +233,7 @@ def fieller(
     quantile: float,
     confidence: float,
 ) -> ConfidenceInterval | None:
-    """Return the interval of the zero of a line a + b x; None if b is not significantly above 0.
+    """Return the interval for the zero of a line a + b x; None if b is not significantly above 0.
 
     Fieller (1954), J. R. Stat. Soc. B 16, 175-185: all x at which the line is less than
     ``quantile`` standard errors from 0.

@@ -1,4 +1,4 @@
-"""Tabulate the answers of yes and no."""
+"""Tabulate yes/no answers."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ ANSWERS = (
 
 
 def answers_table(analysis: Analysis) -> pd.DataFrame:
-    """Return the analysed answers of yes and no, on which all results of the task are based.
+    """Return the analysed yes/no answers, on which all results for the task are based.
 
-    For another quantity than the plate's, includes the stimulus and its reference.
+    For a quantity other than the plate's, includes the stimulus and its reference.
     """
     rows = analysis.dataset.differences
     kept = [name for name in ANSWERS if name in rows and not _empty(rows[name])]

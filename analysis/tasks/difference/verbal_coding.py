@@ -1,4 +1,4 @@
-"""Code verbal reports: what they state about slipperiness, by the stems of their words."""
+"""Code what verbal reports state about slipperiness, based on word stems."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CLAUSES = re.compile(r"[,;.!/]+| and | but | et | mais ")
 
 
 class Category(BaseModel):
-    """One category: the stems that identify it, and its meaning for slipperiness.
+    """A category: the stems that identify it, and its meaning for slipperiness.
 
     ``more_stems`` are comparatives that include "more" ("rougher").
     """
@@ -36,7 +36,7 @@ class Category(BaseModel):
 
 
 class Codebook(BaseModel):
-    """A code book, as in its TOML file."""
+    """A code book, as defined in its TOML file."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -48,7 +48,7 @@ class Codebook(BaseModel):
     categories: Annotated[dict[str, Category], Field(min_length=1)]
 
     def code(self, report: str) -> list[str]:
-        """Return the categories of a report, in the book's order; "other" if none matches.
+        """Return the categories of a report, in code-book order; "other" if none matches.
 
         >>> load_codebook().code("C'est moins glissant, plus rugueux")
         ['slippery', 'rough']
@@ -58,14 +58,15 @@ class Codebook(BaseModel):
         return found or [OTHER]
 
     def direction(self, report: str, category: str) -> Literal["less", "more", "bare"]:
-        """Return whether the report states less or more of a category, or only names it."""
+        """Return whether the report says less or more of a category, or only names it."""
         text = plain(report)
         if _has(text, self.less_phrases):
             return "less"
         entry = self.categories[category]
         if _has(text, entry.more_stems):
             return "more"
-        # The nearest word of direction before the category decides, else any word after it.
+        # The nearest direction word before the category decides, or else any direction word after
+        # it.
         place = max(_last(text, stem) for stem in entry.stems)
         before, after = text[: max(place, 0)], text[max(place, 0) :]
         for part, more_words in (
@@ -101,7 +102,7 @@ class Codebook(BaseModel):
 
 
 def plain(text: str) -> str:
-    """Return text in lower case, without accents, with uniform apostrophes and single blanks."""
+    """Return text in lower case, without accents, with uniform apostrophes and single spaces."""
     bare = unicodedata.normalize("NFKD", text.replace("\u2019", "'")).casefold()
     bare = "".join(mark for mark in bare if not unicodedata.combining(mark))
     return re.sub(r"\s+", " ", bare).strip()

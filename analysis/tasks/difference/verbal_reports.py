@@ -1,4 +1,4 @@
-"""Count verbal reports in the categories of a code book."""
+"""Count verbal reports by code-book category."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class CategoryCount:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VerbalReports:
-    """Reports of steps on which a difference was felt.
+    """Verbal reports on steps at which a difference was felt.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class VerbalReports:
     n : int
         Number of reports.
     categories : Mapping
-        Category -> count and words, in the book's order; a report may have several.
+        Category -> count and words, in the order of the code book; a report may have several.
     meaning : Mapping
         Statement about slipperiness -> number of reports.
     """
@@ -53,9 +53,9 @@ def code_reports(changes: pd.DataFrame, book: Codebook) -> VerbalReports | NotCo
     Parameters
     ----------
     changes : DataFrame
-        ``difference_felt verbal_report``, one row per step on which the amplitude changed.
+        ``difference_felt verbal_report``, one row per step at which the amplitude changed.
     book : Codebook
-        Codes the reports.
+        Code book for the reports.
     """
     felt = changes[(changes["difference_felt"] == 1)]
     words = Counter(str(text) for text in felt["verbal_report"] if str(text))

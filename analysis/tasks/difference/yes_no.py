@@ -1,4 +1,4 @@
-"""Analyse the descending difference: "yes" on steps and catch steps, and verbal reports.
+"""Analyse the descending difference task: "yes" to steps and catch steps, verbal reports.
 
 Without catch steps, "yes" is confounded with bias, and d' cannot be computed.
 """
@@ -42,15 +42,15 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.difference.verbal_coding import Codebook
     from slipscale.analysis.tasks.difference.verbal_reports import VerbalReports
 
-#: With fewer steps of a kind, a participant's own d' consists mostly of its correction.
+#: With fewer steps of a kind, a participant's own d' is determined mostly by the correction.
 TRIALS_FOR_OWN = 20
-#: Step sizes that differ by less than this fraction of the largest level count as equal.
+#: Step sizes that differ by less than this fraction of the largest level are treated as equal.
 SAME_SIZE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepAnswers:
-    """Answers on one kind of step; for the interval see `proportions`."""
+    """Answers to one kind of step; for the interval, see `proportions`."""
 
     from_um_pp: float
     to_um_pp: float
@@ -65,7 +65,7 @@ class StepAnswers:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CatchAnswers:
-    """Answers on catch steps; no interval if there are none."""
+    """Answers to catch steps; no interval if there are none."""
 
     n: int
     yes: int
@@ -90,18 +90,18 @@ class Sensitivity:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SignalDetection:
-    """Signal detection theory of the descending difference.
+    """Signal-detection results for the descending difference task.
 
     Parameters
     ----------
     pooled : Sensitivity
-        From all answers.
+        Sensitivity from all answers pooled.
     by_size : tuple of DPrimeOfSize or NotComputed
-        d' of each size of step, by a probit model with participants.
+        d' for each step size, from a probit model that includes participant effects.
     all_sizes : DPrimeOfSize or NotComputed
-        The same, with all sizes treated as one.
+        The same with all step sizes combined.
     mean_d_prime : MeanOverParticipants or NotComputed
-        Mean of participants' own d', if each has `TRIALS_FOR_OWN` of both kinds of step.
+        Mean of participants' own d', if each has `TRIALS_FOR_OWN` steps of both kinds.
     participants : Mapping
         Participant -> their own d' and criterion.
     """
@@ -128,16 +128,16 @@ class SignalDetection:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """The paper's finding, as numbers of participants.
+    """The paper's finding, as counts of participants.
 
     Parameters
     ----------
     n : int
         Participants.
     felt_a_difference, felt_every_change : int
-        Participants who felt a change at least once, and always.
+        Number of participants who felt a change at least once, and every time.
     said_less_slippery : int
-        Participants who reported that the surface became less slippery.
+        Number of participants who reported that the surface became less slippery.
     """
 
     n: int
@@ -165,28 +165,28 @@ class Finding:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DescendingDifference:
-    """All results of the descending difference.
+    """All results for the descending difference task.
 
     Parameters
     ----------
     steps : tuple of StepAnswers
-        Steps on which the amplitude changed, from the largest amplitude down.
+        Steps with a change in amplitude, from the largest amplitude down.
     catch : CatchAnswers
-        Steps on which it did not.
+        Steps without a change.
     signal_detection, psychometric, verbal_reports, finding
         See their classes.
     weber : PsychometricCurve or NotComputed
-        Curve of "yes" on the Weber fraction of the previous amplitude.
+        Curve of "yes" against the Weber fraction of the previous amplitude.
     thresholds : Mapping
-        Participant -> their own curve of "yes" on the amplitude removed, half-way between their
-        false alarms and their "yes" on the largest steps; NotComputed with fewer than
-        `TRIALS_FOR_OWN` answers.
+        Participant -> threshold on their own curve of "yes" against the amplitude removed,
+        half-way between their rate of false alarms and of "yes" to the largest steps; NotComputed
+        with fewer than `TRIALS_FOR_OWN` answers.
     participants : int
-        Participants who answered.
+        Number of participants who answered.
     answers_per_participant_and_step : float
         Mean.
     coders : CoderAgreement, NotComputed or None
-        None if the data set has no codes of human coders.
+        None if the data set has no codes from human coders.
     """
 
     steps: tuple[StepAnswers, ...]
@@ -210,11 +210,10 @@ class DescendingDifference:
 
 
 def d_prime(hits: float, signals: float, false_alarms: float, noises: float) -> tuple[float, float]:
-    """Return d' and the criterion c of a yes-no task, with the log-linear correction.
+    """Return d' and the criterion c for a yes/no task, with the log-linear correction.
 
-    Half a response is added to hits and false alarms, and one trial to each kind, in every case
-    (Hautus 1995, Behav. Res. Methods Instrum. Comput. 27, 46-51), so that rates of 0 and 1 stay
-    finite.
+    Half a response is always added to hits and to false alarms, and one trial to each kind (Hautus
+    1995, Behav. Res. Methods Instrum. Comput. 27, 46-51), so that rates of 0 and 1 stay finite.
 
     >>> d, c = d_prime(10, 20, 10, 20)
     >>> round(d, 12), round(c, 12)
@@ -233,16 +232,16 @@ def analyse_differences(
     confidence: float = 0.95,
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> DescendingDifference | NotComputed:
-    """Return all results of the descending difference except the coders' agreement.
+    """Return all results for the descending difference task except coder agreement.
 
     Parameters
     ----------
     steps : DataFrame
         `slipscale.analysis.reading.dataset.Dataset.differences`.
     book : Codebook
-        Codes the verbal reports.
+        Code book for the verbal reports.
     confidence : float
-        Level of every interval.
+        Confidence level of every interval.
     quantity : Quantity
         What was presented.
     """
@@ -282,7 +281,7 @@ def analyse_differences(
 
 
 def interval_of(answers: pd.DataFrame, confidence: float) -> ConfidenceInterval:
-    """Return the interval of the proportion of "yes", allowing for correlated answers."""
+    """Return the interval for the proportion of "yes", allowing for correlated answers."""
     own = answers.groupby(answers[PARTICIPANT].astype(str))["difference_felt"].agg(["sum", "size"])
     return clustered_interval(own["sum"].to_numpy(float), own["size"].to_numpy(float), confidence)
 
@@ -354,7 +353,7 @@ def step_sizes(steps: pd.DataFrame) -> NDArray[np.float64]:
     if not largest:
         return np.zeros(len(levels))
     decimals = -math.ceil(math.log10(largest * SAME_SIZE))
-    # Numbers are rounded decimally one by one: NumPy's rounding multiplies and divides, which
+    # Numbers are rounded one by one in decimal: NumPy rounds by multiplying and dividing, which
     # turns 1e-12 into 1.0000000000000002e-12.
     return np.array([round(size, decimals) + 0.0 for size in removed.tolist()])
 
@@ -406,7 +405,7 @@ def _sensitivity(hits: int, changes: int, false_alarms: int, catches: int) -> Se
 
 
 def finding(changes: pd.DataFrame, book: Codebook) -> Finding:
-    """Compute the paper's finding: all felt a difference, and slipperiness was what decreased.
+    """Compute the paper's finding: everyone felt a difference, described as less slippery.
 
     "All of the subjects feel clearly the difference during the test, and they immediately say
     that it is 'less slippery'" (Section IV-B).

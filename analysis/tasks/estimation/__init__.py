@@ -1,1 +1,1 @@
-"""Magnitude estimation: tests, exponents, order effects, and their sections of the report."""
+"""Magnitude estimation: tests, exponents, order effects, and their report sections."""

@@ -1,4 +1,4 @@
-"""Plot magnitude estimates: Fig. 15 in geometric means and as printed, and residuals."""
+"""Plot magnitude estimates: Fig. 15 with geometric means and as printed, and residuals."""
 
 from __future__ import annotations
 
@@ -75,13 +75,13 @@ def fig15(
     without_log : collection of float
         Amplitudes at which estimates of zero are omitted; their means are drawn hollow.
     unit : str
-        The unit of the estimates.
+        Unit of the estimates.
     confidence : float
         Level of the within-participant intervals (Cousineau-Morey, on logarithms).
     quantity : Quantity
         Quantity of the amplitudes.
     groups : Series, optional
-        Participant -> group: each group has its own means.
+        Participant -> group; means are drawn separately for each group.
     """
     figure = Figure(figsize=(5.6, 4.2), layout="constrained")
     axes = figure.add_subplot()
@@ -90,7 +90,7 @@ def fig15(
     for number, (name, own) in enumerate(parts.items()):
         colour = (BLUE, VERMILION, GREEN, ORANGE, PURPLE)[number % 5]
         if len(logs) > 1:
-            # Relative to the amplitudes' means, so that a missing amplitude does not shift a
+            # Relative to the amplitude means, so that a missing amplitude does not shift a
             # participant.
             equalised = own.sub(own.sub(own.mean()).mean(axis=1), axis=0)
             _individuals(
@@ -122,7 +122,7 @@ def fig15(
             )
     if without_log:
         axes.plot([], "o", color=BLUE, markerfacecolor="white", label="without estimates of zero")
-    # Limits first: a single value has no limits of its own on a logarithmic axis.
+    # Set limits first: a single value does not define limits on a logarithmic axis.
     axes.set_ylim(axes.dataLim.y0 / 1.2, axes.dataLim.y1 * 1.2)
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 5)))
@@ -141,14 +141,14 @@ def table3(
     unit: str = "% of the scale",
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Figure:
-    """Draw Fig. 15 by the paper's convention: arithmetic means, next to the paper's.
+    """Draw Fig. 15 with arithmetic means, as in the paper, next to the paper's values.
 
     Parameters
     ----------
     cells : DataFrame, shape (participants, amplitudes)
         Normalised mean estimates.
     unit : str
-        The unit of the estimates.
+        Unit of the estimates.
     quantity : Quantity
         Quantity of the amplitudes.
     """
@@ -195,7 +195,7 @@ def in_the_paper(cells: pd.DataFrame, quantity: Quantity) -> bool:
 
 @styled
 def residuals(logs: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> Figure:
-    """Draw residuals from participants' and amplitudes' means: normal plot, and by amplitude.
+    """Draw residuals from participant and amplitude means: normal Q-Q plot, and by amplitude.
 
     Parameters
     ----------

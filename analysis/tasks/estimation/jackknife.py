@@ -1,4 +1,4 @@
-"""Compute the jackknife over participants, for estimates that are not means over participants."""
+"""Compute the jackknife across participants, for estimates that are not simple means."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ if TYPE_CHECKING:
 def jackknife(
     estimate: float, without: NDArray[np.float64], *, confidence: float
 ) -> MeanOverParticipants | NotComputed:
-    """Return an estimate with Student's interval and its test against 0.
+    """Return an estimate with its t-based interval and t test against 0.
 
-    The standard error is the jackknife's (Tukey 1958, Ann. Math. Stat. 29, 614). For a regression
-    over clusters it is at least as wide as the sandwich estimator's, and it has the stated
-    coverage for few clusters (Bell and McCaffrey 2002, Surv. Methodol. 28, 169-181). Degrees of
-    freedom are n - 1.
+    Uses the jackknife standard error (Tukey 1958, Ann. Math. Stat. 29, 614). For a regression with
+    clusters, it is at least as large as the sandwich standard error, and coverage is nominal with
+    few clusters (Bell and McCaffrey 2002, Surv. Methodol. 28, 169-181). Degrees of freedom are n -
+    1.
 
     Parameters
     ----------
     estimate : float
         Estimate from all participants.
     without : array, shape (participants,)
-        The same, with each participant omitted in turn.
+        Estimates with each participant omitted in turn.
     confidence : float
         Level of the interval.
     """

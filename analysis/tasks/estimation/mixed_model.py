@@ -1,4 +1,4 @@
-"""Fit the linear mixed model of the exponent, and check whether the fit is trustworthy."""
+"""Fit a linear mixed model for the exponent, and check whether the fit is reliable."""
 
 from __future__ import annotations
 
@@ -22,15 +22,16 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
 
-#: With more participants, the mixed model takes minutes and agrees with the slopes' t interval.
+#: With more participants, the mixed model takes minutes and agrees with the t interval of the
+#: slopes.
 AT_MOST = 200
-#: statsmodels' optimisers, all of which are tried: each one fails on some data, or reports
-#: convergence although another finds a better fit (on the R reference lbfgs stops short of lme4's
+#: The statsmodels optimisers. All are tried, because each fails on some data or reports convergence
+#: although another finds a better fit (on the R reference data, lbfgs stops short of lme4's
 #: maximum).
 OPTIMISERS = ("bfgs", "lbfgs", "powell")
-#: Log-likelihoods closer than this are the same maximum.
+#: Log likelihoods closer than this count as the same maximum.
 SAME_MAXIMUM = 1e-3
-#: Common text of statsmodels' warnings about a variance or correlation at its bound.
+#: Text common to the statsmodels warnings about a variance or correlation at its bound.
 AT_ITS_BOUND = ("boundary", "not positive definite", "singular")
 
 
@@ -42,15 +43,15 @@ class MixedModel:
     ----------
     intercept, exponent : float
         Fixed effects: natural logarithm of the normalised estimate at 1 µm peak to peak, and the
-        power function's exponent.
+        exponent of the power function.
     se : float
-        The exponent's standard error.
+        Standard error of the exponent.
     interval : ConfidenceInterval
-        The exponent's, Student's with n - 1 degrees of freedom.
+        t-based interval for the exponent, with n - 1 degrees of freedom.
     sd_intercept, sd_exponent, sd_residual : float
         Standard deviations of the random effects and of the residual.
     log_likelihood_reml : float
-        Restricted.
+        Restricted log likelihood.
     converged : bool
         Whether the optimiser met its convergence criterion.
     at_bound : bool
@@ -58,9 +59,9 @@ class MixedModel:
     optimiser : str
         The optimiser that found this fit.
     warnings : tuple of str
-        Warnings of statsmodels for that fit.
+        Warnings from statsmodels for that fit.
     n, trials : int
-        Participants and trials above 0 µm.
+        Numbers of participants and of trials above 0 µm.
     """
 
     intercept: float
@@ -86,11 +87,11 @@ class MixedModel:
 def mixed_model(data: Prepared) -> MixedModel | NotComputed:
     """Fit a linear mixed model of log estimate on log amplitude, with random effects (REML).
 
-    Intercepts and slopes are random. Fitted by statsmodels on trials above 0 µm. The interval of
-    the slope is Student's with n - 1 degrees of freedom; statsmodels uses the normal distribution,
-    whose intervals are too narrow for a dozen people. Variances have no errors, because those of
-    statsmodels are not usable. The fit is the one with the highest likelihood over all
-    `OPTIMISERS`.
+    Intercepts and slopes are random. Fitted by statsmodels on trials above 0 µm. The interval for
+    the slope uses the t distribution with n - 1 degrees of freedom; statsmodels uses the normal
+    distribution, which gives intervals that are too narrow for a dozen people. Standard errors of
+    variances are not given, because those from statsmodels are not usable. The fit is the one with
+    the highest likelihood over all `OPTIMISERS`.
     """
     from scipy import stats  # noqa: PLC0415
 
@@ -129,7 +130,7 @@ def mixed_model(data: Prepared) -> MixedModel | NotComputed:
 
 
 def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
-    """Return log estimates and log amplitudes above 0, and why they allow no model."""
+    """Return log estimates and log amplitudes above 0, and why no model can be fitted, if so."""
     trials = data.trials[(data.trials["amplitude_um_pp"] > 0) & data.trials["log"].notna()]
     frame = pd.DataFrame(
         {
@@ -166,15 +167,15 @@ def likeliest(
     Parameters
     ----------
     frame : DataFrame
-        With ``ly``, ``lx``, ``who`` and what the formulas name.
+        Columns ``ly``, ``lx``, ``who`` and those named in the formulas.
     fixed, random : str
-        Formulas of the fixed effects and of a participant's random effects.
+        Formulas for the fixed effects and for the random effects of participants.
     """
-    # Not statsmodels.formula.api, which loads all of statsmodels and takes half a second.
+    # Avoids statsmodels.formula.api, which loads all of statsmodels and takes half a second.
     from statsmodels.regression.mixed_linear_model import MixedLM  # noqa: PLC0415
 
-    # Far from 0, for example with logarithms of nanometres, intercept and slope are so correlated
-    # that an optimiser stops early and reports convergence. The likelihood is the same.
+    # Centred, because far from 0 (as with logarithms of nanometres) intercept and slope are so
+    # correlated that an optimiser stops early and reports convergence. The likelihood is unchanged.
     centred = frame.assign(lx=frame["lx"] - _centre(frame))
     model = MixedLM.from_formula(fixed, centred, groups="who", re_formula=random)
     attempts = []

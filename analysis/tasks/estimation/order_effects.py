@@ -1,4 +1,4 @@
-"""Estimate effects of order: drift over the trials and carry-over, fitted jointly."""
+"""Estimate order effects: drift across trials and carry-over, fitted jointly."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ IDENTIFIABLE = 1e-6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OrderEffects:
-    """Slopes of log estimates on the order, each with amplitude and the other slope held constant.
+    """Order effects on log estimates, each adjusted for amplitude and for the other effect.
 
     Parameters
     ----------
     log_slope_per_trial : MeanOverParticipants or NotComputed
-        Slope on the trial's position: drift.
+        Slope on trial position: drift.
     log_slope_per_um_pp_before : MeanOverParticipants or NotComputed
-        Slope on the previous surface's amplitude, µm peak to peak: carry-over.
+        Slope on the amplitude of the previous surface (µm peak to peak): carry-over.
     """
 
     log_slope_per_trial: MeanOverParticipants | NotComputed
@@ -59,14 +59,14 @@ class OrderEffects:
 
 
 def order_effects(data: Prepared) -> OrderEffects | NotComputed:
-    """Test whether estimates drift with the trial's position, or depend on the previous surface.
+    """Test whether estimates drift with trial position, or depend on the previous surface.
 
     Fits one least-squares model to all log estimates: a mean per participant, a mean per
     amplitude, a slope on the position and a slope on the previous amplitude. Trials without a
     previous amplitude (the first, and those after a texture) are omitted. If the two were fitted
     separately, carry-over would appear as drift, because a participant's positions and previous
-    surfaces are correlated. Standard errors are from a jackknife over participants, with Student's
-    n - 1 degrees of freedom.
+    surfaces are correlated. Standard errors are from a jackknife across participants; tests and
+    intervals use the t distribution with n - 1 degrees of freedom.
     """
     if data.refused:
         return NotComputed(data.zero_sentence)
@@ -99,7 +99,7 @@ def order_effects(data: Prepared) -> OrderEffects | NotComputed:
 
 
 def not_identifiable(trials: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> str | None:
-    """Return why the effect of order cannot be separated from amplitude, or None."""
+    """Return the reason why the order effect cannot be separated from amplitude, or None."""
     who, _ = pd.factorize(trials[PARTICIPANT])
     in_turn = np.argsort(who, kind="stable")
     amplitudes, who = trials["amplitude_um_pp"].to_numpy(float)[in_turn], who[in_turn]
@@ -126,13 +126,13 @@ def not_identifiable(trials: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE)
 
 
 def _within(column: Array, who: NDArray[np.intp], people: int) -> Array:
-    """Return a column minus each participant's mean."""
+    """Return a column with each participant's mean subtracted."""
     means = np.bincount(who, column, people) / np.bincount(who, minlength=people)
     return np.asarray(column - means[who])
 
 
 def _products(design: Sequence[Array], who: NDArray[np.intp], people: int) -> Array:
-    """Return each participant's sums of products of columns; omitting one is a subtraction."""
+    """Return each participant's sums of products, so that omitting one is a subtraction."""
     width = len(design)
     products = np.empty((people, width, width))
     for row in range(width):

@@ -1,7 +1,7 @@
 """Read trials of magnitude estimation from a data set or a single table.
 
-The amplitude of a texture is its maximum. Among plain surfaces of that amplitude it would count as
-one of them, so trials of textures are kept separate.
+The amplitude recorded for a texture is its maximum. To avoid treating it as a plain surface of
+that amplitude, texture trials are kept separate.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def read_estimates(
 def divide(
     frame: pd.DataFrame, problems: Problems, counts: dict[str, int]
 ) -> dict[str, pd.DataFrame]:
-    """Return ``answers``, the answered ones among them (``estimates``), and ``textures``."""
+    """Return ``answers``, the answered trials among them (``estimates``), and ``textures``."""
     main = _keep_main_trials(frame, counts)
     answers, textures = _part_textures(main, counts, problems)
     return {"estimates": _answered(answers, counts), "answers": answers, "textures": textures}
@@ -70,7 +70,7 @@ def _part_textures(
     modulated = main["texture"].astype(str) != ""
     textures = main[modulated & main["estimate"].notna()].reset_index(drop=True)
     runs = [main[name] for name in IDENTITY]
-    # The plain surface in the previous row is then not the one felt before.
+    # The plain surface in the previous row is then not the surface felt before.
     main["after_texture"] = modulated.groupby(runs, observed=True).shift(fill_value=False)
     counts["textures"] = int(modulated.sum())
     if counts["textures"]:

@@ -1,9 +1,10 @@
-"""Estimate the exponent so that lapses and outlying people have little weight.
+"""Estimate the exponent robustly, so that lapses and outlying people have little weight.
 
-A lapse is a trial far from its participant's line; it moves a least-squares slope, and hardly the
-median of the slopes between all pairs of trials (Theil 1950; Sen 1968). An outlying participant
-moves the mean of exponents, and hardly their mean without the largest and smallest fifth (Tukey
-and McLaughlin 1963). The result is a sensitivity analysis: it does not replace the exponent.
+A lapse is a trial far from its participant's line; it changes a least-squares slope, but hardly
+the median of the slopes between all pairs of trials (Theil 1950; Sen 1968). An outlying
+participant changes the mean exponent, but hardly the mean without the largest and smallest fifth
+(Tukey and McLaughlin 1963). The result is a sensitivity analysis: it does not replace the
+exponent.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
 
-#: Share of participants' exponents trimmed at each end.
+#: Proportion of participants' exponents trimmed at each end.
 TRIMMED = 0.2
 
 
@@ -38,9 +39,9 @@ class RobustExponent:
     ----------
     exponent : float
     interval : ConfidenceInterval
-        Tukey and McLaughlin's, over participants.
+        Tukey-McLaughlin interval across participants.
     n, trimmed : int
-        Participants with a slope, and those trimmed at both ends together.
+        Number of participants with a slope, and number trimmed at both ends together.
     """
 
     exponent: float
@@ -58,11 +59,12 @@ def median_slope(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
 
     Notes
     -----
-    Equals `scipy.stats.theilslopes(y, x).slope`, most of whose time are checks and an interval.
+    Equals `scipy.stats.theilslopes(y, x).slope`, which spends most of its time on checks and an
+    interval.
     """
     order = np.argsort(x, kind="stable")
     x, y = x[order], y[order]
-    ends = np.flatnonzero(np.diff(x)) + 1  # of all points with one x
+    ends = np.flatnonzero(np.diff(x)) + 1  # of all points with the same x
     slopes = [
         (y[end:, None] - y[start:end]) / (x[end:, None] - x[start])
         for start, end in zip((0, *ends), ends, strict=False)

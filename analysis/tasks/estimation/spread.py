@@ -11,9 +11,9 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared
 
-#: Ratio of standard deviations from which rank tests of arithmetic means err noticeably.
+#: Ratio of standard deviations above which rank tests of arithmetic means err noticeably.
 NOTICEABLE = 1.75
-#: Minimum number of differences within cells to compare a standard deviation.
+#: Minimum number of within-cell differences for comparing standard deviations.
 FEWEST = 12
 
 
@@ -21,10 +21,10 @@ def unequal_spread(data: Prepared) -> list[str]:
     """Return a warning if the spread of log estimates within cells is unequal.
 
     Arithmetic means of skewed estimates increase with their spread. If geometric means are equal
-    but spreads are not, arithmetic cell means differ, and tests of their ranks reject. In 1,000
-    simulated studies with standard deviations of 0.3 and 0.6 (natural logarithms) and 12
-    participants, Wilcoxon's test at a level of 5 % rejected in 9 % with 3 repetitions, and in 21 %
-    with 6. With equal spread it rejected in 4 %.
+    but spreads are not, arithmetic cell means differ, and rank tests reject. In 1,000 simulated
+    studies with standard deviations of 0.3 and 0.6 (natural logarithms) and 12 participants,
+    Wilcoxon's test at the 5 % level rejected in 9 % of studies with 3 repetitions and in 21 % with
+    6. With equal spread, it rejected in 4 %.
     """
     usable = data.trials[data.trials["log"].notna()]
     cells = usable.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True)["log"]

@@ -1,6 +1,7 @@
-"""List the statistics of magnitude estimates; add a new one to this table.
+"""List the statistics for magnitude estimates; add new ones to this table.
 
-The functions that compute and write are in their own modules; each declaration joins them.
+The functions that compute results and write text are in their own modules; each declaration
+combines them.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NormalisationUsed:
-    """How estimates were brought to one scale.
+    """How estimates were brought to a common scale.
 
     Parameters
     ----------
@@ -67,7 +68,7 @@ def _logs(pairs: Pairs) -> list[PairedT]:
 
 
 def slope_ps(slopes: Sequence[MeanOverParticipants | NotComputed]) -> list[float]:
-    """Return the p of each mean slope that could be computed."""
+    """Return the p-value of each mean slope that could be computed."""
     return [slope.p for slope in slopes if isinstance(slope, MeanOverParticipants)]
 
 
@@ -268,7 +269,7 @@ NORMALISATION: Statistic[NormalisationUsed] = Statistic(
     test=False,
 )
 
-#: In the order of ``inference.json`` and of a results section; a new statistic is one line here.
+#: In the order of ``inference.json`` and of the results section; add new statistics here.
 STATISTICS: tuple[Statistic[object], ...] = (
     FRIEDMAN,
     RM_ANOVA,

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
-    """Return the tables of magnitude estimation, by name."""
+    """Return the tables for magnitude estimation, keyed by name."""
     if analysis.prepared is None:
         return {}
     named = analysis.dataset.quantity.columns
@@ -38,7 +38,7 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
 
 
 def wide(analysis: Analysis) -> pd.DataFrame:
-    """Return one row per participant, as JASP, jamovi and SPSS read repeated measures.
+    """Return one row per participant, the format in which JASP, jamovi and SPSS read such data.
 
     Names contain letters, digits and underscores: ``estimate_0_5`` is the mean normalised estimate
     at 0.5 µm peak to peak, ``log_0_5`` the mean natural logarithm.

@@ -1,4 +1,4 @@
-"""Describe estimates of textures, separately from the statistics over amplitudes.
+"""Describe estimates of textures, separately from the statistics across amplitudes.
 
 A texture has no single amplitude: its maximum may equal that of a plain surface that feels quite
 different. Textures therefore do not affect the scale; they are normalised with the scale of the

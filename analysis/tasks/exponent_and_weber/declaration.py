@@ -1,4 +1,4 @@
-"""Declare the comparison of exponent and Weber fraction in the same participants."""
+"""Declare the comparison between exponent and Weber fraction in the same participants."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def exponent_and_weber(found: ExponentAndWeber) -> Figure:
     figure, axes = canvas()
     weber = np.array([each.weber_fraction for each in found.participants])
     own = np.array([each.exponent for each in found.participants])
-    # An interval that reaches 0 has no end on a logarithmic axis: it leaves the figure.
+    # An interval that reaches 0 has no end on a logarithmic axis: it extends beyond the figure.
     ends = [end for end in (*weber, *found.weber_fraction.interval) if end > 0]
     fine = np.geomspace(min(ends) / 1.4, max(ends) * 1.4, 100)
     low, high = (np.log1p(k) / np.log1p(fine) for k in PUBLISHED)

@@ -1,12 +1,12 @@
 """Test whether the exponent of magnitude estimates agrees with the Weber fraction.
 
-Ekman's law: a just noticeable difference is a constant fraction *k* of the sensation. With a power
-function of exponent *n* and a Weber fraction *w* of the stimulus
+Ekman's law states that a just noticeable difference is a constant fraction *k* of the sensation.
+For a power function with exponent *n* and a Weber fraction *w*
 
     k = (1 + w)^n - 1,    n = log(1 + k) / log(1 + w)
 
 According to Teghtsoonian 1971 (Psychol. Rev. 78, 71-80), *k* is near 0.03 for every sense: steep
-functions occur with fine discrimination.
+functions go with fine discrimination.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ EKMAN = 0.03
 #: k from the Weber fractions and exponents of nine continua, from brightness (0.079 and 0.33) to
 #: vibration at 60 Hz (0.036 and 0.95).
 PUBLISHED = (0.025, 0.035)
-#: An interval within this factor of `EKMAN` that overlaps the published ones agrees: our own
-#: bound.
+#: An interval agrees if it lies within this factor of `EKMAN` and overlaps the published values;
+#: the bound is our own.
 FACTOR = 2.0
 
 Verdict = Literal["agrees", "does not agree", "undecided"]
@@ -51,27 +51,27 @@ class OwnExponentAndWeber:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExponentAndWeber:
-    """The exponent and the Weber fraction of one task, for the participants who have both.
+    """Exponent and Weber fraction for one task, from the participants who have both.
 
     Parameters
     ----------
     task : str
-        Label of the Weber fraction's task in file names.
+        Label, in file names, of the task that gives the Weber fraction.
     standard_um_pp : float
         Standard of the comparison, µm peak to peak.
     participants : tuple of OwnExponentAndWeber
         One per participant.
     exponent : Estimate
-        Mean, with Student's interval.
+        Mean with t-based interval.
     weber_fraction : Estimate
-        The population's (`TaskThresholds.weber_fraction`).
+        Weber fraction of the population (`TaskThresholds.weber_fraction`).
     expected_exponent : Estimate
         Exponent predicted by the Weber fraction and its interval with k = 0.03.
     ekman_fraction : Estimate
-        k of these participants, with Student's interval of log(1 + k).
+        k for these participants, with a t-based interval of log(1 + k).
     verdict : {"agrees", "does not agree", "undecided"}
-        Agrees if that interval lies within a factor 2 of 0.03 and overlaps the published 0.025 to
-        0.035; does not agree if it lies outside those; otherwise undecided.
+        Agrees if that interval lies within a factor of 2 of 0.03 and overlaps the published 0.025
+        to 0.035; does not agree if it lies outside those; otherwise undecided.
     grows : bool
         Whether the exponent's interval lies above 0.
     """

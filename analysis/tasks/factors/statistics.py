@@ -1,10 +1,10 @@
 """Analyse magnitude estimates by a factor that is crossed with the levels: speed, force, period.
 
-A factor is a column of the study's ``[[factors]]``, or the ``--factor`` of a table. Every factor is
-analysed with the level, and averaged over the other factors. Three results, in order of what they
-assume: each participant's change of exponent and of level (Student's, unweighted), the analysis of
-variance of complete participants, and a mixed model of all trials, in which intercept, exponent
-and the effect of each condition differ between participants.
+A factor is a column from the study's ``[[factors]]``, or the ``--factor`` of a table. Every factor
+is analysed together with the level, and averaged over the other factors. There are three results,
+with increasingly strong assumptions: each participant's change in exponent and in level
+(unweighted, t-based), an analysis of variance of complete participants, and a mixed model of all
+trials in which intercept, exponent and the effect of each condition differ between participants.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared
 
 
-#: What differs between conditions -> the mixed model's term.
+#: What differs between conditions -> term in the mixed model.
 TERMS = {"exponent": "lx:condition", "log_ratio": "condition"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedEffect:
-    """A fixed effect of the mixed model, with Student's interval (n - 1 degrees of freedom)."""
+    """A fixed effect in the mixed model, with a t-based interval (n - 1 degrees of freedom)."""
 
     value: float
     se: float
@@ -59,7 +59,7 @@ class FixedEffect:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConditionChange:
-    """A condition against the first one.
+    """A condition compared with the first condition.
 
     Parameters
     ----------
@@ -69,9 +69,9 @@ class ConditionChange:
     log_ratio : MeanOverParticipants or NotComputed
         Participants' mean logarithms minus those in the first condition, over the same levels.
     exponent_p_holm, log_ratio_p_holm : float or None
-        Corrected over the factor's conditions.
+        Corrected across the factor's conditions.
     mixed_exponent, mixed_log_ratio : FixedEffect or NotComputed
-        The same differences by the mixed model; the ratio at the mean log level.
+        The same differences from the mixed model; the ratio is at the mean log level.
     """
 
     condition: str
@@ -101,7 +101,7 @@ class TwoWay:
     n : int
         Participants with every level in every condition.
     factor, amplitude, interaction : Effect
-        Degrees of freedom after Greenhouse and Geisser.
+        Degrees of freedom are Greenhouse-Geisser-corrected.
     """
 
     n: int
@@ -117,7 +117,7 @@ class TwoWay:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FactorEffects:
-    """What one factor does."""
+    """The effects of one factor."""
 
     factor: str
     conditions: tuple[ConditionMeans, ...]
@@ -204,7 +204,7 @@ def _changes(
 def _mixed(
     prepared: Prepared, conditions: pd.Series[str], labels: list[str], confidence: float
 ) -> Mapping[tuple[str, str], FixedEffect] | NotComputed:
-    """Fit ly ~ lx * condition, with lx and condition random over participants, by REML."""
+    """Fit ly ~ lx * condition by REML, with lx and condition as random effects of participants."""
     from scipy import stats  # noqa: PLC0415 - a second's import
 
     usable = (prepared.trials["amplitude_um_pp"] > 0) & prepared.trials["log"].notna()

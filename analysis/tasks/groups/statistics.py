@@ -1,4 +1,4 @@
-"""Compare groups of participants: their exponents, their level, the shape of their growth."""
+"""Compare groups of participants: exponents, levels, and the shape of growth."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
 
-#: Default column of the group in a data set's participants.
+#: Default column for the group in a data set's participants.
 DEFAULT_COLUMN = "group"
 #: Maximum number of groups too small to compare that are named.
 NAMED = 6
@@ -41,9 +41,9 @@ class MixedAnova:
     Parameters
     ----------
     group, amplitude, interaction : Effect
-        Effect of group on the level, of amplitude, and of group on growth.
+        Effect of group on the level, effect of amplitude, and effect of group on growth.
     epsilon_gg : float
-        Greenhouse and Geisser's, of the covariance within groups.
+        Greenhouse-Geisser epsilon, from the covariance within groups.
     """
 
     group: Effect
@@ -54,18 +54,18 @@ class MixedAnova:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GroupComparison:
-    """Groups of participants compared.
+    """Comparison of groups of participants.
 
     Parameters
     ----------
     column : str
-        Column of the groups.
+        Column that contains the groups.
     n : Mapping
-        Compared group -> number of participants.
+        Group -> number of participants, for the groups compared.
     left_out : tuple of str
-        Groups of fewer than three.
+        Groups with fewer than three participants.
     without_group : int
-        Participants without a group.
+        Number of participants without a group.
     exponents : Welch or NotComputed
         Comparison of participants' power functions.
     levels : Welch or NotComputed
@@ -160,7 +160,7 @@ def _welch(
 def _mixed_anova(
     logs: pd.DataFrame, group_of: pd.Series[str], compared: list[str], data: Prepared
 ) -> MixedAnova | NotComputed:
-    """Return the mixed ANOVA by pingouin, which agrees with R if every cell is present."""
+    """Return the mixed ANOVA from pingouin, which agrees with R if no cell is missing."""
     import pingouin  # noqa: PLC0415 - a second's import
 
     groups = group_of.reindex(logs.index.astype(str)).to_numpy()
@@ -184,7 +184,7 @@ def _mixed_anova(
         }
     )
     with warnings.catch_warnings():
-        # Only pingouin's warning on pandas 3 (dropna in place).
+        # Suppresses only pingouin's warning with pandas 3 (dropna in place).
         warnings.filterwarnings("ignore", category=pd.errors.Pandas4Warning)
         found = pingouin.mixed_anova(
             data=long, dv="value", within="amplitude", subject="who", between="group"
@@ -219,7 +219,7 @@ def _welch_ps(found: GroupComparison) -> list[float]:
 
 def _pair_ps(found: GroupComparison) -> list[float]:
     parts = [part for part in (found.exponents, found.levels) if part]
-    # With two groups, their pair is the overall test.
+    # With two groups, the only pair is the overall test.
     return [pair.p for part in parts if len(part.groups) > 2 for pair in part.pairs]  # noqa: PLR2004
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GroupMean:
-    """A group's mean, with Student's interval over its participants."""
+    """A group mean, with a t-based interval across its participants."""
 
     group: str
     n: int
@@ -46,13 +46,13 @@ class GroupDifference:
     difference : float
         Difference of means, first minus second.
     interval : ConfidenceInterval
-        The difference's, Welch's.
+        Welch's interval for the difference.
     t, df, p, p_holm : float
-        Two-sided; ``p_holm`` is corrected over all pairs of groups.
+        Two-sided test; ``p_holm`` is corrected across all pairs of groups.
     hedges_g : float
         The difference divided by the pooled standard deviation, with Hedges' correction.
     hedges_g_interval : ConfidenceInterval or None
-        By the non-central t, exact for equal variances; None if it is not defined.
+        From the non-central t distribution, exact for equal variances; None if it is not defined.
     """
 
     first: str
@@ -73,19 +73,19 @@ class GroupDifference:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Welch:
-    """Welch's analysis of variance between groups, and every two of them compared.
+    """Welch's analysis of variance between groups, and all pairwise comparisons.
 
     Parameters
     ----------
     groups : tuple of GroupMean
         In the order of their names.
     F, df1, df2, p : float
-        Welch's; with two groups, F is t squared.
+        Welch's test; with two groups, F is t squared.
     eta2, eta2_interval
         Proportion of the values' variance between groups, from the ordinary analysis of variance;
         the interval is by its non-central F.
     pairs : tuple of GroupDifference
-        Every two groups.
+        All pairs of groups.
     """
 
     groups: tuple[GroupMean, ...]
@@ -105,12 +105,13 @@ class Welch:
 def welch(values: Mapping[str, NDArray[np.float64]], confidence: float) -> Welch | NotComputed:
     """Compare groups' means by Welch's tests.
 
-    Welch (1951), Biometrika 38, 330-336, by statsmodels; pairs by SciPy, Holm-corrected.
+    Uses statsmodels for the overall test (Welch 1951, Biometrika 38, 330-336) and SciPy for the
+    Holm-corrected pairs.
 
     Parameters
     ----------
     values : Mapping
-        Group -> one value per participant; at least two groups of at least three.
+        Group -> one value per participant; at least two groups with at least three participants.
     confidence : float
         Level of every interval.
     """

@@ -1,1 +1,1 @@
-"""Identification: the table of presented and named surfaces, and the information transferred."""
+"""Identification: the confusion matrix and the information transferred."""

@@ -1,4 +1,4 @@
-"""Plot the table of presented and named surfaces."""
+"""Plot the table of presented and named surfaces (confusion matrix)."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from slipscale.figure_style import styled
 if TYPE_CHECKING:
     from slipscale.analysis.tasks.identification.statistics import TaskIdentification
 
-#: Shares above this are written in white.
+#: Proportions above this are written in white.
 DARK = 0.5
 
 
 @styled
 def named(task: TaskIdentification) -> Figure:
-    """Draw the share of each name among the answers to each presented surface."""
+    """Draw the proportion of each name among the answers to each presented surface."""
     figure = Figure(figsize=(4.6, 4.2), layout="constrained")
     axes = figure.add_subplot()
     counts = np.array(task.table, np.float64)

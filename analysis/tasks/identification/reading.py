@@ -1,4 +1,4 @@
-"""Read trials of identification: the surface presented and the one named, as text."""
+"""Read identification trials: the presented surface and the named surface, as text."""
 
 from __future__ import annotations
 

@@ -1,15 +1,15 @@
-"""Information transferred in identification.
+"""Compute the information transferred in identification.
 
-The rules:
+Rules:
 
-- information is the mutual information of presented and named surface, in bits (Miller 1956,
+- information is the mutual information between presented and named surface, in bits (Miller 1956,
   Psychol. Rev. 63, 81-97): 2 to this power is the number of surfaces that are identified without
   error;
-- few trials make it too large. Miller and Madow's first-order correction (Miller 1955, in
+- few trials make it too large. The first-order Miller-Madow correction (Miller 1955, in
   Information Theory in Psychology, 95-100) adds (occupied cells - 1) / (2 n ln 2) to each entropy;
 - a corrected value is at most the information of the presented surfaces;
-- a participant's own value needs trials: with fewer than five per cell of the table on average, the
-  report says so.
+- a participant's own value needs many trials: the report notes when there are fewer than five per
+  cell of the table on average.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ TRIALS_PER_CELL = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskIdentification:
-    """Results of one task.
+    """Results for one task.
 
     Parameters
     ----------
@@ -50,17 +50,17 @@ class TaskIdentification:
     participants, answers : int
     items : tuple of str
     table : tuple of tuple of int
-        Counts of all participants: a row per presented item, a column per named item.
+        Counts over all participants: one row per presented item, one column per named item.
     information_bits, corrected_bits : float
-        Information transferred in the table of all participants, and its corrected value.
+        Information transferred in the pooled table, and its corrected value.
     most_bits : float
-        Information of the presented items, the largest value possible.
+        Information in the presented items, the largest possible value.
     mean_information_bits : MeanOverParticipants or NotComputed
         Mean of participants' own corrected values.
     share_right : MeanOverParticipants or NotComputed
-        Mean of participants' shares of correct answers.
+        Mean of participants' proportions of correct answers.
     trials_per_cell : float
-        Mean number of a participant's trials per cell of the table.
+        Mean number of trials per cell of a participant's table.
     """
 
     task: str
@@ -77,7 +77,7 @@ class TaskIdentification:
 
 
 def entropy_bits(counts: Array) -> tuple[float, float]:
-    """Return the entropy of counts, and Miller and Madow's corrected value.
+    """Return the entropy of counts, and the value with the Miller-Madow correction.
 
     >>> [round(each, 3) for each in entropy_bits(np.array([5.0, 5.0, 0.0]))]
     [1.0, 1.072]

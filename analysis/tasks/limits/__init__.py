@@ -1,1 +1,1 @@
-"""Method of limits: transitions of ascending and descending series."""
+"""Method of limits: transitions in ascending and descending series."""

@@ -1,4 +1,4 @@
-"""Plot transitions of the method of limits."""
+"""Plot transitions for the method of limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Read trials of the method of limits: series, direction, level, and whether it was different."""
+"""Read method-of-limits trials: series, direction, level, and whether it felt different."""
 
 from __future__ import annotations
 

@@ -1,12 +1,12 @@
-"""Thresholds by the method of limits: the mean of a participant's transitions.
+"""Estimate thresholds by the method of limits: the mean of a participant's transitions.
 
-The rules:
+Rules:
 
-- a series has a transition if its last answer differs from those before: halfway between the last
-  level and the nearest level before it in the series' direction; other series have none and are
-  counted;
-- a participant's threshold is the mean of the means of ascending and of descending transitions, so
-  that both directions weigh the same whatever their numbers of transitions;
+- a series has a transition if its last answer differs from the earlier answers: half-way between
+  the last level and the nearest earlier level in the direction of the series; series without a
+  transition are counted;
+- a participant's threshold is the mean of the ascending and the descending mean, so that both
+  directions have equal weight;
 - descending minus ascending is the constant error: above 0 if answers change too early
   (anticipation), below 0 if they change too late (habituation).
 """
@@ -46,13 +46,13 @@ class PersonLimits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskLimits:
-    """Results of one task.
+    """Results for one task.
 
     Parameters
     ----------
     task : str
     participants, answers, series, without_transition : int
-        Their numbers.
+        Numbers of each.
     standard_um_pp : float or None
         The standard; None if it was not constant.
     threshold_um_pp, ascending_um_pp, descending_um_pp : MeanOverParticipants or NotComputed

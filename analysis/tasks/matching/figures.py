@@ -1,4 +1,4 @@
-"""Plot matches of references."""
+"""Plot matches to references."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @styled
 def matches(found: Sequence[MatchedReference], trials: pd.DataFrame, quantity: Quantity) -> Figure:
-    """Draw matches against their references: participants, means from below and from above.
+    """Draw matches against references: participants, and means from below and from above.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
-"""Read trials of matching from a data set: amplitudes peak to peak.
+"""Read matching trials from a data set, with amplitudes peak to peak.
 
-``felt_again`` is the number of times that the reference was repeated; NaN in tables without that
+``felt_again`` is the number of times the reference was repeated; NaN in tables without that
 column.
 """
 

@@ -1,4 +1,4 @@
-"""Analyse matching by adjustment: bias, variability, and effect of the direction."""
+"""Analyse matching by adjustment: bias, variability and effect of direction."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ ASCENDING, DESCENDING = "ascending", "descending"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MatchedReference:
-    """Result of matching one reference.
+    """Results for matching one reference.
 
     Parameters
     ----------
     task : str
-        The task's label in file names.
+        Task label in file names.
     reference_um_pp : float
-        µm peak to peak.
+        Amplitude of the reference, µm peak to peak.
     matches, participants : int
         Numbers of matches and participants.
     mean_um_pp : float
@@ -46,11 +46,11 @@ class MatchedReference:
     direction_um_pp : MeanOverParticipants or NotComputed
         Match from above minus match from below, per participant, tested against 0.
     catch_trials : int
-        Trials that began at the reference itself; they do not count as matches.
+        Number of trials that started at the reference itself; they do not count as matches.
     catch_error_um_pp : float or None
-        Mean absolute difference from the reference in catch trials; None without any.
+        Mean absolute difference from the reference in catch trials; None without catch trials.
     felt_again : float or None
-        How often the reference was repeated, mean over matches; None if the data do not contain
+        Mean number of times the reference was repeated per match; None if the data do not contain
         it.
     """
 
@@ -72,7 +72,7 @@ class MatchedReference:
 def matching(
     matches: pd.DataFrame, confidence: float = 0.95
 ) -> tuple[MatchedReference, ...] | NotComputed:
-    """Return the result for each reference.
+    """Return the results for each reference.
 
     Parameters
     ----------

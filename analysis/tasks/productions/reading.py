@@ -1,4 +1,4 @@
-"""Read trials of magnitude production from a data set: amplitudes and numbers above 0."""
+"""Read magnitude-production trials from a data set: amplitudes and numbers above 0."""
 
 from __future__ import annotations
 

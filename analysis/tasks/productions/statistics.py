@@ -1,10 +1,11 @@
-"""Analyse magnitude production: amplitudes set to numbers, the exponent, and estimation's.
+"""Analyse magnitude production: produced amplitudes, exponent, and comparison with estimation.
 
 The number is given and the amplitude is the response, so log amplitude is regressed on log number;
-the exponent of sensation is the inverse of the slope. People shorten the range of the variable
-that they control. In production these are amplitudes, which makes this exponent too large. In
-estimation these are numbers, which makes that exponent too small. The geometric mean of both is
-the usual remedy (Stevens and Greenbaum 1966, Percept. Psychophys. 1, 439-446).
+the exponent of sensation is the inverse of the slope. People compress the range of the variable
+that they control (the regression effect). In production, they control amplitudes, which makes the
+exponent too large. In estimation, they control numbers, which makes the exponent too small. The
+geometric mean of both exponents is the usual remedy (Stevens and Greenbaum 1966, Percept.
+Psychophys. 1, 439-446).
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ LOW, HIGH = "low", "high"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProducedNumber:
-    """Amplitude produced for one number.
+    """Amplitudes produced for one number.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ class ProducedNumber:
     amplitude_um_pp : float
         Geometric mean of participants' geometric means, µm peak to peak.
     interval : ConfidenceInterval or None
-        Student's, of the mean logarithm; None if undefined.
+        t-based interval of the mean logarithm, transformed back; None if undefined.
     """
 
     number: float
@@ -60,25 +61,25 @@ class ProducedNumber:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BothExponents:
-    """The exponents of production and of estimation, for participants who did both.
+    """Exponents from production and from estimation, for participants who did both.
 
     Parameters
     ----------
     counterpart : str
-        What production is compared with: "magnitude estimation", or "ratio judgements".
+        Task with which production is compared: "magnitude estimation" or "ratio judgements".
     n : int
-        Participants with both exponents above 0.
+        Number of participants with both exponents above 0.
     estimation, production : float
         Geometric means of participants' exponents.
     ratio : float
-        Production's divided by estimation's: above 1 if people shorten the range that they
-        control.
+        Production exponent divided by estimation exponent: above 1 if people compress the range
+        that they control.
     ratio_interval : ConfidenceInterval
-        Student's, of the mean logarithm of participants' ratios.
+        t-based interval, from the logarithms of participants' ratios.
     combined : float
-        Geometric mean of both.
+        Geometric mean of both exponents.
     combined_interval : ConfidenceInterval
-        Student's, in the same way.
+        t-based interval, computed in the same way.
     """
 
     counterpart: str
@@ -93,31 +94,31 @@ class BothExponents:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskProductions:
-    """Results of a production task.
+    """Results for a production task.
 
     Parameters
     ----------
     task : str
-        The task's label in file names.
+        Task label in file names.
     standard_um_pp, modulus : float
-        The standard, µm peak to peak, and its number.
+        The standard (µm peak to peak) and its number.
     participants, answers, catch_trials : int
-        Their numbers; ``answers`` excludes catch trials.
+        Numbers of each; ``answers`` excludes catch trials.
     catch_um_pp : float or None
-        Geometric mean of catch trials, which present the standard's own number.
+        Geometric mean for catch trials, in which the number is that of the standard.
     at_bounds : int
-        Productions that ended within one notch of the plate's limits. They are kept; if people
-        wanted to go further, the slope is too small.
+        Number of productions that ended within one step of the plate's limits. They are kept; if
+        people wanted to go further, the slope is too small.
     numbers : tuple of ProducedNumber
         In ascending order.
     slope : MeanOverParticipants or NotComputed
-        Slope of log amplitude on log number, mean of participants' slopes.
+        Mean of participants' slopes of log amplitude on log number.
     exponent : float or None
-        Its inverse; None if the slope is not above 0.
+        Inverse of the slope; None if the slope is not above 0.
     exponent_interval : ConfidenceInterval or None
-        The inverses of the slope's bounds; None if they are not above 0.
+        Inverses of the slope's bounds; None if they are not above 0.
     beginning : MeanOverParticipants or NotComputed
-        Log amplitude from a high start minus log amplitude from a low start, per participant.
+        Log amplitude with a high start minus log amplitude with a low start, per participant.
     both : BothExponents or NotComputed
         Comparison with estimation.
     """
@@ -140,14 +141,14 @@ class TaskProductions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Counterpart:
-    """The exponents that production is compared with.
+    """The exponents with which production is compared.
 
     Parameters
     ----------
     name : str
         "magnitude estimation" or "ratio judgements".
     exponents : Series
-        By participant.
+        Exponents, indexed by participant.
     """
 
     name: str
@@ -157,14 +158,14 @@ class Counterpart:
 def productions(
     trials: pd.DataFrame, confidence: float = 0.95, counterpart: Counterpart | None = None
 ) -> tuple[TaskProductions, ...] | NotComputed:
-    """Return the results of each production task.
+    """Return the results for each production task.
 
     Parameters
     ----------
     trials : DataFrame
         The trials of `slipscale.analysis.tasks.productions.reading.TRIALS`.
     counterpart : Counterpart, optional
-        The same people's exponents of estimation.
+        Exponents from estimation by the same people.
     """
     if not len(trials) or trials["catch"].all():
         return NotComputed("no trials of magnitude production")
@@ -234,7 +235,7 @@ def _inverse(
 
 
 def _beginning(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | NotComputed:
-    """Return how much larger the produced amplitude is from a high start, in logarithms."""
+    """Return the difference in log amplitude between high and low starts."""
     logs = main.assign(log=np.log(main["produced_um_pp"].to_numpy(float)))
     sides = logs.pivot_table(index=PARTICIPANT, columns="began", values="log", observed=True)
     sides = sides.reindex(columns=[LOW, HIGH])
@@ -244,7 +245,7 @@ def _beginning(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | 
 def both_exponents(
     own: pd.Series[float], counterpart: Counterpart, confidence: float
 ) -> BothExponents | NotComputed:
-    """Return both exponents of participants who did both tasks, and their means.
+    """Return both exponents for participants who did both tasks, and their means.
 
     Parameters
     ----------
@@ -279,7 +280,7 @@ def _exp(interval: ConfidenceInterval) -> ConfidenceInterval:
 
 
 def counterpart(inputs: Inputs) -> Counterpart | None:
-    """Return the exponents to compare production with: from estimates, or else from ratios."""
+    """Return the exponents for comparison with production: from estimates, or else from ratios."""
     prepared = inputs.prepared
     if prepared is not None and not prepared.refused:
         return Counterpart(

@@ -39,8 +39,7 @@ def ratings(found: TaskRatings, trials: pd.DataFrame, quantity: Quantity) -> Fig
     table = cells(main)
     plain = main.loc[main["amplitude_um_pp"].notna(), "surface"].astype(str).unique()
     whole = set(table.columns) == set(plain)
-    # Textures have no position on an axis of amplitudes; all surfaces are then drawn side by
-    # side.
+    # Textures have no position on an amplitude axis, so all surfaces are then drawn side by side.
     places = np.array(
         [float(name) for name in table.columns] if whole else range(len(table.columns)), float
     )

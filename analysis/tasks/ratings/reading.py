@@ -1,6 +1,6 @@
 """Read ratings from a data set: on a visual analogue scale, or in ordered categories.
 
-``surface`` is the texture's name, or the amplitude (µm peak to peak); a texture has no
+``surface`` is the texture name, or the amplitude (µm peak to peak); a texture has no
 ``amplitude_um_pp``. Catch trials are marked.
 """
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 #: Columns that identify a table of ratings.
 RATED = ("rating", "amplitude_um_pp")
-#: Columns of ratings on a line, and the number of categories of others.
+#: Columns for ratings on a line, and the number of categories for category ratings.
 OF_SCALE = ("resolution", "cursor_start", "categories")
 LENGTH = 100.0  # of the line
 

@@ -1,6 +1,6 @@
 """Analyse ratings on a visual analogue scale, or in categories, by means and ranks.
 
-Categories are numbered from 1; their means treat them as equally spaced, ranks do not.
+Categories are numbered from 1. Means treat them as equally spaced; ranks do not.
 
 The scale is bounded and has no unit, so the position of a mark does not justify ratios. Ratings
 are not divided by a participant's maximum, and no logarithms or exponents are computed. Surfaces
@@ -44,20 +44,20 @@ ENDS = (0.0, 100.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RatedSurface:
-    """Ratings of one surface, 0 to 100 or a category's number.
+    """Ratings of one surface, from 0 to 100 or as category numbers.
 
     Parameters
     ----------
     surface : str
-        Amplitude (µm peak to peak), or a texture's name.
+        Amplitude (µm peak to peak), or texture name.
     participants, ratings : int
         Numbers of participants and ratings.
     mean, sd : float, float or None
-        Of participants' mean ratings (n - 1).
+        Mean and standard deviation (n - 1) of participants' mean ratings.
     interval : ConfidenceInterval or None
-        Student's interval of the mean over participants; None for fewer than three.
+        t-based interval of the mean across participants; None for fewer than three.
     at_left, at_right : int
-        Ratings at the ends of the scale, which could not be lower or higher.
+        Number of ratings at the left and right end of the scale.
     """
 
     surface: str
@@ -78,12 +78,12 @@ class RatedPair:
     ----------
     from_surface, to_surface : str
     difference : MeanOverParticipants or NotComputed
-        Mean rating of the second minus that of the first, per participant.
+        Mean rating of the second surface minus mean rating of the first, per participant.
     participants : int
-        Participants who rated both.
+        Number of participants who rated both.
     p_wilcoxon, p_wilcoxon_holm : float
-        Signed-rank test, two-sided, and corrected over all pairs of the task; NaN if no rating
-        differs or fewer than three people have both.
+        Two-sided signed-rank test, uncorrected and corrected across all pairs in the task; NaN if
+        no rating differs or fewer than three people rated both.
     """
 
     from_surface: str
@@ -96,18 +96,18 @@ class RatedPair:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskRatings:
-    """Results of a task with ratings on a visual analogue scale.
+    """Results for a rating task.
 
     Parameters
     ----------
     task : str
-        The task's label in file names.
+        Task label in file names.
     participants, answers, catch_trials : int
-        Their numbers; ``answers`` excludes catch trials.
+        Numbers of each; ``answers`` excludes catch trials.
     catch_mean : float or None
-        Mean rating of catch trials (the bare plate).
+        Mean rating in catch trials (the bare plate).
     categories : int or None
-        Number of ordered categories; None for a line.
+        Number of ordered categories; None for ratings on a line.
     resolution : float or None
         Smallest distance between two possible marks; None if it was not constant.
     surfaces : tuple of RatedSurface
@@ -118,8 +118,8 @@ class TaskRatings:
         Test of an increase with amplitude (without textures); one-sided.
     pairs : tuple of RatedPair
     start_effect : MeanOverParticipants or NotComputed
-        Change of the rating per unit of the mark's starting position: mean of participants'
-        slopes, within surfaces.
+        Change in rating per unit of the mark's starting position: mean of participants' slopes,
+        within surfaces.
     """
 
     task: str
@@ -139,7 +139,7 @@ class TaskRatings:
 def ratings(
     trials: pd.DataFrame, confidence: float = 0.95, quantity: Quantity = PLATE_AMPLITUDE
 ) -> tuple[TaskRatings, ...] | NotComputed:
-    """Return the results of each rating task.
+    """Return the results for each rating task.
 
     Parameters
     ----------
@@ -235,8 +235,8 @@ def _pairs(table: pd.DataFrame, confidence: float) -> tuple[RatedPair, ...]:
 def start_effect(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | NotComputed:
     """Return the slope of ratings on the starting position of the mark.
 
-    Each participant's ratings and starts are centred within each surface, with one slope per
-    participant, so that surfaces and people are not confounded with it.
+    Ratings and starting positions are centred within each participant and surface, with one slope
+    per participant, so that surfaces and people do not confound it.
     """
     known = main[main["cursor_start"].notna()]
     cell = known.groupby([PARTICIPANT, "surface"], observed=True)

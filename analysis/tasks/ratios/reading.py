@@ -1,4 +1,4 @@
-"""Read trials of ratio judgements from a data set: ratios above 0."""
+"""Read ratio judgements from a data set: ratios above 0."""
 
 from __future__ import annotations
 

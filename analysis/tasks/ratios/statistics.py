@@ -1,7 +1,7 @@
-"""Analyse ratio judgements against a standard: geometric means and their exponent.
+"""Analyse ratio judgements against a standard: geometric means and exponent.
 
-A ratio needs no normalisation, because every participant's scale is 1 at the standard. Everything
-is computed on logarithms.
+Ratios need no normalisation, because every participant's scale is 1 at the standard. All
+computations use logarithms.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class JudgedSurface:
     ratio : float
         Geometric mean of participants' geometric means.
     interval : ConfidenceInterval or None
-        Student's, of the mean logarithm; None if undefined.
+        t-based interval of the mean logarithm, transformed back; None if undefined.
     """
 
     comparison_um_pp: float
@@ -50,24 +50,25 @@ class JudgedSurface:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskRatios:
-    """Results of a task of ratio judgements.
+    """Results for a ratio-judgement task.
 
     Parameters
     ----------
     task : str
-        The task's label in file names.
+        Task label in file names.
     standard_um_pp : float
         µm peak to peak.
     name : str
-        Name of the figure: the task's, followed by the standard in nm if there are several.
+        Name of the figure: task label, followed by the standard in nm if there are several
+        standards.
     participants, answers, catch_trials : int
-        Their numbers; ``answers`` excludes catch trials.
+        Numbers of each; ``answers`` excludes catch trials.
     catch_ratio : float or None
-        Geometric mean of catch trials: the standard against itself.
+        Geometric mean for catch trials (the standard against itself).
     surfaces : tuple of JudgedSurface
         In ascending order.
     power_law : PowerLaw or NotComputed
-        Of log ratio on log amplitude, per participant.
+        Power law from each participant's log ratios and log amplitudes.
     """
 
     task: str
@@ -82,7 +83,7 @@ class TaskRatios:
 
 
 def ratios(trials: pd.DataFrame, confidence: float = 0.95) -> tuple[TaskRatios, ...] | NotComputed:
-    """Return the results of each task of ratio judgements, one entry per standard.
+    """Return the results for each ratio-judgement task, one entry per standard.
 
     Parameters
     ----------
@@ -106,13 +107,13 @@ def ratios(trials: pd.DataFrame, confidence: float = 0.95) -> tuple[TaskRatios, 
 
 
 def log_cells(main: pd.DataFrame, by: str, value: str) -> pd.DataFrame:
-    """Return participants' mean natural logarithms of a value, shape (participants, conditions)."""
+    """Return the mean natural logarithms of a value, shape (participants, conditions)."""
     logs = main.assign(log=np.log(main[value].to_numpy(float)))
     return logs.pivot_table(index=PARTICIPANT, columns=by, values="log", observed=True)
 
 
 def geometric(logs: pd.Series[float], confidence: float) -> tuple[float, ConfidenceInterval | None]:
-    """Return the geometric mean over participants, and its interval if defined."""
+    """Return the geometric mean across participants, and its interval if defined."""
     values = np.asarray(logs.dropna(), np.float64)
     found = mean_over_participants(values, confidence)
     if not found:
@@ -122,7 +123,7 @@ def geometric(logs: pd.Series[float], confidence: float) -> tuple[float, Confide
 
 
 def catch_mean(catch: pd.DataFrame, value: str) -> float | None:
-    """Return the geometric mean of catch trials, with equal weight for each participant."""
+    """Return the geometric mean for catch trials, with equal weight for each participant."""
     if not len(catch):
         return None
     logs = catch.assign(log=np.log(catch[value].to_numpy(float)))

@@ -1,1 +1,1 @@
-"""Same–different: sensitivity by the differencing model."""
+"""Same–different task: sensitivity from the differencing model."""

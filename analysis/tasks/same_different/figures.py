@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @styled
 def sensitivities(task: TaskPairs) -> Figure:
-    """Draw d' of each pair: means of participants with intervals, and d' of all answers."""
+    """Draw d' for each pair: means across participants with intervals, and d' from all answers."""
     figure = Figure(figsize=SIZE, layout="constrained")
     axes = figure.add_subplot()
     for place, each in enumerate(task.pairs):

@@ -1,4 +1,4 @@
-"""Read same–different trials: two surfaces by name, and whether they were called different."""
+"""Read same–different trials: two surface names, and whether they were judged different."""
 
 from __future__ import annotations
 

@@ -1,12 +1,12 @@
-"""Sensitivity of same–different answers, by the differencing model.
+"""Estimate sensitivity from same–different answers, using the differencing model.
 
-The rules (Macmillan and Creelman 2005, Detection Theory, chapter 9):
+Rules (Macmillan and Creelman 2005, Detection Theory, chapter 9):
 
 - a participant answers "different" if two impressions, each with standard deviation 1, are further
-  apart than a criterion k; the impressions of two different surfaces lie d' apart;
-- false alarms of a pair are answers "different" to either of its surfaces presented twice;
+  apart than a criterion k; the mean impressions of two different surfaces are d' apart;
+- false alarms for a pair are "different" answers when either of its surfaces is presented twice;
 - one is added to each count of trials, and a half to each count of answers (log-linear correction,
-  Hautus 1995, Behav. Res. Methods 27, 46-51), so that shares of 0 and 1 give finite values.
+  Hautus 1995, Behav. Res. Methods 27, 46-51), so that proportions of 0 and 1 give finite values.
 """
 
 from __future__ import annotations
@@ -30,24 +30,25 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Beyond this d', a criterion and answers no longer depend on it.
+#: Beyond this d', the criterion and the answers no longer depend on d'.
 LARGEST = 20.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairSensitivity:
-    """Answers to one pair of surfaces, and to each of the two presented twice.
+    """Answers to one pair of surfaces, and to each of the two surfaces presented twice.
 
     Parameters
     ----------
     first, second : str
     participants : int
     different, different_n, same, same_n : int
-        Answers "different" and trials, with different surfaces and with the same surface twice.
+        Number of "different" answers and of trials, with different surfaces and with the same
+        surface twice.
     d_prime, criterion : float
         From all answers together; the criterion k is in standard deviations of one impression.
     mean_d_prime : MeanOverParticipants or NotComputed
-        Mean of participants' own d'.
+        Mean of the participants' individual d' values.
     """
 
     first: str
@@ -64,7 +65,7 @@ class PairSensitivity:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskPairs:
-    """The pairs of one task; ``answers`` excludes catch trials."""
+    """Results for the pairs in one task; ``answers`` excludes catch trials."""
 
     task: str
     participants: int
@@ -73,7 +74,7 @@ class TaskPairs:
 
 
 def differencing(different: float, same: float) -> tuple[float, float]:
-    """Return d' and the criterion k for shares of answers "different" to different and same pairs.
+    """Return d' and criterion k from the proportions of "different" for different and same pairs.
 
     d' is 0 if different pairs are not called different more often than same ones.
 
@@ -84,7 +85,7 @@ def differencing(different: float, same: float) -> tuple[float, float]:
     from scipy.optimize import brentq  # noqa: PLC0415 - only for such data
     from scipy.stats import norm  # noqa: PLC0415
 
-    # A difference of two impressions has the standard deviation √2.
+    # The difference between two impressions has a standard deviation of √2.
     criterion = float(-np.sqrt(2) * norm.ppf(same / 2))
 
     def excess(d_prime: float) -> float:
@@ -101,7 +102,7 @@ def _of_counts(yes: int, n: int, false: int, m: int) -> tuple[float, float]:
 
 
 def pairs(inputs: Inputs) -> tuple[TaskPairs, ...] | NotComputed:
-    """Return the sensitivity of each pair of each task."""
+    """Return the sensitivity for each pair in each task."""
     trials = inputs.data.of(TRIALS)
     main = trials[~trials["catch"].astype(bool)]
     if not len(main):

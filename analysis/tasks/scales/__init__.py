@@ -1,1 +1,1 @@
-"""Scales from paired comparison and triads."""
+"""Scales from paired comparisons and triads."""

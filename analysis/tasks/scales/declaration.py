@@ -1,4 +1,4 @@
-"""Declare scales from paired comparison and triads."""
+"""Declare scales from paired comparisons and triads."""
 
 from __future__ import annotations
 

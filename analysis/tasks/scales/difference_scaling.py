@@ -19,11 +19,12 @@ from slipscale.faults import UserError
 
 Array = npt.NDArray[np.float64]
 
-#: A difference of this many times the noise is never misjudged: the data do not limit it.
+#: A difference of this many times the noise is never misjudged, so the data do not bound it.
 LARGEST = 30.0
-#: Fisher scoring ends with a step this small, or after this many steps.
+#: Fisher scoring stops at a step this small, or after this many steps.
 PRECISION, ITERATIONS = 1e-10, 50
-#: Minimum distance of a probability from 0 and 1: closer, its variance is a rounding error.
+#: Minimum distance of a probability from 0 and 1: closer than this, its variance is a rounding
+#: error.
 EDGE = 1e-12
 #: Maximum proportion of simulated data sets without a scale for which an interval is reported.
 MOST_FAILED = 0.05
@@ -31,18 +32,18 @@ MOST_FAILED = 0.05
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DifferenceScale:
-    """Surfaces on a scale of differences.
+    """Surfaces on a difference scale.
 
     Parameters
     ----------
     values : tuple of float
         One per surface, from 0 for the first to 1 for the last.
     intervals : tuple of ConfidenceInterval or None
-        One per surface: bootstrap percentiles; None for the two that are fixed.
+        One per surface: bootstrap percentiles; None for the two fixed values.
     noise : float
         Standard deviation of a judgement, as a fraction of the whole scale (sigma).
     noise_interval : ConfidenceInterval
-        Its bootstrap percentiles, corrected for bias.
+        Bias-corrected bootstrap percentiles of the noise.
     log_likelihood : float
         Log likelihood of the fit.
     answers, simulations : int
@@ -82,14 +83,14 @@ def difference_scale(
         Ranks of surfaces, 0 for the weakest: (a, b) against (c, d). Each pair is sorted in
         ascending order, because on one scale the sign of a difference is not related to its size.
     second_larger : array_like of bool, shape (trials,)
-        Whether the difference of c and d was judged the larger.
+        Whether the difference between c and d was judged the larger.
     simulations : int
         Number of data sets simulated from the fit and refitted.
 
     Raises
     ------
     UserError
-        The shapes or ranks are impossible in such an experiment.
+        The shapes or ranks are not possible in such an experiment.
     """
     surfaces, larger = np.asarray(quadruples, int), np.asarray(second_larger, float)
     if surfaces.ndim != 2 or surfaces.shape[1] != 4 or len(surfaces) != len(larger):  # noqa: PLR2004
@@ -124,7 +125,7 @@ def difference_scale(
 
 
 def _design(surfaces: npt.NDArray[np.int64], count: int) -> Array:
-    """Return each trial's weights of the scale values, shape (trials, surfaces - 1)."""
+    """Return each trial's weights for the scale values, shape (trials, surfaces - 1)."""
     first, second = np.sort(surfaces[:, :2], axis=1), np.sort(surfaces[:, 2:], axis=1)
     rows = np.arange(len(surfaces))
     design = np.zeros((len(surfaces), count))
@@ -153,7 +154,7 @@ def _fit(design: Array, yes: Array, trials: Array) -> tuple[Array, Array] | NotC
 def _likeliest(design: Array, yes: Array, trials: Array) -> Array:
     """Return each data set's scale values, shape (sets, surfaces), from a vectorised probit model.
 
-    Fisher scoring. The likelihood has one peak or none; without a peak, values grow beyond
+    Uses Fisher scoring. The likelihood has one peak or none; without a peak, values grow beyond
     `LARGEST`.
 
     Parameters
@@ -185,7 +186,7 @@ def _likeliest(design: Array, yes: Array, trials: Array) -> Array:
 
 
 def _why_no_scale(values: Array) -> npt.NDArray[np.str_]:
-    """Return why each data set's values are not a scale; empty for those that are."""
+    """Return the reason why each data set's values are not a scale; empty if they are."""
     return np.select(
         [~(np.abs(values).max(axis=1) <= LARGEST), values[:, -1] <= 0],
         [
@@ -207,12 +208,11 @@ def _result(
 
     _, yes, trials, share = data
     tails = [50 * (1 - confidence), 50 * (1 + confidence)]
-    # A scale's maximum is its unit, in each simulated data set as in the observed one.
+    # The maximum of a scale is its unit, in simulated data sets as well as in the observed one.
     low, high = np.percentile(simulated / simulated[:, -1:], tails, axis=0)
     noise = 1 / scale[-1]
-    # With few answers, the fit overestimates discrimination, and the simulations repeat this
-    # bias: the simulated overestimate relative to the fit estimates that of the fit relative to
-    # the truth.
+    # With few answers, the fit overestimates discrimination, and the simulations repeat this bias:
+    # the overestimation of simulated fits relative to the fit is an estimate of the fit's own bias.
     noise_low, noise_high = noise**2 / np.percentile(1 / simulated[:, -1], tails[::-1])
     inner = [
         ConfidenceInterval(float(a), float(b), confidence)

@@ -1,4 +1,4 @@
-"""Plot a scale from paired comparison or triads."""
+"""Plot a scale from paired comparisons or triads."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @styled
 def scale(found: TaskScale, quantity: Quantity) -> Figure:
-    """Plot a task's scale: Bradley and Terry's for pairs, the difference scale for triads."""
+    """Plot a task's scale: Bradley-Terry for pairs, difference scale for triads."""
     figure = Figure(figsize=(5.6, 3.4), layout="constrained")
     axes = figure.add_subplot()
     for scaled, kind in (
@@ -45,8 +45,7 @@ def _points(
 ) -> None:
     numbers = [amplitude_of(name) for name in surfaces]
     known = [each for each in numbers if each is not None]
-    # Textures have no position on an axis of amplitudes; all surfaces are then drawn side by
-    # side.
+    # Textures have no position on an amplitude axis, so all surfaces are then drawn side by side.
     amplitudes = len(known) == len(surfaces)
     places = known if amplitudes else [float(place) for place in range(len(surfaces))]
     if amplitudes:

@@ -1,11 +1,12 @@
 """Scale surfaces from paired comparisons.
 
-Bradley and Terry 1952 (Biometrika 39, 324-345): the log odds of a choice are the difference of two
-scale values. Thurstone 1927 (Psychol. Rev. 34, 273-286), case V: its probit is.
+In the Bradley-Terry model (1952, Biometrika 39, 324-345), the log odds of a choice equal the
+difference between two scale values. In Thurstone's case V (1927, Psychol. Rev. 34, 273-286), the
+probit of the choice does.
 
-The likelihood is multiplied by the square root of the information's determinant (Firth 1993,
-Biometrika 80, 27-38). The values are then finite for all answers, even if a surface was never
-chosen (Kosmidis and Firth 2021, Biometrika 108, 71-82). The bias of small samples is removed to
+The likelihood is multiplied by the square root of the determinant of the information matrix (Firth
+1993, Biometrika 80, 27-38). The values are then finite for all answers, even if a surface was
+never chosen (Kosmidis and Firth 2021, Biometrika 108, 71-82). Small-sample bias is removed to
 first order. No package on PyPI fits these scales with this correction.
 """
 
@@ -30,23 +31,24 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 Model = Literal["Bradley-Terry", "Thurstone V"]
 
-#: The probability of a choice, and the derivative of its log density at z with probability p.
+#: Probability of a choice, and derivative of its log density at z with probability p.
 MODELS: dict[Model, tuple[Curve, Callable[[Array, Array], Array]]] = {
     "Bradley-Terry": (CURVES["logistic"], lambda _z, p: 1 - 2 * p),
     "Thurstone V": (CURVES["normal"], lambda z, _p: -z),
 }
 
-#: From this number of participants, answers need not be independent within a participant.
+#: With at least this many participants, answers need not be independent within participants.
 FEWEST_CLUSTERS = 3
-#: Minimum distance of a fitted probability from 0 and 1: closer, its variance is a rounding error.
+#: Minimum distance of a fitted probability from 0 and 1: closer than this, its variance is a
+#: rounding error.
 EDGE = 1e-12
-#: The search ends with a step this small, or fails after this many steps.
+#: The search stops at a step this small, or fails after this many steps.
 PRECISION, ITERATIONS = 1e-10, 500
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScaleTest:
-    """Test whether one scale describes all pairs: deviance from the proportions of each pair."""
+    """Test whether one scale describes all pairs: deviance from the observed proportions."""
 
     deviance: float
     df: int
@@ -60,15 +62,15 @@ class ComparisonScale:
     Parameters
     ----------
     model : {"Bradley-Terry", "Thurstone V"}
-        The unit is the natural logarithm of odds, or the standard deviation of a difference.
+        Determines the unit: natural log odds, or the standard deviation of a difference.
     values : tuple of float
         One per surface; their sum is 0.
     intervals : tuple of ConfidenceInterval
-        One per surface: of its distance from the mean of all.
+        One per surface, for its distance from the mean of all surfaces.
     covariance : tuple of tuple of float
-        Covariance of the values, for distances between any two.
+        Covariance of the values, for distances between any two surfaces.
     fit : ScaleTest or NotComputed
-        Assumes independent answers.
+        Goodness-of-fit test; assumes independent answers.
     answers, participants : int
         Numbers of answers and participants.
     """
@@ -88,7 +90,7 @@ def checked_choices(chosen: npt.ArrayLike) -> Array:
     Parameters
     ----------
     chosen : array_like, shape (surfaces, surfaces) or (participants, surfaces, surfaces)
-        How often the row's surface was chosen over the column's.
+        How often the row surface was chosen over the column surface.
     """
     counts = np.asarray(chosen, float)
     counts = counts[None] if counts.ndim == 2 else counts  # noqa: PLR2004 - one table of pairs
@@ -102,20 +104,20 @@ def checked_choices(chosen: npt.ArrayLike) -> Array:
 
 
 def bradley_terry(chosen: npt.ArrayLike, confidence: float = 0.95) -> ComparisonScale | NotComputed:
-    """Return the Bradley-Terry scale, with Firth's correction.
+    """Return the Bradley-Terry scale with Firth's correction.
 
     Parameters
     ----------
     chosen : array_like
-        As in `checked_choices`. If counts are given per participant, for at least three
-        participants, intervals account for correlated answers of a participant (sandwich
-        estimator, Student's t).
+        As in `checked_choices`. If counts are given per participant for at least three
+        participants, intervals account for correlated answers within participants (sandwich
+        estimator, t quantiles).
     """
     return _scale("Bradley-Terry", checked_choices(chosen), confidence)
 
 
 def thurstone(chosen: npt.ArrayLike, confidence: float = 0.95) -> ComparisonScale | NotComputed:
-    """Return Thurstone's scale, case V: a probit model; see `bradley_terry`."""
+    """Return Thurstone's case V scale, a probit model; see `bradley_terry`."""
     return _scale("Thurstone V", checked_choices(chosen), confidence)
 
 
@@ -143,9 +145,9 @@ def _likeliest(model: Model, pooled: Array) -> _Fit | NotComputed:
         p = np.clip(curve.distribution(z), EDGE, 1 - EDGE)
         relative = np.asarray(curve.density(z) / (p * (1 - p)))
         weight = trials * relative * curve.density(z)
-        # The information about sum-zero values is a graph's Laplacian; its pseudo-inverse is
-        # their covariance. Equal values are what it does not determine: a cut-off of small
-        # eigenvalues would not recognise them if choices are nearly certain.
+        # The information matrix for sum-zero values is a graph Laplacian; its pseudo-inverse is
+        # their covariance. Its null space is the vector of equal values, which an eigenvalue
+        # cut-off would not identify when choices are nearly certain.
         laplacian = np.diag(weight.sum(axis=1)) - weight
         equal = np.full_like(laplacian, np.trace(laplacian) / len(laplacian) ** 2)
         undetermined = 1 / (len(laplacian) ** 2 * equal)
@@ -169,7 +171,8 @@ def _scale(model: Model, counts: Array, confidence: float) -> ComparisonScale | 
         return found
     covariance, participants = found.covariance, len(counts)
     quantile = float(stats.norm.ppf((1 + confidence) / 2))
-    # If all participants chose alike, they show no spread, and answers count as independent.
+    # If all participants chose alike, there is no spread between them, and answers count as
+    # independent.
     if participants >= FEWEST_CLUSTERS and np.ptp(counts, axis=0).any():
         trials = counts + counts.transpose(0, 2, 1)
         scores = ((counts - trials * found.p) * found.relative_density).sum(axis=2)

@@ -1,6 +1,6 @@
-"""Read trials of paired comparison and of triads from a data set.
+"""Read paired-comparison and triad trials from a data set.
 
-Stimuli are labels; the third is empty in pairs. ``response`` is the number of the chosen interval,
+Stimuli are labels; the third is empty for pairs. ``response`` is the number of the chosen interval
 or of the larger step.
 """
 

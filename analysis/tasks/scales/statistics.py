@@ -1,4 +1,4 @@
-"""Compute scales from tasks of paired comparison: from pairs, and from triads."""
+"""Compute scales from comparison tasks: from pairs and from triads."""
 
 from __future__ import annotations
 
@@ -40,27 +40,27 @@ STIMULI = ("stimulus1", "stimulus2", "stimulus3")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskScale:
-    """Results of a comparison task.
+    """Results for a comparison task.
 
     Parameters
     ----------
     task : str
-        The task's label in file names.
+        Task label in file names.
     surfaces : tuple of str
-        In ascending order if they are amplitudes (µm peak to peak), else by name; the order of
-        every scale's values.
+        Surfaces in the order of all scale values: ascending if they are amplitudes (µm peak to
+        peak), else by name.
     participants, answers, catch_trials : int
-        Their numbers.
+        Numbers of each.
     chosen, compared : tuple of int
         For pairs: how often each surface was chosen, and how often it was presented.
     bradley_terry, thurstone : ComparisonScale or NotComputed
-        Scales of pairs.
+        Scales from pairs.
     transitivity : StochasticTransitivity or NotComputed
-        Over all participants' pairs.
+        Transitivity over the pairs of all participants.
     consistency : Mapping of str to Consistency or NotComputed
-        By participant.
+        Consistency, keyed by participant.
     differences : DifferenceScale or NotComputed
-        The scale of triads.
+        Scale from triads.
     """
 
     task: str
@@ -80,7 +80,7 @@ class TaskScale:
 def scales(
     comparisons: pd.DataFrame, confidence: float = 0.95
 ) -> tuple[TaskScale, ...] | NotComputed:
-    """Return the scales of every comparison task.
+    """Return the scales for every comparison task.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def in_order(names: set[str]) -> tuple[str, ...]:
 
 
 def choices(main: pd.DataFrame, surfaces: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
-    """Return each participant's table of choices: how often the row was chosen over the column."""
+    """Return each participant's choices: how often the row was chosen over the column."""
     number = {name: place for place, name in enumerate(surfaces)}
     found = {}
     for who, rows in main.groupby(PARTICIPANT, observed=True):

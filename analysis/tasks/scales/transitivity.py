@@ -1,7 +1,7 @@
-"""Check whether choices are consistent with one scale: circular triads, stochastic transitivity.
+"""Check whether choices fit a single scale: circular triads and stochastic transitivity.
 
 Kendall and Babington Smith 1940 (Biometrika 31, 324-345): a participant who chooses A over B, B
-over C and C over A has no order of the three.
+over C and C over A has no consistent order of the three.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from slipscale.analysis.tasks.scales.paired_comparison_scale import checked_choi
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-#: Up to this many surfaces, all possible choices are enumerated (32,768 for 6).
+#: Up to this many surfaces, all possible sets of choices are enumerated (32,768 for 6).
 ENUMERATED = 6
 #: Number of simulated participants who choose at random, and their seed.
 SIMULATIONS, SEED = 10_000, 1940
@@ -34,17 +34,17 @@ class Consistency:
     Parameters
     ----------
     circular_triads : float
-        Circular triads of three surfaces: the mean over all ways to break the ties.
+        Number of circular triads: the mean over all ways to break ties.
     ties : int
-        Pairs in which both surfaces were chosen equally often.
+        Number of pairs in which both surfaces were chosen equally often.
     triads : int
         Number of all triads.
     zeta : float
         Coefficient of consistence: 1 without circular triads, 0 for the largest possible number.
     p : float
         Probability of at most this many circular triads if every choice were random. Without ties,
-        exact up to 6 surfaces, and by Kendall's chi-square for more; with ties, the proportion of
-        `SIMULATIONS` simulated participants who choose at random, as often.
+        exact for up to 6 surfaces and from Kendall's chi-square for more; with ties, from
+        `SIMULATIONS` simulated participants who choose at random equally often.
     """
 
     circular_triads: float
@@ -57,7 +57,7 @@ class Consistency:
 def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
     """Count a participant's circular triads, from the surface chosen more often in each pair.
 
-    A tied pair is counted both ways, half each.
+    A tied pair counts as half in each direction.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
         )
         tossed[:, one, other] = 2 * first - trials
         few_or_fewer = _circular_triads(tossed - tossed.transpose(0, 2, 1)) <= circular
-        # The participant counts as one of those who may have chosen at random.
+        # The participant is counted among those who may have chosen at random.
         p = float((1 + few_or_fewer.sum()) / (1 + SIMULATIONS))
     else:
         p = _p_so_few(k, round(circular))
@@ -97,23 +97,23 @@ def _circular_triads(more: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     Parameters
     ----------
     more : array, shape (tables, surfaces, surfaces)
-        How much more often the row's surface was chosen; only the sign counts.
+        How much more often the row surface was chosen; only the sign matters.
     """
     k = more.shape[1]
     wins, ties = (more > 0).sum(axis=2), (more == 0).sum(axis=2) - 1
-    # A score is the number of wins plus a binomial part for the ties; its mean and variance give
-    # its mean square.
+    # A score is the number of wins plus a binomial part for ties; its mean square follows from its
+    # mean and variance.
     score = wins + ties / 2
     return np.asarray(comb(k, 3) - (score**2 + ties / 4 - score).sum(axis=1) / 2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StochasticTransitivity:
-    """Triads whose proportions violate transitivity, among those for which it is defined.
+    """Number of triads that violate transitivity, among those for which it is defined.
 
     Suppose that A is chosen over B, and B over C, at least half of the time. Weak transitivity
-    then requires A over C at least half of the time; moderate transitivity at least as often as
-    the smaller of the two proportions; strong transitivity as the larger.
+    then requires A over C at least half of the time; moderate transitivity, at least as often as
+    the smaller of the two proportions; strong transitivity, at least as often as the larger.
     """
 
     triads: int
@@ -125,8 +125,8 @@ class StochasticTransitivity:
 def stochastic_transitivity(chosen: npt.ArrayLike) -> StochasticTransitivity | NotComputed:
     """Count violations over all triads whose three pairs were compared.
 
-    A triad counts as violated if the condition holds for no order of its three surfaces. These are
-    counts, not a test: proportions of few answers violate strong transitivity by chance
+    A triad counts as a violation if the condition holds for no order of its three surfaces. These
+    are counts, not a test: with few answers, proportions violate strong transitivity by chance
     (`ComparisonScale.fit` tests it).
     """
     counts = checked_choices(chosen).sum(axis=0)

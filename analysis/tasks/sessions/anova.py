@@ -1,4 +1,4 @@
-"""Compute the analysis of variance of magnitude estimates with factors session and amplitude."""
+"""Compute the session-by-amplitude analysis of variance of magnitude estimates."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionAnova:
-    """Analysis of variance of mean log estimates, both factors within participants.
+    """Analysis of variance of mean log estimates, with both factors within participants.
 
     Parameters
     ----------
     n : int
-        Participants with a logarithm at every amplitude of every session.
+        Number of participants with a logarithm at every amplitude in every session.
     session, amplitude, interaction : Effect
-        Degrees of freedom include Greenhouse and Geisser's correction.
+        Degrees of freedom are Greenhouse-Geisser-corrected.
     """
 
     n: int
@@ -35,7 +35,7 @@ class SessionAnova:
 
 
 def session_logs(prepared: Prepared) -> dict[str, pd.DataFrame]:
-    """Return mean logarithms, participants by amplitudes, of each session."""
+    """Return mean logarithms (participants by amplitudes) for each session."""
     labels = prepared.trials["session"].astype(str)
     return {
         str(label): cell_means(rows, "log").reindex(columns=prepared.logged)
@@ -55,7 +55,7 @@ def session_anova(
     sessions : list of str
         Sessions to compare.
     confidence : float
-        Level of the intervals of effect sizes.
+        Confidence level of the effect-size intervals.
     """
     if prepared is None:
         return NotComputed("no magnitude estimates")

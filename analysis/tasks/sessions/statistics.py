@@ -39,9 +39,9 @@ class SessionChange:
     ----------
     session : str
     change : MeanOverParticipants or NotComputed
-        Its value minus the first session's, per participant.
+        Value in this session minus value in the first session, per participant.
     p_holm : float or None
-        Corrected over every change of every measure.
+        Corrected across all changes in all measures.
     """
 
     session: str
@@ -51,20 +51,20 @@ class SessionChange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionMeasure:
-    """One measure of a participant's session, over sessions.
+    """A measure compared across sessions.
 
     Parameters
     ----------
     name, unit : str
         Name and unit of the measure.
     n : int
-        Participants who have it in every session.
+        Number of participants who have the measure in every session.
     means : tuple of float
-        Means over these participants, by session.
+        Means across these participants, by session.
     changes : tuple of SessionChange
         One per session except the first.
     agreement : IntraclassCorrelation or NotComputed
-        Test-retest: ICC(A,1), absolute agreement of single sessions.
+        Test-retest reliability: ICC(A,1), absolute agreement of single sessions.
     table : DataFrame
         Values of these participants, by session; not included in JSON.
     """
@@ -84,12 +84,12 @@ class SessionMeasure:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionEffects:
-    """Effects of sessions.
+    """Differences between sessions.
 
     Parameters
     ----------
     sessions : tuple of str
-        Their labels, in order.
+        Session labels, in order.
     anova : SessionAnova or NotComputed
         Analysis of variance of magnitude estimates.
     measures : tuple of SessionMeasure
@@ -102,7 +102,7 @@ class SessionEffects:
 
 
 def session_effects(inputs: Inputs) -> SessionEffects | NotComputed:
-    """Return the effects of sessions; nothing for fewer than two sessions."""
+    """Return the session effects; nothing for fewer than two sessions."""
     data, prepared = inputs.data, inputs.prepared
     sessions = sessions_of(data)
     if len(sessions) < 2:  # noqa: PLR2004
@@ -140,7 +140,7 @@ def _measure(name: str, unit: str, table: pd.DataFrame, confidence: float) -> Se
 
 
 def _corrected(measures: list[SessionMeasure]) -> tuple[SessionMeasure, ...]:
-    """Return measures with Holm's p over all of their changes."""
+    """Return measures with Holm-corrected p-values for all of their changes."""
     ps = iter(holm_of([each.change for measure in measures for each in measure.changes]))
     return tuple(
         replace(
@@ -152,10 +152,10 @@ def _corrected(measures: list[SessionMeasure]) -> tuple[SessionMeasure, ...]:
 
 
 def agreement(values: Array, confidence: float) -> IntraclassCorrelation | NotComputed:
-    """Return ICC(A,1) of participants by sessions, with its interval.
+    """Return ICC(A,1) for a participants-by-sessions table, with its interval.
 
-    McGraw and Wong 1996, Psychol. Methods 1, 30-46, tables 4 and 7 (pingouin's interval has two
-    decimals).
+    McGraw and Wong 1996, Psychol. Methods 1, 30-46, tables 4 and 7. Does not use pingouin, whose
+    interval has only two decimals.
     """
     from scipy import stats  # noqa: PLC0415 - a second's import
 

@@ -1,4 +1,4 @@
-"""Plot the map of dissimilarities, and its stress."""
+"""Plot the dissimilarity map and its stress."""
 
 from __future__ import annotations
 

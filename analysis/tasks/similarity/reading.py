@@ -1,7 +1,7 @@
 """Read dissimilarities: ratings of two items, ``first`` and ``second``, or sorted items.
 
-Items are names or levels; they are compared as text. Of sorting, an item's last group counts: a
-participant's dissimilarity of two items is 1 if their groups differ, 0 otherwise.
+Items are names or levels; they are compared as text. In sorting, an item's last group counts: the
+dissimilarity between two items is 1 if their groups differ and 0 otherwise.
 """
 
 from __future__ import annotations

@@ -1,18 +1,18 @@
-"""Multidimensional scaling of dissimilarity ratings.
+"""Compute multidimensional scaling of dissimilarity ratings.
 
-The rules:
+Rules:
 
 - a participant's dissimilarity of a pair is the mean over orders and repetitions, divided by the
-  participant's root mean square, so that everybody weighs the same whatever their numbers;
-- of free sorting, the dissimilarity of a pair is the share of participants who put the two into
-  different groups; a single participant's is 0 or 1, so that no weights are computed;
+  participant's root mean square, so that all participants have equal weight;
+- in free sorting, the dissimilarity of a pair is the proportion of participants who put the two
+  items into different groups; a single participant's value is 0 or 1, so no weights are computed;
 - the map of the group is non-metric (Kruskal 1964, Psychometrika 29, 1-27 and 115-129), by
-  scikit-learn's SMACOF from the classical solution and from random starts, of which the lowest
-  stress-1 counts; axes are the map's principal axes;
-- people differ in how much they weigh each axis of the group's map: the weights of squared
-  distances along the axes that fit their squared dissimilarities best, none below 0 (the person's
-  step of Carroll and Chang 1970, Psychometrika 35, 283-319, on a fixed map). Unlike INDSCAL, the
-  axes themselves are not estimated from these differences.
+  scikit-learn's SMACOF from the classical solution and from random starts; the solution with the
+  lowest stress-1 is used, rotated to principal axes;
+- individual weights for the axes of the group map are the non-negative weights of squared
+  distances along the axes that best fit a person's squared dissimilarities (the subject step of
+  Carroll and Chang 1970, Psychometrika 35, 283-319, on a fixed map). Unlike INDSCAL, the axes
+  themselves are not estimated from these differences.
 """
 
 from __future__ import annotations
@@ -37,25 +37,26 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Fewer items than this fit any map.
+#: With fewer items than this, any map fits.
 FEWEST_ITEMS = 4
-#: Maps of at most this many dimensions, the number that is drawn and weighed, and random starts.
+#: Maximum number of dimensions, number of dimensions drawn and weighted, and number of random
+#: starts.
 MOST_DIMENSIONS, SHOWN, STARTS, SEED = 4, 2, 12, 1
-#: Iterations of every start, and of the two best.
+#: Iterations for every start, and for the two best.
 SOME, MANY = 25, 300
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Person:
-    """How a participant weighs the map's axes.
+    """How a participant weights the axes of the map.
 
     Parameters
     ----------
     participant : str
     weights : tuple of float
-        Of squared distances along each axis; the group's are near 1.
+        Weights of squared distances along each axis; near 1 for the group.
     r2 : float
-        Share of the variance of the participant's squared dissimilarities.
+        Proportion of variance explained in the participant's squared dissimilarities.
     """
 
     participant: str
@@ -70,16 +71,16 @@ class TaskMap:
     Parameters
     ----------
     task : str
-        The task's label in file names.
+        Task label in file names.
     participants, answers, catch_trials : int
-        Their numbers; ``answers`` excludes catch trials.
+        Numbers of each; ``answers`` excludes catch trials.
     items : tuple of str
     stress : Mapping
-        Dimensions -> stress-1 of the map.
+        Number of dimensions -> stress-1 of the map.
     coordinates : Mapping
-        Item -> its place on `SHOWN` principal axes.
+        Item -> position on `SHOWN` principal axes.
     people : tuple of Person
-        Those who rated every pair; none in free sorting.
+        Participants who rated every pair; empty for free sorting.
     sorting : bool
         Whether the items were sorted into groups.
     """
@@ -96,7 +97,7 @@ class TaskMap:
 
 
 def maps(inputs: Inputs) -> tuple[TaskMap | NotComputed, ...] | NotComputed:
-    """Return the map of each task of dissimilarity ratings."""
+    """Return the map for each dissimilarity-rating task."""
     trials = inputs.data.of(TRIALS)
     if not len(trials) or trials["catch"].all():
         return NotComputed("no dissimilarity ratings")
@@ -104,7 +105,7 @@ def maps(inputs: Inputs) -> tuple[TaskMap | NotComputed, ...] | NotComputed:
 
 
 def map_of(task: str, trials: pd.DataFrame) -> TaskMap | NotComputed:
-    """Return the map of a task's trials, with columns of `TRIALS`."""
+    """Return the map for a task's trials, which have the columns of `TRIALS`."""
     rows = trials[~trials["catch"] & (trials["first"] != trials["second"])]
     items = sorted({*rows["first"], *rows["second"]}, key=numbers_first)
     if len(items) < FEWEST_ITEMS:
@@ -144,7 +145,7 @@ def map_of(task: str, trials: pd.DataFrame) -> TaskMap | NotComputed:
 
 
 def _matrix(rows: pd.DataFrame, items: list[str]) -> Array:
-    """Return mean dissimilarities, 0 of an item with itself and NaN of a pair without rating."""
+    """Return mean dissimilarities: 0 between an item and itself, NaN for an unrated pair."""
     place = {item: number for number, item in enumerate(items)}
     first, second = (rows[name].map(place).to_numpy(int) for name in ("first", "second"))
     sums, counts = np.zeros((2, len(items), len(items)))
@@ -204,7 +205,7 @@ def _classical(dissimilarities: Array, dimensions: int) -> Array:
 
 
 def _principal(coordinates: Array) -> Array:
-    """Return a map on its principal axes, each pointing to the side of the last item."""
+    """Return a map on its principal axes, each pointing towards the last item."""
     centred = coordinates - coordinates.mean(axis=0)
     turned = centred @ np.linalg.svd(centred, full_matrices=False)[2].T
     return np.asarray(turned * np.where(turned[-1] < 0, -1.0, 1.0))
@@ -215,7 +216,7 @@ def _person(who: str, table: Array, coordinates: Array) -> Person:
 
     pairs = np.triu_indices(len(table), 1)
     squares = (coordinates[pairs[0]] - coordinates[pairs[1]]) ** 2
-    # The map has the group's scale: a root mean square distance of 1.
+    # The map has the scale of the group: a root mean square distance of 1.
     squares = squares / squares.sum(axis=1).mean()
     wanted = table[pairs] ** 2
     weights, _ = nnls(squares, wanted)

@@ -1,4 +1,4 @@
-"""Plot forced choice: every participant's psychometric function, and the tracks."""
+"""Plot forced choice: each participant's psychometric function, and the tracks."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
 #: Number of bins of levels for the dots, because an adaptive track has a different level per
 #: trial.
 BINS = 8
-#: Panels of tracks per row, and their size in inches.
+#: Number of track panels per row, and their size in inches.
 ACROSS, PANEL = 3, (2.5, 1.7)
-#: With more participants than this, there are no individual panels.
+#: With more participants than this, individual panels are omitted.
 PANELS_AT_MOST = 24
-#: With more thresholds than this, participants' names are omitted.
+#: With more thresholds than this, participant names are omitted.
 NAMED_AT_MOST = 30
 
 
@@ -100,7 +100,7 @@ def functions(found: TaskThresholds, trials: pd.DataFrame, quantity: Quantity) -
 
 
 def within_answers(line: PsychometricFunction, rows: pd.DataFrame) -> PsychometricFunction:
-    """Return a participant's curve with asymptotes that agree with the outermost levels.
+    """Return a participant's curve with asymptotes that match the answers at the outermost levels.
 
     The lapse rate of a participant without errors is the mean of the possible rates, which is
     above 0. A curve drawn with it would stay below the observed 100 %.
@@ -114,7 +114,7 @@ def within_answers(line: PsychometricFunction, rows: pd.DataFrame) -> Psychometr
 
 
 def _answers(axes: Axes, rows: pd.DataFrame, quantity: Quantity, *, logarithmic: bool) -> None:
-    """Draw the proportion of all answers in bins of level; the area is the number of answers."""
+    """Draw the proportion of all answers per level bin; dot area shows the number of answers."""
     levels = rows["level_um_pp"].to_numpy(float)
     levels = np.log(levels) if logarithmic else levels
     distinct = np.unique(levels)
@@ -142,7 +142,7 @@ def _answers(axes: Axes, rows: pd.DataFrame, quantity: Quantity, *, logarithmic:
 
 
 def _thresholds(axes: Axes, found: TaskThresholds, quantity: Quantity) -> None:
-    """Draw each participant's threshold with its interval, and the population's."""
+    """Draw each participant's threshold and the population threshold, with intervals."""
     people = [each for each in found.participants if each.function]
     for place, each in enumerate(people):
         if not each.function:

@@ -35,18 +35,19 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.adaptive.curves import Curve
     from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
-#: A curve describes answers clearly better if its log likelihood is higher by this (AIC by 4).
+#: A curve is clearly better if its log likelihood is higher by this much (a difference of 4 in
+#: AIC).
 CLEARLY = 2.0
-#: Between the names, and the labels, of combined factors.
+#: Separators between the names and between the labels of combined factors.
 COMBINED = ", "
 
 
 def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estimate | NotComputed:
     """Return the just noticeable difference as a fraction of the standard.
 
-    In a forced choice between intervals, levels are differences from the standard, and the
-    threshold is the difference. In a comparison, levels are amplitudes, and it is half the
-    distance between 25 and 75 % of the curve.
+    In a forced choice between intervals, levels are differences from the standard, so the just
+    noticeable difference is the threshold. In a comparison, levels are amplitudes, and it is half
+    the distance between the 25 and 75 % points on the curve.
 
     Raises
     ------
@@ -82,9 +83,9 @@ class Contrast:
     ----------
     first, second : str
     change : Estimate
-        The second threshold divided by the first; on a curve of the level itself, minus the first.
+        The second threshold divided by the first; for a curve on a linear axis, minus the first.
     p, p_holm : float
-        Test of no change, and corrected for all pairs of the factor.
+        Test of no change: uncorrected, and corrected across all pairs of the factor.
     """
 
     first: str
@@ -96,7 +97,7 @@ class Contrast:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Factor:
-    """Thresholds by group, by session, or by a factor of the study.
+    """Thresholds by group, by session or by a study factor.
 
     ``contrasts`` is empty for combinations of factors.
     """
@@ -108,7 +109,7 @@ class Factor:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PopulationThreshold:
-    """The threshold of a population, by a hierarchical model of all participants' answers.
+    """The threshold of a population, from a hierarchical model of all participants' answers.
 
     Parameters
     ----------
@@ -116,26 +117,29 @@ class PopulationThreshold:
         Threshold of the typical participant: the centre of the population's normal distribution,
         on the axis of the curve.
     sd : float
-        Between participants: decades on a logarithmic curve, µm peak to peak on others.
+        Standard deviation between participants: in decades for a logarithmic curve, otherwise in
+        µm peak to peak.
     slope : Estimate or NotComputed
         Slope of the typical participant's curve.
     sd_log_slope : float or NotComputed
-        Between participants, of the slope's natural logarithm. With several sessions or conditions,
-        one slope is fitted to all.
+        Standard deviation of the log slope (natural logarithm) between participants. With several
+        sessions or conditions, a single slope is fitted.
     half_width_um_pp : Estimate or NotComputed
-        For comparisons, and for a curve of the level itself: half the distance between 25 and 75 %.
+        For comparisons, and for curves on a linear axis: half the distance between the 25 and 75 %
+        points.
     lapse : float
-        Shared by all.
+        Lapse rate, shared by all participants.
     n, answers : int
-        Participants, and their answers.
+        Numbers of participants and answers.
     participants : Mapping of str to float
-        Each threshold in this fit, shrunk towards the population's; µm peak to peak.
+        Participant -> threshold in this fit, shrunk towards the population; µm peak to peak.
     factors : tuple of Factor
-        By group, by session, by each factor of the study and by their combinations, if there are
-        several.
+        Thresholds by group, by session, by each study factor and by combinations of them, if there
+        are several.
     better_curve : str
         For comparisons: the same curve on the other axis, if it describes the answers clearly
-        better. A curve on the wrong axis shifts the point of equality, or takes misfit for lapses.
+        better. A curve on the wrong axis shifts the point of subjective equality, or treats misfit
+        as lapses.
     """
 
     threshold_um_pp: Estimate
@@ -234,9 +238,10 @@ def _over(found: Estimate, standard_um_pp: float) -> Estimate:
 
 
 def _half_width(slope: Estimate, curve: Curve, middle: float) -> Estimate:
-    """Return half the distance between 25 and 75 % of a curve, in levels.
+    """Return half the distance between the 25 and 75 % points on a curve, in levels.
 
-    Its interval is the slope's. On a logarithmic axis the distance is centred on ``middle``.
+    Its interval follows from that of the slope. On a logarithmic axis, the distance is centred on
+    ``middle``.
     """
     low, high = curve.inverse(np.array([0.25, 0.75]))
     shallow, steep = slope.interval
@@ -249,7 +254,7 @@ def _half_width(slope: Estimate, curve: Curve, middle: float) -> Estimate:
 def _better_curve(
     fit: HierarchicalFit, curve: str, counted: pd.DataFrame, right: tuple[int, int]
 ) -> str:
-    """Return the curve's counterpart on the other axis if it is clearly more likely."""
+    """Return the curve's counterpart on the other axis if it fits clearly better."""
     other, levels = OTHER_AXIS[curve], counted["level_um_pp"].to_numpy(float)
     if levels.min() <= 0:
         return ""
@@ -262,7 +267,7 @@ def _better_curve(
 
 
 def _right(catches: pd.DataFrame, method: str) -> tuple[int, int]:
-    """Return how many catch trials, at a level that nobody misses, are right and wrong."""
+    """Return the numbers of correct and wrong catch trials, at a level that nobody misses."""
     correct = catches["correct"].astype(bool)
     if METHODS[method].guess == "equal to lapse":
         more = catches["level_um_pp"] - catches["standard_um_pp"]
@@ -284,7 +289,7 @@ def _crossed(rows: pd.DataFrame) -> list[str]:
 
 
 def _combined(rows: pd.DataFrame, names: list[str]) -> pd.Series[str]:
-    """Return the combination of some columns' labels."""
+    """Return the combined labels of some columns."""
     return rows[names].astype(str).agg(COMBINED.join, axis=1)
 
 
@@ -340,7 +345,7 @@ def _fitted(
 
 
 def _deviations(factors: pd.DataFrame) -> Array:
-    """Return columns by which factors shift thresholds around the mean over their levels."""
+    """Return design columns by which factors shift thresholds around the mean of their levels."""
     columns = [
         (factors[name] == level).to_numpy(float) - (factors[name] == levels[0]).to_numpy(float)
         for name in factors
@@ -378,7 +383,7 @@ def _factor(
     pairs = [] if COMBINED in name else list(combinations(range(len(names)), 2))
     changes, ps = [], []
     for first, second in pairs:
-        # The first level's column stands for all: the second's is then the change from it.
+        # The column of the first level applies to all, so the second column is the change from it.
         design, start = columns.copy(), of_levels.best.theta.copy()
         design[:, first] = 1.0
         start[: len(names)] -= np.where(np.arange(len(names)) == first, 0.0, start[first])

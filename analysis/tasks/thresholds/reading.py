@@ -1,6 +1,6 @@
-"""Read trials of forced choice and of constant stimuli from a data set.
+"""Read forced-choice and constant-stimuli trials from a data set.
 
-Tables are recognised by their columns, because a study may choose its own task labels.
+Tables are recognised by their columns, because studies choose their own task labels.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reading.delimited import Problems, Source
 
-#: Columns that identify such a table: the level, and the answer to it.
+#: Columns that identify such a table: the level and the answer.
 FORCED_CHOICE = ("level_um_pp", "correct")
 COMPARISON = ("comparison_um_pp", "comparison_more")
 NUMBERS = ("trial", "track", "level_um_pp", "standard_um_pp", "response_time")
@@ -65,18 +65,18 @@ def read_choices(
     Parameters
     ----------
     entries : sequence of (Path, Match)
-        Tables, each with the parts of its name
+        Tables, each with the parts of its file name
         (`slipscale.experiments.dataset.schema.TABLE_NAME`).
     counts : dict
-        Receives the numbers of rows read and excluded, by reason.
+        Updated with the numbers of rows read and of rows excluded for each reason.
 
     Returns
     -------
     DataFrame, list of Source
-        Columns `COLUMNS`, and one per factor of the study (`FACTOR` and its name): ``method`` is
-        a key of
-        `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`; ``catch`` and
-        ``correct`` are bool. In a comparison, ``correct`` means that it was judged more slippery.
+        Columns `COLUMNS`, and one per study factor (`FACTOR` plus its name): ``method`` is a key
+        of `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`; ``catch``
+        and ``correct`` are bool. In a comparison, ``correct`` means that it was judged more
+        slippery.
     """
     frames, sources = [], []
     for marks in (FORCED_CHOICE, COMPARISON):
@@ -162,9 +162,9 @@ def told_choices(
 def _methods(frame: pd.DataFrame) -> dict[str, str]:
     """Return the method of each task of constant stimuli.
 
-    If all comparisons lie on one side of the standard and there are intervals to choose from, the
-    larger one is known, so an answer is right or wrong; otherwise a comparison lies below or
-    above.
+    If all comparisons lie on one side of the standard and the participant chooses an interval, the
+    larger one is known, so answers are right or wrong. Otherwise, comparisons lie below or above
+    the standard.
     """
     found = {}
     for task, rows in frame.groupby("task"):

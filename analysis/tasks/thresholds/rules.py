@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 def rules_of(study_text: str) -> dict[str, Interleaved]:
-    """Return the tracks of each adaptive task before their first trial, by the task's label.
+    """Return the tracks of each adaptive task before their first trial, keyed by task label.
 
-    None if the study cannot be read here; the package of its protocol may not be installed.
+    None if the study cannot be read here, for example because a protocol package is not installed.
     """
     found: dict[str, Interleaved] = {}
     try:

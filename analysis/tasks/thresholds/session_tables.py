@@ -1,4 +1,4 @@
-"""Compute thresholds of each participant's sessions."""
+"""Compute thresholds for each participant and session."""
 
 from __future__ import annotations
 

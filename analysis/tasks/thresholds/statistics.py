@@ -1,4 +1,4 @@
-"""Estimate thresholds by forced choice and constant stimuli: participants, population, Weber."""
+"""Estimate thresholds and Weber fractions from forced choice and constant stimuli."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.adaptive.interleaved import Interleaved
 
-#: A comparison's curve is a function of the amplitude itself, below and above the standard.
+#: The curve for a comparison is a function of amplitude, below and above the standard.
 COMPARED = "comparison"
 CURVE_OF = {COMPARED: "normal"}
 
@@ -53,12 +53,11 @@ class ParticipantThreshold:
     participant : str
         Label of the participant.
     trials, correct : int
-        Main trials of the plan or rule, and those answered correctly.
+        Number of main trials, and of correct answers.
     catch_trials, catch_correct : int
-        Trials that check attention; not part of the fit.
+        Numbers of trials that check attention; not part of the fit.
     function : PsychometricFunction or NotComputed
-        Medians of a posterior, with lapse rate and slope integrated out; all further results use
-        it.
+        Posterior medians, with lapse rate and slope integrated out; all further results use it.
     weber_fraction : Estimate or NotComputed
         Threshold divided by standard.
     fit : GoodnessOfFit or NotComputed
@@ -77,25 +76,27 @@ class ParticipantThreshold:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskThresholds:
-    """Results of a task of forced choice.
+    """Results for a forced-choice task.
 
     Parameters
     ----------
     task : str
-        The task's label in file names.
+        Task label in file names.
     method : str
         A key of `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`.
     curve : str
         A key of `slipscale.experiments.protocols.adaptive.curves.CURVES`.
     standard_um_pp : float or None
-        Standard of the comparison, µm peak to peak; None in detection, in which the other
-        intervals are still, and if standards differ.
+        Standard of the comparison, µm peak to peak; None for detection, where the plate is still
+        in the other intervals, and if standards differ.
     participants : tuple of ParticipantThreshold
-        In the order of their names.
+        Results per participant, in the order of their names.
     population : PopulationThreshold or NotComputed
-        By a hierarchical model; for a comparison, the point of subjective equality.
+        Population threshold from a hierarchical model; for a comparison, the point of subjective
+        equality.
     weber_fraction : Estimate or NotComputed
-        The population's threshold, or half-width of a comparison's curve, divided by the standard.
+        Population threshold (for a comparison, the half-width of the curve) divided by the
+        standard.
     """
 
     task: str
@@ -114,16 +115,16 @@ def thresholds(
     study_text: str = "",
     group_of: Mapping[str, str] | None = None,
 ) -> tuple[TaskThresholds, ...] | NotComputed:
-    """Return the thresholds of every task of forced choice.
+    """Return the thresholds for every forced-choice task.
 
     Parameters
     ----------
     trials : DataFrame
         Result of `slipscale.analysis.tasks.thresholds.reading.read_choices`.
     choices : AnalysisChoices, optional
-        Confidence, curve, share and lapse rate.
+        Choices that set confidence level, curve, share and lapse rate.
     study_text : str
-        The study file, which states the rules of adaptive tasks; empty if it is unknown.
+        Text of the study file, which defines the rules of adaptive tasks; empty if unknown.
     group_of : Mapping, optional
         Participant -> group.
     """
@@ -214,7 +215,7 @@ def _fit(
     *,
     adaptive: bool,
 ) -> GoodnessOfFit | NotComputed:
-    """Return the goodness of fit of the maximum-likelihood function, given the rule for levels."""
+    """Return the goodness of fit of the maximum-likelihood function, given the adaptive rule."""
     if isinstance(likeliest, NotComputed):
         return likeliest
     if not adaptive:

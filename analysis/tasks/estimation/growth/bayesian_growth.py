@@ -38,16 +38,16 @@ AT_MOST = 500
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IndividualExponent:
-    """A participant's exponent.
+    """A participant's exponent, by least squares and from the model.
 
     Parameters
     ----------
     participant : str
         Label of the participant.
     least_squares : float
-        From their own trials alone; NaN with only one amplitude.
+        Exponent from the participant's own trials; NaN with only one amplitude.
     exponent, interval
-        The posterior mean, shrunk towards the group, and its credible interval.
+        Posterior mean, shrunk towards the group, and its credible interval.
     """
 
     participant: str
@@ -62,12 +62,12 @@ class IndividualExponent:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PredictiveCheck:
-    """A statistic of the data, and the model's prediction for new data of the same people.
+    """A statistic of the data, and its prediction for new data from the same people.
 
     Parameters
     ----------
     observed, predicted : float
-        The statistic of the data, and its mean over predictions.
+        Statistic of the observed data, and its mean over predictions.
     p : float
         Proportion of predictions at least as large. A value near 0 or 1 means that the model does
         not reproduce this aspect of the data.
@@ -91,10 +91,10 @@ class BayesianGrowth:
     sd_residual : float
         Standard deviation of a single log estimate, s: posterior mean.
     individuals : tuple of IndividualExponent
-        In the order of their names.
+        Participants in the order of their names.
     shrinkage : float
         Shrinkage of exponents from least squares towards the group, from 0 (none) to 1 (complete):
-        1 minus the slope of the shrunk exponents on the least-squares ones.
+        1 minus the slope of the shrunk exponents on the least-squares exponents.
     checks : Mapping
         Name -> posterior predictive check: ``curvature`` (of log estimates on log stimuli, which
         a power function does not have), ``largest_residual`` and ``kurtosis`` (outliers),
@@ -106,7 +106,7 @@ class BayesianGrowth:
     divergences : int
         Divergences of the sampler.
     n, trials : int
-        Participants and trials above 0.
+        Numbers of participants and of trials above 0.
     """
 
     exponent: float
@@ -134,7 +134,7 @@ class BayesianGrowth:
 
 
 def bayesian_growth(data: Prepared) -> BayesianGrowth | NotComputed:
-    """Sample the posterior of the hierarchical power function by NumPyro's No-U-Turn sampler.
+    """Sample the posterior of the hierarchical power function with NumPyro's No-U-Turn sampler.
 
     Raises
     ------
@@ -229,8 +229,8 @@ def predictive_checks(
 ) -> dict[str, PredictiveCheck]:
     """Compare statistics of the residuals with those of data drawn from the posterior.
 
-    Residuals are from the participants' lines of the same draw (Gelman, Meng and Stern 1996, Stat.
-    Sinica 6, 733-807: realised discrepancies).
+    Residuals are relative to the participants' lines in the same draw (Gelman, Meng and Stern
+    1996, Stat. Sinica 6, 733-807: realised discrepancies).
     """
     rng = np.random.default_rng(seed)
     own = draws.values["own"].reshape(-1, len(trials.names), 2)

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 #: Maximum number of participants that can be distinguished by name.
 NAMED_AT_MOST = 40
-#: Height of a participant's row, and of the margins, inches.
+#: Height of a participant's row, and of the margins, in inches.
 ROW, AROUND = 0.2, 1.3
 
 
 @styled
 def exponents(found: BayesianGrowth) -> Figure:
-    """Plot each participant's least-squares and shrunk exponent, with interval.
+    """Plot each participant's least-squares and shrunk exponents, with intervals.
 
     Parameters
     ----------

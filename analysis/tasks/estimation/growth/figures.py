@@ -33,7 +33,7 @@ def growth(
     confidence: float = 0.95,
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Figure:
-    """Draw the growth of sensation: models on linear axes, power functions on logarithmic ones.
+    """Draw the growth of sensation: models on linear axes, power functions on log-log axes.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def growth(
     unit : str
         Unit of the estimates.
     confidence : float
-        Level of Student's intervals around the geometric means.
+        Level of the t-based intervals around the geometric means.
     quantity : Quantity
         Quantity of the amplitudes.
     """

@@ -1,9 +1,10 @@
 """Fit and compare growth functions of sensation: Stevens's power law and five others.
 
-All models describe the logarithm of an estimate: log y = a_i + log f(x; θ) + error, with each
-participant's own factor exp(a_i). The error is therefore proportional, and the normalisation does
-not matter. Models are fitted by least squares on participants' mean logarithms at amplitudes above
-0, where every model is defined, so that their information criteria are comparable.
+All models describe the logarithm of an estimate: log y = a_i + log f(x; θ) + error, with a
+separate factor exp(a_i) for each participant. The error is therefore proportional, and the
+normalisation does not matter. Models are fitted by least squares on participants' mean logarithms
+at amplitudes above 0, where every model is defined, so that their information criteria are
+comparable.
 
 ============  ==================  ==================================================
 model         f(x; θ)             source
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrowthFunction:
-    """A growth function: its logarithm, and starting points and bounds of its parameters.
+    """A growth function: its logarithm, and starting points and bounds for its parameters.
 
     ``log_f(x, θ)`` takes stimuli above 0; ``starts(x)`` gives several θ to start from, and
     ``bounds(x)`` the lower and upper limits. The ``logarithmic`` parameters are logarithms in θ,
@@ -72,12 +73,12 @@ class GrowthFunction:
         }
 
 
-#: Models with an AICc closer than this to the smallest are not discriminated (Burnham and Anderson
+#: Models whose AICc is closer than this to the smallest are not distinguished (Burnham and Anderson
 #: 2002, Model Selection and Multimodel Inference, p. 70).
 UNDECIDED = 2.0
-#: A parameter is at the limit of the search if moving it to the limit costs less log likelihood.
+#: A parameter is at its search limit if moving it there costs less log likelihood than this.
 AT_BOUND = 1e-3
-#: Search range of a stimulus parameter beyond the presented stimuli, as a natural logarithm: a
+#: Search range for stimulus parameters beyond the presented stimuli, as a natural logarithm: a
 #: factor of 1,000.
 OUTSIDE = 7.0
 
@@ -144,17 +145,17 @@ class GrowthFit:
     parameters : Mapping
         Name -> value; thresholds and offsets in the stimulus' unit.
     sd : float
-        Standard deviation of residuals, natural logarithm.
+        Standard deviation of the residuals (natural logarithm).
     log_likelihood, aic, bic : float
-        For independent normal residuals.
+        Computed for independent normal residuals.
     aicc : float or None
         The corrected Akaike criterion; None if there are too few points.
     points : int
-        Mean logarithms fitted.
+        Number of mean logarithms fitted.
     estimated : int
         Number of estimated parameters.
     at_bound : tuple of str
-        Parameters at the limit of the search, which the data do not determine.
+        Parameters at their search limit, which the data do not determine.
     """
 
     parameters: Mapping[str, float]
@@ -177,9 +178,9 @@ class RankedFit:
     fit : GrowthFit
         Fit of one growth function.
     delta_aicc : float or None
-        Its criterion minus the smallest one; None if it has none.
+        AICc minus the smallest AICc; None if there is no AICc.
     weight : float
-        Akaike weight; 0 if it has no criterion.
+        Akaike weight; 0 if there is no AICc.
     """
 
     fit: GrowthFit
@@ -198,7 +199,7 @@ class GrowthComparison:
     Parameters
     ----------
     models : Mapping
-        A key of `MODELS` -> its fit.
+        Key of `MODELS` -> fit.
     best : str
         The model with the smallest AICc.
     n : int
@@ -211,7 +212,7 @@ class GrowthComparison:
 
     @property
     def undecided(self) -> tuple[str, ...]:
-        """Other models within `UNDECIDED` of the best, which the data do not exclude."""
+        """Other models within `UNDECIDED` of the best, which the data do not rule out."""
         return tuple(
             name
             for name, model in self.models.items()
@@ -220,7 +221,7 @@ class GrowthComparison:
 
 
 def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
-    """Fit one growth function to one or more participants, each with their own factor.
+    """Fit one growth function to one or more participants, with a separate factor for each.
 
     Parameters
     ----------
@@ -236,7 +237,7 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
     model = MODELS[name]
     here = ~np.isnan(logs)
     centred = logs - np.nanmean(logs, axis=1, keepdims=True)
-    # Participants with the same stimuli have the same shape: their mean and number are
+    # Participants with the same stimuli have the same curve shape, so their mean and number are
     # sufficient.
     patterns, whose, people_of = np.unique(here, axis=0, return_inverse=True, return_counts=True)
     means = np.array([centred[whose == place].mean(axis=0) for place in range(len(patterns))])
@@ -260,7 +261,7 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
     spare = points - estimated - 1
 
     def _costs_nothing(place: int, limits: list[float]) -> bool:
-        """Whether setting a parameter to its limit, with the others unchanged, fits as well."""
+        """Return whether the fit is as good with a parameter at its limit, others unchanged."""
         theta = best.x.copy()
         theta[place] = limits[place]
         left = residuals(theta)

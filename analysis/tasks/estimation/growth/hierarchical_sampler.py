@@ -1,15 +1,15 @@
-"""Define the hierarchical power function, and draw from its posterior by NumPyro.
+"""Define the hierarchical power function, and draw from its posterior with NumPyro.
 
-The model, for estimate y of participant i at stimulus x, x0 the geometric mean of the stimuli and
-y0 that of all estimates::
+The model for estimate y by participant i at stimulus x, where x0 and y0 are the geometric means of
+all stimuli and all estimates::
 
     log(y / y0) ~ Normal(a_i + b_i log(x / x0), s)
     (a_i, b_i)  ~ Normal((A, B), spreads (ta, tb), correlation r)
     A ~ Normal(0, 2.5)   B ~ Normal(0, 1.5)   r ~ LKJ(2)
     ta ~ HalfNormal(1)   tb ~ HalfNormal(0.5)   s ~ HalfNormal(1)
 
-Exponents of all senses lie between 0.3 and 3.5 (Stevens 1975, Psychophysics, ch. 1), and people
-differ by less than a factor e. The priors therefore exclude little that has been observed.
+Exponents for all senses lie between 0.3 and 3.5 (Stevens 1975, Psychophysics, ch. 1), and people
+differ by less than a factor of e. The priors therefore exclude little that has been observed.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Standard deviations of the priors; see the module's docstring.
+#: Standard deviations of the priors; see the module docstring.
 PRIOR_SD = {"A": 2.5, "B": 1.5, "ta": 1.0, "tb": 0.5, "s": 1.0}
-#: Concentration of the correlation's prior.
+#: Concentration of the prior for the correlation.
 LKJ = 2.0
 CHAINS, WARM_UP, DRAWS = 4, 1000, 1000
 #: Target acceptance rate of the sampler; high, to keep its steps small.
@@ -40,16 +40,16 @@ SEED = 2007
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trials:
-    """Data of the model.
+    """Data for the model.
 
     Parameters
     ----------
     log_y, log_x : array, shape (trials,)
-        Log estimates minus their mean, log stimuli minus their mean.
+        Log estimates and log stimuli, each minus its mean.
     who : int array, shape (trials,)
-        0, 1, ... for each participant.
+        Participant indices 0, 1, ...
     names : tuple of str
-        Participants by that number.
+        Participant names, in the order of the indices.
     """
 
     log_y: Array
@@ -60,7 +60,7 @@ class Trials:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sums:
-    """Sufficient statistics of each participant's trials, with X the columns 1 and log x.
+    """Sufficient statistics of each participant's trials, where X has the columns 1 and log x.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def sums(trials: Trials) -> Sums:
 
 
 def model(xx: Any, xy: Any, yy: Any, trials: Any) -> None:
-    """Define the model for NumPyro; see the module's docstring.
+    """Define the model for NumPyro; see the module docstring.
 
     Given the other parameters, participants' lines are normal, so they are integrated out: six
     parameters remain to be sampled, for any number of people and trials.
@@ -112,7 +112,7 @@ def model(xx: Any, xy: Any, yy: Any, trials: Any) -> None:
     ta, tb, s = (
         numpyro.sample(name, dist.HalfNormal(PRIOR_SD[name])) for name in ("ta", "tb", "s")
     )
-    # LKJ's correlation of two variables is a scaled beta variable.
+    # For two variables, the LKJ correlation is a scaled beta variable.
     r = 2 * numpyro.sample("half_r", dist.Beta(LKJ, LKJ)) - 1
     factor = jnp.array([[ta, 0.0], [tb * r, tb * jnp.sqrt(1 - r**2)]])
     # Woodbury's identity: y is normal around X mean with covariance s² + X factor factor' X'.
@@ -129,7 +129,7 @@ def model(xx: Any, xy: Any, yy: Any, trials: Any) -> None:
 
 @cache
 def _chains(warm_up: int, draws: int) -> Any:
-    """Return the sampler of several parallel chains, compiled once per number of people."""
+    """Return a sampler for several parallel chains, compiled once per number of people."""
     import jax  # noqa: PLC0415
     from numpyro.infer import MCMC, NUTS  # noqa: PLC0415
 
@@ -144,7 +144,7 @@ def _chains(warm_up: int, draws: int) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Draws:
-    """Draws of the posterior.
+    """Draws from the posterior.
 
     Parameters
     ----------

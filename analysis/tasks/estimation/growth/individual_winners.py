@@ -1,10 +1,10 @@
-"""Find the growth function favoured by each participant's single trials.
+"""Find the growth function favoured by each participant's individual trials.
 
-The favoured function depends only on the least squares, so all participants are fitted at once:
-every start of every participant is one row of a batch, by Levenberg and Marquardt's method
-(Marquardt 1963, J. Soc. Ind. Appl. Math. 11, 431-441) within bounds. Separate searches by SciPy
-took most of the time of an analysis. In 5 of about 2,160 random fits the sum of squares was
-smaller than SciPy's by more than a millionth, by at most 0.3 %; in 3 it was larger.
+The favoured function depends only on the sum of squares, so all participants are fitted at once:
+every starting point of every participant is one row in a batch, fitted by the Levenberg-Marquardt
+method (Marquardt 1963, J. Soc. Ind. Appl. Math. 11, 431-441) within bounds. Separate SciPy
+searches took most of the analysis time. In about 2,160 random fits, the sum of squares differed
+from SciPy's by more than a millionth in 8: it was smaller in 5, by at most 0.3 %, and larger in 3.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
 
 #: The largest function has four estimated parameters, for which AICc needs six points.
 FEWEST_TRIALS, FEWEST_STIMULI = 6, 3
-#: Maximum number of steps of a search, and the smallest relative reduction of the squares.
+#: Maximum number of steps per search, and smallest relative reduction in the sum of squares.
 STEPS, NO_GAIN = 300, 1e-13
 #: Damping at which no step in any direction improves the fit.
 STUCK = 1e8
 #: Step for numerical derivatives, with stimuli scaled to a minimum of 1.
 NUDGE = 1e-7
-#: Mean squares of residuals below this are rounding errors, and such fits count as equal.
+#: Residual mean squares below this are treated as rounding errors, and such fits as equal.
 ROUNDING = 1e-24
 
 
 def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
-    """Return the growth function with the smallest AICc for each participant, from single trials.
+    """Return the growth function with the smallest AICc for each participant.
 
     Parameters
     ----------
@@ -61,8 +61,8 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
     here, stimuli = counts > 0, table["mean"].columns.to_numpy(float)
     people = [str(who) for who in table.index]
     winners: dict[str, str | None] = dict.fromkeys(people)
-    # Bounds and starts depend on the stimuli: participants with the same stimuli are fitted
-    # together.
+    # Bounds and starting points depend on the stimuli, so participants with the same stimuli are
+    # fitted together.
     for pattern in np.unique(here, axis=0):
         enough = (here == pattern).all(axis=1) & (counts.sum(axis=1) >= FEWEST_TRIALS)
         rows = np.flatnonzero(enough)
@@ -86,7 +86,7 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
 
 
 def least_squares(model: GrowthFunction, stimuli: Array, means: Array, counts: Array) -> Array:
-    """Return each participant's smallest sum of squares, with their own factor.
+    """Return each participant's smallest sum of squares, with a separate factor for each.
 
     Parameters
     ----------
@@ -95,7 +95,8 @@ def least_squares(model: GrowthFunction, stimuli: Array, means: Array, counts: A
     stimuli : array, shape (k,)
         Above 0.
     means, counts : array, shape (n, k)
-        A participant's mean natural logarithm at a stimulus, and its number of trials, at least 1.
+        Mean natural logarithm of each participant at each stimulus, and its number of trials (at
+        least 1).
     """
     x = stimuli / stimuli.min()
     low, high = (np.array(bound)[:, None] for bound in model.bounds(x))
@@ -122,7 +123,7 @@ def least_squares(model: GrowthFunction, stimuli: Array, means: Array, counts: A
             ]
         )
         down = -np.einsum("pnk,nk->pn", slopes, now)
-        # A parameter at its limit is held if the step would move it beyond.
+        # A parameter at its limit is held fixed if the step would move it beyond the limit.
         free = ~(((theta <= low) & (down < 0)) | ((theta >= high) & (down > 0)))
         slopes, down = slopes * free[..., None], down * free
         matrix = np.einsum("pnk,qnk->npq", slopes, slopes)

@@ -1,4 +1,4 @@
-"""Select growth functions: against amplitude, against friction, and for each participant."""
+"""Compare growth functions against amplitude and friction, and for each participant."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
     from slipscale.analysis.tasks.estimation.growth.growth_models import GrowthComparison
 
-#: Smaller predicted reductions of friction are rounding errors.
+#: Smaller predicted reductions in friction are treated as rounding errors.
 NO_REDUCTION = 1e-9
-#: µm peak to peak: no prediction is attempted beyond this; the reduction exceeds 1 from about 8
-#: µm.
+#: Largest amplitude (µm peak to peak) for predictions; from about 8 µm, the predicted reduction
+#: exceeds 1.
 LARGEST_UM_PP = 20.0
 #: Individual model comparisons are listed for studies with up to this many participants.
 INDIVIDUALS_AT_MOST = 200
@@ -35,16 +35,16 @@ INDIVIDUALS_AT_MOST = 200
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrictionGrowth:
-    """Growth against the reduction of friction that the film predicts.
+    """Growth against the reduction in friction predicted by the squeeze film.
 
     Parameters
     ----------
     comparison : GrowthComparison
-        Comparison of growth functions of the reduction.
+        Comparison of growth functions against the reduction.
     exponent : MeanOverParticipants or NotComputed
-        Exponent of participants' power functions of the reduction.
+        Mean exponent of participants' power functions against the reduction.
     reduction : Mapping
-        Amplitude (µm peak to peak) -> predicted reduction of friction, 0 to 1.
+        Amplitude (µm peak to peak) -> predicted reduction in friction, 0 to 1.
     shared_load : Mapping
         Amplitude -> smallest and largest reduction by the second model
         (`slipscale.stimuli.shared_load`), which is not validated.
@@ -62,7 +62,7 @@ class FrictionGrowth:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IndividualGrowth:
-    """Growth functions favoured in single participants' trials.
+    """Growth functions favoured by the trials of single participants.
 
     Parameters
     ----------
@@ -83,7 +83,8 @@ class IndividualGrowth:
 class Growth:
     """Growth functions against amplitude, against predicted friction, and for participants.
 
-    Friction is None if the stimuli are not a plate's amplitudes, because no film predicts it.
+    Friction is None if the stimuli are not plate amplitudes, because there is then no squeeze
+    film.
     """
 
     amplitude: GrowthComparison
@@ -124,10 +125,10 @@ def _individual(data: Prepared) -> IndividualGrowth | NotComputed:
 
 @lru_cache(maxsize=1000)
 def predicted_reduction(amplitude_um_pp: float) -> float:
-    """Return the reduction of friction, 1 - µ'/µ, that the film predicts for an amplitude.
+    """Return the reduction in friction, 1 - µ'/µ, predicted by the squeeze film at an amplitude.
 
-    Reynolds' equation (3) in full and eq. (15), at the working point of the paper's Section IV
-    (h_r = 0.6 µm, 30.5 kHz) and 0.5 N; see `VirtualSurface.predicted_relative_friction`.
+    Uses the full Reynolds equation (3) and eq. (15), at the working point from the paper's Section
+    IV (h_r = 0.6 µm, 30.5 kHz) and 0.5 N; see `VirtualSurface.predicted_relative_friction`.
     """
     from slipscale.stimuli.surface import VirtualSurface  # noqa: PLC0415
 
@@ -143,14 +144,14 @@ def _shared_load_reduction(amplitude_um_pp: float) -> tuple[float, float]:
 
 
 def against_friction(logs: pd.DataFrame, confidence: float = 0.95) -> FrictionGrowth | NotComputed:
-    """Compare growth functions against the reduction of friction that the film predicts.
+    """Compare growth functions against the reduction in friction predicted by the squeeze film.
 
     Parameters
     ----------
     logs : DataFrame, shape (participants, amplitudes)
         Mean natural logarithms of estimates; amplitudes without a predicted reduction are omitted.
     confidence : float
-        Level of the exponent's interval.
+        Confidence level of the exponent's interval.
     """
     amplitudes = logs.columns.to_numpy(float)
     sensible = bool((amplitudes <= LARGEST_UM_PP).all())
