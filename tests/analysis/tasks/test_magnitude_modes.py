@@ -26,7 +26,9 @@ def rated(pull=0.0, each=6, people=PEOPLE, noise=4.0):
                 rows.append((f"sub-{who}", surface, start, (1 - pull) * place + pull * start))
     frame = pd.DataFrame(rows, columns=["participant_id", "surface", "cursor_start", "rating"])
     amplitude = pd.to_numeric(frame["surface"], errors="coerce")
-    frame = frame.assign(task="line", catch=False, resolution=1.0, amplitude_um_pp=amplitude)
+    frame = frame.assign(
+        task="line", catch=False, resolution=1.0, categories=np.nan, amplitude_um_pp=amplitude
+    )
     return frame.assign(participant_id=pd.Categorical(frame["participant_id"]))
 
 
