@@ -16,8 +16,9 @@ if TYPE_CHECKING:
 
 INTRODUCTION = """# Command line
 
-The text of each command's `--help`. Exit status: 0 success; 1 the command ran, but the answer is
-no; 2 the input is wrong; 3 the rig failed; 130 interrupted.
+This page shows the `--help` text of each command. The exit status is 0 for success, 1 if the
+command ran but the answer is no, 2 if the input is wrong, 3 if the rig failed, and 130 if the
+command was interrupted.
 """
 
 

@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 INTRODUCTION = f"""# The data set
 
 A session writes its journal; the data set is built from the journals. It is a behavioural data set
-in BIDS form, with one table (TSV) and one sidecar (JSON) per task, participant and run. A missing
-value is `{MISSING}`. Decimals use a point, times are in seconds, and amplitudes are peak to peak.
+in BIDS form, with one table (TSV) and one sidecar (JSON) per task, participant and run. Missing
+values are `{MISSING}`. Decimals use a point, times are in seconds, and amplitudes are peak to peak.
 
 This page is generated from `experiments/dataset/schema.py` and the protocols.
 """

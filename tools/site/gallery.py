@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 INTRODUCTION = """# Studies
 
-The studies that come with Slipscale. `slipscale pilot NAME` runs a study with simulated
+These studies come with Slipscale. `slipscale pilot NAME` runs a study with simulated
 participants. To write your own study, start with `slipscale study new mine.toml`, and see
-[every key of a study file](../reference/study-file.md).
+[all study-file keys](../reference/study-file.md).
 """
 PRACTICE, MAIN = "#9aa5a4", "#00796b"
 

@@ -13,8 +13,9 @@ WINGS = ("analysis", "experiments", "hardware", "stimuli", "figure_style", "faul
 LEFT_OUT = ("cli", "psychopy_window")
 INTRODUCTION = """# Python API
 
-From the docstrings: public names, with their units, shapes and errors. How they work together:
-[the analysis in Python](../../how-to/in-python.md). Other names may change without notice.
+This page is generated from the docstrings of public names, with their units, shapes and errors.
+For how they work together, see [the analysis in Python](../../how-to/in-python.md). Other names may
+change without notice.
 """
 
 

@@ -14,15 +14,15 @@ if TYPE_CHECKING:
 
 INTRODUCTION = """# Study file
 
-A study is one [TOML](https://toml.io) file. This page lists every key of Slipscale's own protocols.
-It is generated from the models that check the file. `slipscale study validate` reports every other
-key as a fault, with its line. `slipscale study new mine.toml` writes a file to start from and, next
-to it, `study.schema.json`, which the first line of the file names. Editors that support TOML
-schemas (Taplo, Even Better TOML) then complete keys, show these meanings and mark faults while you
-type. If you install your own protocol, `slipscale study schema` prints the schema with its options.
-The schema is also available as a file: [study.schema.json](study.schema.json).
+A study is one [TOML](https://toml.io) file. This page lists every key for Slipscale's own
+protocols. It is generated from the models that check the file. `slipscale study validate` reports
+every other key as a fault, with its line. `slipscale study new mine.toml` writes a file to start
+from and, next to it, `study.schema.json`, which the first line of the file names. Editors that
+support TOML schemas (Taplo, Even Better TOML) then complete keys, show these meanings and mark
+faults while you type. If you install your own protocol, `slipscale study schema` prints the schema
+with its options. The schema is also available as a file: [study.schema.json](study.schema.json).
 
-The end of each number's name states its unit; amplitudes are peak to peak.
+The name of each number ends with its unit; amplitudes are peak to peak.
 """
 LIMITS = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
 TYPES = {
@@ -43,8 +43,8 @@ def pages() -> dict[str, str]:
         files("slipscale.experiments").joinpath("languages", "en.toml").read_text(encoding="utf-8")
     )
     shipped = (
-        "## [texts.en]\n\nThe shipped texts, by their keys. A study replaces any of them in a "
-        "table `[texts.en.session]` and so on; keep the words in {braces}.\n\n"
+        "## [texts.en]\n\nThe shipped texts by key. A study can replace any of them in a "
+        "table such as `[texts.en.session]`; keep the words in {braces}.\n\n"
         f'??? note "All shipped texts, in English"\n\n    ```toml\n{_indented(texts)}\n    ```\n'
     )
     return {

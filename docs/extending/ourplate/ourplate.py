@@ -1,4 +1,4 @@
-"""Our laboratory's plate: lines such as "A 1.200" on a serial port, each answered with "ok"."""
+"""Driver for our plate, which answers "ok" to lines such as "A 1.200" on a serial port."""
 
 from slipscale.hardware import address as addresses
 from slipscale.hardware.backends.serial_board.serial_line import SerialLine
@@ -9,16 +9,16 @@ from slipscale.hardware.records import PlateIdentity, Presentation, Readback
 RAMP_STEPS = 10
 RAMP_S = 0.03
 SETTLE_S = 0.01  # seven time constants of our plate: Q = 130 at 31 kHz
-READS = 100  # SerialLine.read waits 10 ms at most: one second in all
+READS = 100  # SerialLine.read waits at most 10 ms: one second in total
 
 
 class OurPlate(PlateDriver):
-    """The plate behind Slipscale's interface."""
+    """Connect our plate to Slipscale's driver interface."""
 
     name = "ourplate"
 
     def __init__(self, port, *, clock, plate):
-        # What the SPEC says of the plate: limits, calibration=FILE, plate=FILE.
+        # From the SPEC: limits, calibration=FILE, plate=FILE.
         super().__init__(
             clock=clock,
             limits=plate.limits,
@@ -30,7 +30,7 @@ class OurPlate(PlateDriver):
         self._level = 0.0
 
     def _connect(self):
-        self._line = SerialLine(self._port)  # exclusive; its failures are PlateFaults already
+        self._line = SerialLine(self._port)  # exclusive; raises PlateFaults itself
         name = self._ask("?")
         if not name.startswith("ourplate"):
             raise WrongDevice(f"{self._port}: '{name}' answers")
@@ -52,7 +52,7 @@ class OurPlate(PlateDriver):
         )
 
     def _read_back(self):
-        # Our plate has no sensor: it can only tell what it was told.
+        # Our plate has no sensor, so it can only report the command.
         return Readback(level=self._level, kind="commanded", time_s=self.clock.now())
 
     def _silence(self):
@@ -81,7 +81,7 @@ class OurPlate(PlateDriver):
 
 
 def open_plate(address, *, clock, seed):  # noqa: ARG001 - only a simulated plate uses the seed
-    """Return the driver: `address` is what follows "ourplate:", here a port."""
+    """Return the driver; `address` is the text after "ourplate:", here a port."""
     # A third argument of `opened` names the backend's own options.
     port, _options, plate = addresses.opened(address, OurPlate.name)
     return OurPlate(port, clock=clock, plate=plate)

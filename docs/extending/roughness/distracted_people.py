@@ -1,4 +1,4 @@
-"""People who think of something else in one trial of five."""
+"""Simulated people who are distracted in one of five trials."""
 
 from types import MappingProxyType
 
@@ -9,12 +9,12 @@ DISTRACTED = 0.2
 
 
 class Distracted(Behaviour):
-    """Chooses any interval when distracted, and strokes each surface half as long again."""
+    """Choose at random when distracted, and stroke each surface for 50 % longer."""
 
     population = MappingProxyType({"trial_to_trial": 0.2})  # as in a population file
 
     def pick(self, strengths):
-        """Return the place of the interval chosen."""
+        """Return the index of the chosen interval."""
         if self.stream("distracted").uniform() < DISTRACTED:
             return self.stream("distracted", "choice").below(len(strengths))
         return self.person.pick(strengths)

@@ -1,4 +1,4 @@
-"""Where the differences of a shrinking difference end: the mean of each participant's last four."""
+"""Report the mean of each participant's last four differences in a shrinking-difference task."""
 
 import pandas as pd
 
@@ -10,7 +10,7 @@ LAST = 4
 
 
 def differences(own):
-    """Return each task's trials, with the difference of the two intervals, µm peak to peak."""
+    """Yield each task's trials with the difference between the intervals, in µm peak to peak."""
     for task, rows in own.dataset.others.items():
         if {"rougher", "interval2_amplitude_um_pp"} <= set(rows):
             change = rows["interval1_amplitude_um_pp"] - rows["interval2_amplitude_um_pp"]
@@ -19,8 +19,8 @@ def differences(own):
 
 @styled
 def drawn(tasks):
-    """Return the differences, trial by trial: a line for each participant and task."""
-    from matplotlib.figure import Figure  # only a figure pays for it
+    """Return a figure of the differences in each trial, one line per participant and task."""
+    from matplotlib.figure import Figure  # imported only if a figure is drawn
 
     figure = Figure(figsize=(6, 3.5), layout="constrained")
     axes = figure.subplots()
@@ -33,7 +33,7 @@ def drawn(tasks):
 
 
 def analysis(own):
-    """Return what was found."""
+    """Return the result, or the reason why there is none."""
     tasks = list(differences(own))
     if not tasks:
         return NotComputed("no trials of a shrinking difference")

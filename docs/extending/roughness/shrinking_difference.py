@@ -1,4 +1,4 @@
-"""Which of two surfaces is rougher? The difference shrinks after right answers."""
+"""Ask which of two surfaces is rougher; the difference shrinks after correct answers."""
 
 from typing import NamedTuple
 
@@ -47,7 +47,7 @@ TEXTS = {
 
 
 class ShrinkingDifference(PacedOptions):
-    """What a study may set."""
+    """Options that a study can set."""
 
     standard_level: Amplitude = Field(default=1.2, description="Amplitude of the smoother surface.")
     start_level: Positive = Field(default=0.8, description="First difference.")
@@ -57,13 +57,13 @@ class ShrinkingDifference(PacedOptions):
 
 
 class Pair(NamedTuple):
-    """What makes a trial: by how much the surfaces differ, µm peak to peak."""
+    """Condition of a trial: the difference between the surfaces, in µm peak to peak."""
 
     difference_level: float
 
 
 class Run(Repeating[Pair]):
-    """The trials of a run, counted; a voided one comes again."""
+    """Count the trials of a run and repeat voided ones."""
 
     def __init__(self, options, context):
         super().__init__(options.trials)
@@ -72,7 +72,7 @@ class Run(Repeating[Pair]):
         self.drawn_so_far = 0
 
     def next(self):
-        """Return what makes the next trial: asked for when the one before is over."""
+        """Return the next trial's condition; called when the previous trial is over."""
         if self.drawn_so_far == self.options.trials:
             return None
         self.drawn_so_far += 1
@@ -125,7 +125,7 @@ def steps(options, context):
 
 
 def right(record):
-    """Return whether the rougher surface was chosen, as the table has it."""
+    """Return whether the rougher surface was chosen, as written in the table."""
     chosen = record.answer("chosen")
     return None if chosen is None else str(chosen == record.trial.factors["rougher"]).lower()
 
