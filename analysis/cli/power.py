@@ -45,7 +45,7 @@ def add_power(parser: ArgumentParser) -> None:
         metavar="STUDY",
         nargs="?",
         default=here().study,
-        help="a TOML file or a shipped study's name",
+        help="a TOML file, or the name of a shipped study",
     )
     for axis, meaning in AXES.items():
         parser.add_argument(

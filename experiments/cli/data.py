@@ -40,11 +40,11 @@ def add_data(parser: ArgumentParser) -> None:
     withdraw.add_argument(
         "--yes",
         action="store_true",
-        help=("remove the data; without --yes, only print what would be removed"),
+        help="remove the data; without --yes, only print what would be removed",
     )
     merge = commands.add_parser(
         "merge",
-        help="merge the data sets of two computers into a new one, and report contradictions",
+        help="merge data sets from two computers into a new one, and report contradictions",
         epilog="example: slipscale data merge data other-data --out merged",
     )
     for name in ("one", "other"):

@@ -21,7 +21,9 @@ HIGHEST_PORT = 65535
 def add_lab(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale lab``."""
     parser.add_argument(
-        "--no-browser", action="store_true", help="only print the console's address"
+        "--no-browser",
+        action="store_true",
+        help="print the console's address without opening a browser",
     )
     parser.add_argument(
         "--port", type=int, default=8470, metavar="N", help=("port of the console (default: 8470)")
@@ -35,7 +37,7 @@ def add_lab(parser: ArgumentParser) -> None:
     init = commands.add_parser(
         "init",
         help=(
-            "make a laboratory folder: its slipscale.toml contains the defaults of every command"
+            "create a laboratory folder; its slipscale.toml contains the defaults for all commands"
         ),
         epilog="example: slipscale lab init our-lab --study matching",
     )
@@ -47,16 +49,18 @@ def add_lab(parser: ArgumentParser) -> None:
         metavar="FOLDER",
         help="a new or existing folder (default: this one)",
     )
-    init.add_argument("--study", metavar="STUDY", help="a TOML file or a shipped study's name")
+    init.add_argument(
+        "--study", metavar="STUDY", help="a TOML file, or the name of a shipped study"
+    )
     init.add_argument("--plate", metavar="SPEC", help="mock, serial:PORT or scpi:RESOURCE")
     init.add_argument("--screen", metavar="N", help="the participant's monitor")
     init.add_argument(
         "--windowed",
         action="store_const",
         const="true",
-        help=("use a window instead of the full screen"),
+        help="run in a window instead of full screen",
     )
-    init.add_argument("--language", metavar="CODE", help="language of the participants' texts")
+    init.add_argument("--language", metavar="CODE", help="language of the texts for participants")
     init.add_argument(
         "--sound-required",
         action="store_const",
@@ -68,7 +72,7 @@ def add_lab(parser: ArgumentParser) -> None:
     )
     init.add_argument("--pilots", metavar="DIR", help="folder for pilots (default: pilots)")
     init.add_argument(
-        "--backup", metavar="DIR", help=("folder to which each run's journal is copied")
+        "--backup", metavar="DIR", help=("folder to which the journal of each run is copied")
     )
 
 
@@ -83,7 +87,7 @@ def run_lab(args: Namespace) -> int:
     lab = init(args.folder, given, _ask if sys.stdin.isatty() else None)
     print(
         f"wrote {args.folder / FILE}: study {lab.study}, plate {lab.plate}, data in "
-        f"{lab.data}\nCommands that you run in that folder use it: slipscale check, then "
+        f"{lab.data}\nCommands run in that folder use these settings: slipscale check, then "
         "slipscale next"
     )
     return DONE
@@ -111,12 +115,12 @@ def add_next(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--participant",
         metavar="01",
-        help=("a participant who returns for another session (default: a new participant)"),
+        help="a participant returning for another session (default: a new participant)",
     )
     parser.add_argument(
         "--pilot",
         action="store_true",
-        help=("rehearse: run a pilot, with data in the folder of rehearsals"),
+        help="rehearse: run a pilot, with data in the rehearsals folder",
     )
     parser.add_argument("--yes", action="store_true", help="begin without a question")
 
@@ -262,7 +266,7 @@ def _exclusions(roster: Roster) -> list[str]:
         return [f"run slipscale analyse to see who is excluded ({rules})"]
     when = roster.analysed_utc.replace("T", " ")[:16]
     if not roster.excluded:
-        return [f"the analysis of {when} UTC excludes nobody ({rules})"]
+        return [f"the analysis of {when} UTC excludes no participants ({rules})"]
     return [
         f"participant {person.label} is excluded by {', '.join(person.excluded)} "
         f"(analysis of {when} UTC; {rules})"
@@ -289,7 +293,7 @@ def _how_to_resume(person: Person) -> str:
 def add_note(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale note``."""
     parser.add_argument(
-        "words", nargs="+", metavar="WORDS", help=("the remark; never a participant's name")
+        "words", nargs="+", metavar="WORDS", help=("the note; never a participant's name")
     )
 
 

@@ -42,7 +42,7 @@ def add_setting(parser: ArgumentParser) -> None:
         "--windowed",
         action="store_true",
         default=default.windowed,
-        help=("use a window instead of the full screen"),
+        help="run in a window instead of full screen",
     )
     parser.add_argument(
         "--screen",
@@ -73,14 +73,14 @@ def add_contact(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--position",
         metavar="SPEC",
-        help="the finger's position sensor: mouse:mm_per_pixel=X, lasers:PORT, scripted:FILE, "
+        help="the finger-position sensor: mouse:mm_per_pixel=X, lasers:PORT, scripted:FILE, "
         "simulated or none (default: the laboratory folder's, else the study's)",
     )
     parser.add_argument(
         "--force",
         metavar="SPEC",
-        help="the finger's force sensor: load_cells:PORT, daq:..., simulated or none "
-        "(default: the laboratory folder's, else the study's)",
+        help="the finger-force sensor: load_cells:PORT, daq:..., simulated or none (default: the "
+        "laboratory folder's, else the study's)",
     )
 
 
@@ -118,7 +118,7 @@ def add_study(parser: ArgumentParser) -> None:
         metavar="STUDY",
         nargs="?",
         default=default,
-        help=f"a TOML file or a shipped study's name (default: {default})",
+        help=f"a TOML file, or the name of a shipped study (default: {default})",
     )
 
 
@@ -129,15 +129,15 @@ def add_participant(parser: ArgumentParser, *, required: bool) -> None:
         "--participant",
         required=required,
         metavar="01",
-        help="the participant's number: letters and digits, never a name",
+        help="the participant label: letters and digits, never a name",
     )
     parser.add_argument(
         "--session",
         default="",
         metavar="01",
-        help=("session label, if the study has several sessions"),
+        help="session label, if the study has several sessions",
     )
-    parser.add_argument("--run", default="01", metavar="01", help="number of the run (default: 01)")
+    parser.add_argument("--run", default="01", metavar="01", help="run number (default: 01)")
     default = here()
     parser.add_argument(
         "--out",
@@ -163,7 +163,7 @@ def add_run(parser: ArgumentParser) -> None:
         "--seed",
         type=int,
         metavar="N",
-        help=("random seed for trial orders (default: the study's)"),
+        help="random seed for trial orders (default: the study's)",
     )
     parser.add_argument("--pilot", action="store_true", help="mark the run as a pilot")
     parser.add_argument(

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NEW_STUDY = "biet2007"  # template of a new file
-WHICH = "a TOML file or a shipped study's name"
+WHICH = "a TOML file, or the name of a shipped study"
 
 
 def add_study(parser: ArgumentParser) -> Commands:
@@ -35,9 +35,11 @@ def add_study(parser: ArgumentParser) -> Commands:
     )
     new.add_argument("path", type=Path, metavar="FILE", help="a new TOML file")
     new.add_argument(
-        "--title", metavar="TEXT", help=("title of the study and its data set (default: ask)")
+        "--title",
+        metavar="TEXT",
+        help="title of the study and its data set (default: prompt for it)",
     )
-    new.add_argument("--author", metavar="NAME", action="append", help="an author; may be repeated")
+    new.add_argument("--author", metavar="NAME", action="append", help="an author; can be repeated")
     new.add_argument(
         "--from",
         dest="template",
@@ -47,7 +49,7 @@ def add_study(parser: ArgumentParser) -> Commands:
     )
     show = commands.add_parser(
         "show",
-        help="print what a study does, and a participant's orders",
+        help="describe a study and a participant's orders",
         epilog="example: slipscale study show matching --timeline --people 20",
     )
     default = here()
@@ -56,13 +58,13 @@ def add_study(parser: ArgumentParser) -> Commands:
         "--participant",
         default="01",
         metavar="01",
-        help=("participant label for the orders (default: 01)"),
+        help="participant label for the orders (default: 01)",
     )
     show.add_argument(
         "--session",
         default="",
         metavar="01",
-        help=("session label for the orders (default: the study's first)"),
+        help="session label for the orders (default: the study's first)",
     )
     show.add_argument(
         "--run", default="01", metavar="01", help=("run number for the orders (default: 01)")
@@ -70,8 +72,8 @@ def add_study(parser: ArgumentParser) -> Commands:
     show.add_argument(
         "--timeline",
         action="store_true",
-        help="instead print what a participant goes through: minutes and their spread, time "
-        "with the plate vibrating, cost",
+        help="instead print a participant's timeline: minutes and their spread, plate vibration "
+        "time, cost",
     )
     show.add_argument(
         "--people",
@@ -91,12 +93,12 @@ def add_study(parser: ArgumentParser) -> Commands:
         "--figure",
         type=Path,
         metavar="FILE",
-        help="draw the timeline, or without --timeline all participants' orders (which "
+        help="draw the timeline or, without --timeline, the orders for all participants (which "
         "unblinds you): .svg, .png or .pdf",
     )
     validate = commands.add_parser(
         "validate",
-        help="report every fault in a study file, and how balanced its orders are",
+        help="report all errors in a study file, and how balanced its orders are",
         epilog="example: slipscale study validate matching",
     )
     # Outside a laboratory folder there is no default study.
@@ -112,7 +114,11 @@ def add_study(parser: ArgumentParser) -> Commands:
         "--language", required=True, metavar="CODE", help=("language code, such as de or pt-BR")
     )
     texts.add_argument(
-        "--out", required=True, type=Path, metavar="FILE", help=("a new file, next to the study's")
+        "--out",
+        required=True,
+        type=Path,
+        metavar="FILE",
+        help="a new file in the same folder as the study file",
     )
     commands.add_parser(
         "schema",
@@ -155,7 +161,7 @@ def _title_and_authors(args: Namespace) -> tuple[str, tuple[str, ...]]:
     if not title and sys.stdin.isatty():
         title = input(f"Title of the study [{args.path.stem}]: ").strip()
     if not authors and sys.stdin.isatty():
-        named = input("Authors, with commas between [none yet]: ").split(",")
+        named = input("Authors, separated by commas [none yet]: ").split(",")
         authors = tuple(name.strip() for name in named if name.strip())
     return title or args.path.stem, authors
 

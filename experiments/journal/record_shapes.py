@@ -230,7 +230,7 @@ def checked(records: Sequence[Record]) -> tuple[list[Record], list[Damage]]:
 
 
 class _Order:
-    """The order of a run's steps: each begins at least once, and ends before the next begins."""
+    """Checks the order of steps: each begins at least once, and ends before the next begins."""
 
     def __init__(self) -> None:
         self.sure = True  # no damage since the last step began

@@ -44,7 +44,7 @@ class StopRequested(Exception):
 
 
 class Participant(Protocol):
-    """A person at a screen, or a substitute. A context manager: entering opens the window."""
+    """A person at a screen, or a substitute; as a context manager, opens the window."""
 
     kind: ClassVar[Kind]
     # Set before a question: the entry to start with. If `perform` raises an exception, it contains

@@ -87,7 +87,7 @@ def _cell(
         found = value(record)
         if not isinstance(found, CELL):
             raise UserError(
-                f"{subject} holds {type(found).__name__}, expected a text, a number, true or "
+                f"{subject} contains {type(found).__name__}, expected a text, a number, true or "
                 "false, or None"
             )
         return found

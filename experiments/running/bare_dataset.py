@@ -35,11 +35,11 @@ if TYPE_CHECKING:
 #: Feature that only full sessions can simulate -> whether a run has it.
 NEED_SESSIONS: dict[str, Callable[[RunPlan], bool]] = {
     "textures depend on the finger's position": lambda plan: bool(plan.study.textures),
-    "the plate file names sensors for the finger": lambda plan: bool(plan.study.plate.file),
+    "the plate file specifies finger sensors": lambda plan: bool(plan.study.plate.file),
     "the finger is measured": lambda plan: bool(
         plan.study.plate.position or plan.study.plate.force
     ),
-    "amplitudes are adjusted at the plate": lambda plan: any(
+    "amplitudes are adjusted on the plate": lambda plan: any(
         isinstance(step, Adjust) for step in dry_run(plan)
     ),
 }

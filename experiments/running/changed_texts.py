@@ -23,8 +23,8 @@ def changed_texts(plan: RunPlan, records: list[Record]) -> Iterator[str]:
     began = records[0].data.get("texts_hash")
     if began and began != texts_hash(texts):
         yield (
-            "some words on the screen differ from those at the beginning of the run, because "
-            "the version of Slipscale differs; the journal records this"
+            "some texts on the screen differ from those at the start of the run, because the "
+            "Slipscale version differs; the journal records this"
         )
     with suppress(UserError):
         study, text = read_study(plan.study_name)

@@ -125,7 +125,7 @@ def try_sources(specs: ContactSpecs, seed: int) -> list[str]:
             each.source.begin()
         clock.sleep(TRIED_S)
         told = [f"{kind}: {_readings(each.source)}" for kind, each in opened.items()]
-    return told + [f"{kind}: {spec}, cannot be tested without a session" for kind, spec in
+    return told + [f"{kind}: {spec} cannot be tested without a session" for kind, spec in
                    later.items()]  # fmt: skip
 
 

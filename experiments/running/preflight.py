@@ -284,7 +284,7 @@ def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
         yield (
             f"its readings scatter by {deviation_level:.3f} {quantity.unit} (standard "
             f"deviation), more than {limit_level:.3f}: a session would treat this as faults; "
-            "average the sensor's signal over a longer time, or find what shakes the plate"
+            "average the sensor's signal over a longer time, or find the source of the vibration"
         )
 
 
@@ -332,7 +332,7 @@ def check_display(planned: PlannedSession) -> Finding:
         return Finding(
             name="display",
             passed=None,
-            detail=f"{seen}; key presses have no time stamps from their device",
+            detail=f"{seen}; the keyboard does not time-stamp key presses",
             remedy="response times will be measured by the window, about 10 ms late and less "
             "regular, and marked accordingly; see docs/explanation/analysis.md",
         )
@@ -350,7 +350,7 @@ def check_sound(planned: PlannedSession) -> Finding:
         return Finding(
             name="sound",
             passed=None if missing else True,
-            detail="the study has no masking noise"
+            detail="the study uses no masking noise"
             + ("; no audio device: the headphone test will be skipped" if missing else ""),
             remedy=missing or "",
         )
@@ -437,7 +437,7 @@ def check(
             continue
         studyless = findings and findings[0].passed is False and name in NEED_STUDY
         if studyless:
-            finding = Finding(name=name, passed=False, detail=("not checked: the study has faults"))
+            finding = Finding(name=name, passed=False, detail=("not checked: the study has errors"))
         else:
             try:
                 finding = look(planned)

@@ -109,7 +109,7 @@ def validate(name: str) -> str:
     check_screens(plan)
     textures = f", textures: {len(study.textures)}" if study.textures else ""
     said = (
-        f"{name}: no faults (tasks: {len(study.tasks)}, {study.quantity.levels}: "
+        f"{name}: no errors (tasks: {len(study.tasks)}, {study.quantity.levels}: "
         f"{len(study.levels)}{textures})"
     )
     return "\n".join([said, *_textures(study), *balance(name, study, text)])
@@ -126,12 +126,12 @@ def _textures(study: Study) -> Iterator[str]:
 
 
 def _followed(grating: Grating, made: Quantity) -> str:
-    """Describe how much of a texture's depth the plate and friction follow at the assumed speed."""
+    """Describe the fraction of a texture's depth reached by plate and friction."""
     rate_hz = grating.rate_hz(grating.finger_speed_mm_s)
     passed = DEFAULT_MODULATOR.passed(rate_hz)
     said = (
-        f"{rate_hz:.3g} Hz at {grating.finger_speed_mm_s:g} mm/s; of a "
-        f"sinusoidal depth the plate passes {passed:.0%}"
+        f"{rate_hz:.3g} Hz at {grating.finger_speed_mm_s:g} mm/s; the "
+        f"plate passes {passed:.0%} of a sinusoidal depth"
     )
     if not made.in_um_pp:
         return said  # only ultrasonic plates have a film

@@ -256,7 +256,7 @@ def lines(found: Timeline) -> list[str]:
     rows = [*found.parts, ("in all", found.total_min), ("plate vibrating", found.plate_on_min)]
     width = max(width, *(len(name) + 2 for name, _ in rows))
     told = [
-        f"What a participant goes through ({found.people} simulated people)",
+        f"Timeline of a participant ({found.people} simulated people)",
         head,
         *(f"{name:<{width}}{s.p5:8.1f}{s.p50:8.1f}{s.p95:8.1f}" for name, s in rows),
         "",
@@ -275,8 +275,8 @@ def lines(found: Timeline) -> list[str]:
     )
     if found.longest_on_s.p95 > found.on_time_limit_s or found.duty.p95 > found.duty_limit:
         told.append(
-            "WARNING: beyond its limits the plate switches itself off; add rests, or limit "
-            "the exploration"
+            "WARNING: the plate switches itself off beyond its limits; add rests, or limit the "
+            "exploration time"
         )
     if found.cost_each and found.cost_total:
         each, total = found.cost_each, found.cost_total

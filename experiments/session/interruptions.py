@@ -231,7 +231,7 @@ class Interruptions:
                 return
 
     def _wait_for(self, state: State, wanted: str, message: str = "") -> None:
-        """Hold the participant until the operator makes the wanted request or stops the session."""
+        """Hold the participant until the operator makes the expected request or stops."""
         self._noise.stop()
         self._progress.tell(state, message=message)
 

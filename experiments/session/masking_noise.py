@@ -138,7 +138,7 @@ class MaskingNoise:
         return "silent" if self._stream is None else "playing"
 
     def start(self) -> None:
-        """Fade the noise in and wait until it has reached its level; do nothing if it is playing.
+        """Fade the noise in and wait until it reaches its level; do nothing if already playing.
 
         The plate may vibrate only after that, because partly faded-in noise does not mask its
         sound.

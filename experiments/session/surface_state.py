@@ -156,7 +156,7 @@ class SurfaceState:
     def turn(self, surface: Stimulus) -> None:
         """Change the surface on the plate during an adjustment."""
         if self._wanted is None:
-            raise ValueError("no surface to turn: none was presented")
+            raise ValueError("no surface to adjust: none was presented")
         self._make(replace(self._wanted, surface=surface))
 
     def adjusted(self, surface: Stimulus) -> None:

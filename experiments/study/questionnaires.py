@@ -107,7 +107,7 @@ class Questionnaire(BaseModel):
         for words in (self.title, self.instructions):
             if isinstance(words, dict) and language not in words:
                 raise UserError(
-                    f"questionnaires: '{self.name}' has no title or instructions in '{language}'"
+                    f"questionnaires: '{self.name}' lacks a title or instructions in '{language}'"
                 )
         return [
             replace(question.ask(language, texts), task=self.name) for question in self.questions()

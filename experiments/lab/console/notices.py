@@ -94,7 +94,7 @@ def _first_damage(path: Path, _inode: int, _changed_ns: int, _size: int) -> int 
 
 
 def _still_to_come(begun: list[tuple[str, Visit]], now: datetime) -> str:
-    """Report a run with a start in the future: the clock was set back, or was wrong then."""
+    """Report a run with a start time in the future, due to a clock that was or is wrong."""
     last = max(begun, key=lambda each: each[1].started_utc, default=None)
     if last is None or not last[1].started_utc:
         return ""

@@ -131,7 +131,7 @@ class StudyForm:
         self.elsewhere = tuple(each.whole for each in faults if each.whole not in self._shown)
 
     def _faults_at(self, place: Place, *, items: bool = False) -> tuple[str, ...]:
-        """Return the faults at a place; with ``items``, also those in the items of a list there."""
+        """Return the errors at a position; with ``items``, also those in a list's items."""
         where = place_in_words(place)
         found = [
             each

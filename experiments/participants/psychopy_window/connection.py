@@ -77,7 +77,7 @@ class Connection:
 
     @contextmanager
     def used(self) -> Iterator[None]:
-        """Raise `WindowLost` for exceptions in the block that a broken connection causes."""
+        """Raise `WindowLost` for exceptions in the block due to a broken connection."""
         self.check()
         try:
             yield

@@ -123,7 +123,7 @@ REALISTIC = Habits(
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """What a person has felt in a task up to this trial; arrays hold many people at once.
+    """A person's sensations in a task up to this trial; arrays hold many people at once.
 
     Parameters
     ----------

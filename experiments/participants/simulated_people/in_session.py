@@ -105,7 +105,7 @@ class SimulatedParticipant:
             return
 
     def _see(self, step: Step) -> None:
-        """Note which varied stimuli a step has felt: the plate's vibration does not tell them."""
+        """Note the varied stimuli felt in a step, which plate vibration does not identify."""
         if isinstance(step, Present):
             for part in (*(step.lead_in or ())[:1], step):
                 self._shown[_place(part)] = part.surface

@@ -102,7 +102,7 @@ class Behaviour:
         return self.person.ratio()
 
     def reaches(self, ratio: float) -> bool:
-        """Return whether the last surface is ``ratio`` times as strong as the standard, or more."""
+        """Return whether the last surface is ``ratio`` or more times as strong as the standard."""
         return self.person.reaches(ratio)
 
     def lapses(self) -> bool:

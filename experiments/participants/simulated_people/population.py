@@ -254,7 +254,7 @@ class Curves:
         self._known: dict[float, tuple[float, float, float, float, float]] = {}
 
     def mean(self, level: float) -> float:
-        """Return the population's mean sensation (0-100) at an amplitude; the ends are held."""
+        """Return the mean sensation (0-100) at an amplitude; constant beyond the ends."""
         return self._at(level)[0]
 
     def turns(self, level: float) -> tuple[float, float]:

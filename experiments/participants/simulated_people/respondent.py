@@ -363,7 +363,7 @@ class Respondent:
         return self.stream(self._question).choice(self._reports)
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return random numbers for one purpose in this trial, different for each repetition."""
+        """Return a random number stream for one purpose, different for each repeated trial."""
         place = (self._trial.task, self._trial.number) if self._trial else ("", 0)
         return self._stream(*self._visit, *place, *purpose, *self._again)
 
@@ -424,7 +424,7 @@ class Respondent:
         )
 
     def _of_standard(self) -> float:
-        """Return the sensation of the standard, which was felt first in this trial or before it."""
+        """Return the sensation for the standard, felt first in this trial or before it."""
         several = len(self._of_trial) > 1
         standard = self._of_trial[min(self._of_trial)] if several else self._standard_level
         return max(self._sensation.percent(standard), LEAST_PERCENT)

@@ -106,7 +106,7 @@ def test_who_the_analysis_excluded_is_told_with_the_rule(recorded, monkeypatch, 
     assert (
         "run slipscale analyse to see who is excluded (the study's rules: zeros, faults)" in said[0]
     )
-    assert "excludes nobody" in said[1]
+    assert "excludes no participants" in said[1]
     assert "participant 02 is excluded by zeros (analysis of 20" in said[2]
     assert main(["participants", "--json"]) == 0
     people = json.loads(capsys.readouterr().out)["people"]

@@ -228,7 +228,7 @@ def test_shared_answers_without_words_are_told_once():
 
 def test_words_that_are_missing_in_the_language_of_a_run_are_told_before_it(plan):
     own = text_of(2).replace(', fr = "Vous"', "").replace('"fr"', '"en"')
-    with pytest.raises(UserError, match="'likert' has no title or instructions in 'fr'"):
+    with pytest.raises(UserError, match="'likert' lacks a title or instructions in 'fr'"):
         plan(own, language="fr").person_questions()
 
 

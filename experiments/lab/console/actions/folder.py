@@ -76,7 +76,7 @@ def _test(desk: Desk, asked: Test) -> str:
 
 
 class Freeze(Form):
-    """What a registry asks for besides the study and its analysis; may be empty."""
+    """Further information required by a registry; may be empty."""
 
     sample_size: Words = ""
     existing_data: Words = ""

@@ -154,6 +154,6 @@ def _verdicts(job: Job | None) -> list[tuple[str, str, str]]:
 
 
 def _readings(job: Job | None) -> list[tuple[float, float]]:
-    """Return the readings of a surface that is presented: (s, in the plate's quantity)."""
+    """Return readings for the presented surface: (s, level in the plate's quantity)."""
     rows = READING.findall(job.said()) if job else []
     return [(float(s), float(um)) for s, um in rows if um != "n/a"][-MOST_READINGS:]

@@ -68,7 +68,7 @@ def today(view: View) -> dict[str, Any]:
 
 
 def _between(found: Snapshot, job: Job | None) -> str:
-    """Return whose session is starting or ending: a process is running, but no journal is open."""
+    """Return whose session is starting or ending: it has a process but no open journal."""
     return job.about if job and job.running and not found.live else ""
 
 
