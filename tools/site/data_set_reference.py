@@ -32,16 +32,17 @@ if TYPE_CHECKING:
 
 INTRODUCTION = f"""# The data set
 
-A session writes its journal; the data set is built from the journals. It is a behavioural data set
-in BIDS form, with one table (TSV) and one sidecar (JSON) per task, participant and run. Missing
-values are `{MISSING}`. Decimals use a point, times are in seconds, and amplitudes are peak to peak.
+Each session writes a journal, and the data set is built from the journals. It is a behavioural
+data set in BIDS format, with one table (TSV) and one sidecar (JSON) per task, participant and run.
+Missing values are `{MISSING}`. Decimals use a point, times are in seconds, and amplitudes are peak
+to peak.
 
 This page is generated from `experiments/dataset/schema.py` and the protocols.
 """
 PEOPLE = f"""
 ## participants.tsv
 
-One row per participant: `{PARTICIPANT}`, one column per question of the study's `about_you` tables,
+One row per participant: `{PARTICIPANT}`, one column per question in the study's `about_you` tables,
 and
 
 """
@@ -54,29 +55,29 @@ If runs have a session, each participant has a table with one row per session: `
 QUESTIONNAIRES = f"""
 ## phenotype/
 
-Each questionnaire has a table `phenotype/<name>.tsv` and a sidecar with the texts of items and
-answers. One row each time it was asked: `{PARTICIPANT}`, the visit if there are several, and one
-column per item with the code of the answer.
+Each questionnaire has a table `phenotype/<name>.tsv` and a sidecar with the item and answer texts.
+The table has one row each time the questionnaire was completed: `{PARTICIPANT}`, the visit if there
+are several, and one column per item with the code of the answer.
 
 """
 MEASURED_TEXT = """
 ## Measurements
 
-Columns after `exploration_time` in the tables of runs that measured them: of the finger, if a
-sensor of its [position or forces](../how-to/finger.md) was used, and of the plate, if it reports
-them.
+These columns follow `exploration_time` in the tables of runs in which they were measured: finger
+columns if a [position or force sensor](../how-to/finger.md) was used, and plate columns if the
+plate reports them.
 
 """
 FLAG_TEXT = f"""
 ## Flags
 
-What happened in a trial, in the column `flag`, separated by `{FLAG_SEPARATOR}`.
+The column `flag` lists what happened in a trial, separated by `{FLAG_SEPARATOR}`.
 
 """
 SIDECAR_TEXT = f"""
 ## Sidecars
 
-Next to each table, under the key `{SIDECAR}`:
+Each table has a sidecar next to it, which contains under the key `{SIDECAR}`:
 
 """
 
