@@ -1,4 +1,4 @@
-"""Compute what a table implies: one answer per column, and answers across columns.
+"""Compute what a table implies, for each column and across columns.
 
 Everything here is computation; `report` formats the answers for people and machines.
 """
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.inference.distributions import Distribution
     from slipscale.analysis.reconstruction.table.published_table import Design
 
-# Limits above which the command line skips a computation: cells of the tables of states, each
-# counted once per goal, and additions for ordered samples when multisets are requested.
+# Limits above which the command line skips a computation: cells in the state tables, each counted
+# once per goal, and additions for ordered samples when multisets are requested.
 MARGINAL_CELLS = 5_000_000
 ORDERED_ADDITIONS = 6_000_000_000
-# Sums that are listed next to an answer without a count.
+# Number of sums listed next to an answer without a count.
 SHOWN_SUMS = 100
 
 
 @dataclass(frozen=True, kw_only=True)
 class OrderStatistic:
-    """One of the sorted ratings over all data sets: sharp bounds and the mean."""
+    """One of the sorted ratings, over all data sets: sharp bounds and mean."""
 
     rank: int
     minimum: float
@@ -43,7 +43,7 @@ class OrderStatistic:
 
 @dataclass(frozen=True, kw_only=True)
 class Variant:
-    """Number of data sets under one SD convention and rounding rule, or why there are none."""
+    """Number of data sets under one SD convention and rounding rule, or the reason for none."""
 
     sd_convention: str
     rounding: str
@@ -58,36 +58,36 @@ class ColumnAnswer:
     Parameters
     ----------
     label, sd_convention, rounding : str
-        Properties of the column.
+        Label, SD convention and rounding rule of the column.
     printed : str
-        Everything printed about the column, in words.
+        Description of everything printed about the column.
     reason : str
         Why no data set exists; empty if one exists.
     multisets : int or None
-        Number of data sets if the order of the participants does not count; None if not counted.
+        Number of data sets, ignoring the order of participants; None if not counted.
     ordered : int or None
-        Number of data sets if the order counts; None if counting takes too long by default.
+        Number of data sets, distinguishing orders; None if counting takes too long by default.
     grim, grimmer : bool
         Whether the mean passes GRIM and the SD passes GRIMMER.
     sums : tuple of (Fraction, Fraction)
         Admissible sums and sums of squares, in the scale's own unit.
     order_statistics : tuple of OrderStatistic
-        Empty if no data set exists, or if computing them takes too long by default.
+        Order statistics; empty if no data set exists, or if they take too long by default.
     variants : tuple of Variant
-        Empty if not requested.
+        Counts under other conventions; empty if not requested.
     scale_is_printed : bool
         Whether an end of the scale is printed.
     assumptions : tuple of str
-        Assumptions behind the answer, in words.
+        Assumptions behind the answer, as text.
     refused : str
-        Why the data sets are not counted; empty if they are.
+        Reason why the data sets are not counted; empty if they are.
     not_drawn : str
-        Why none can be drawn although they are counted; empty if they can.
+        Reason why no samples can be drawn although data sets are counted; empty if they can.
     witness : tuple of float
-        One verified data set if they are not counted; empty if none was found.
+        A verified data set, if data sets are not counted; empty if none was found.
     log10_estimate : float or None
-        Approximate decimal logarithm of the number of data sets that are not counted (saddle
-        point).
+        Approximate log10 of the number of data sets (saddle-point method), if they are not
+        counted.
     """
 
     label: str
@@ -138,7 +138,7 @@ class Across:
 
 
 def column_answer(solutions: Solutions, measure: str, *, variants: bool = False) -> ColumnAnswer:
-    """Return one column's answer; `variants` adds every SD convention and rounding rule."""
+    """Return the answer for one column; `variants` adds every SD convention and rounding rule."""
     if solutions.refused:
         return _uncounted(solutions)
     column, found = solutions.column, solutions.targets
@@ -165,7 +165,7 @@ def column_answer(solutions: Solutions, measure: str, *, variants: bool = False)
 
 
 def _uncounted(solutions: Solutions) -> ColumnAnswer:
-    """Return what is known of a column with too many data sets to count."""
+    """Return what is known about a column with too many data sets to count."""
     from slipscale.analysis.reconstruction.data_sets.saddle_point import log10_multisets  # noqa: PLC0415 - rare
 
     column, found = solutions.column, solutions.targets
@@ -197,7 +197,7 @@ def worth_marginals(solutions: Solutions) -> bool:
 
 
 def worth_ordering(solutions: Solutions, measure: str) -> bool:
-    """Whether to count ordered samples: they were requested, or need few enough additions."""
+    """Whether to count ordered samples: if requested, or if this needs few enough additions."""
     if solutions.not_drawn:
         return False
     if solutions.listed_apart:

@@ -21,16 +21,16 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.inference.printed_test_answer import PrintedTestAnswer
     from slipscale.analysis.reconstruction.table.interval_column import IntervalColumn
 
-# Maximum number of distinct ratings of a data set that are shown.
+# Maximum number of distinct ratings shown per data set.
 SHOWN_VALUES = 20
-# Maximum number of pairs of a sum and a sum of squares that are shown; JSON contains all.
+# Maximum number of (sum, sum of squares) pairs shown; JSON contains all.
 SHOWN_SUMS = 12
 # Terms used in JSON, as in the documentation.
 Json = dict[str, Any]
 
 
 def column_json(answer: ColumnAnswer) -> Json:
-    """Return one column's answer for JSON, with counts as strings."""
+    """Return the answer for one column as JSON data, with counts as strings."""
     written: Json = {
         "label": answer.label,
         "printed": answer.printed,
@@ -70,7 +70,7 @@ def _variant_json(variant: Variant) -> Json:
 
 
 def across_json(answer: Across) -> Json:
-    """Return the answers across columns for JSON, which has no infinity."""
+    """Return the answers across columns as JSON data, which cannot represent infinity."""
     return {
         "always": [_finite(asdict(found)) for found in answer.bounds if found.decided],
         "depends": [_finite(asdict(found)) for found in answer.bounds if not found.decided],
@@ -84,12 +84,12 @@ def across_json(answer: Across) -> Json:
 
 
 def printed_tests_json(found: Sequence[PrintedTestAnswer]) -> list[Json]:
-    """Return the answers to the printed tests for JSON."""
+    """Return the answers about the printed tests as JSON data."""
     return [_finite(asdict(one)) for one in found]
 
 
 def printed_test_lines(found: Sequence[PrintedTestAnswer]) -> list[str]:
-    """Return the answers to the printed tests as text, one line each."""
+    """Return the answers about the printed tests as text, one line each."""
     said = ["Printed tests"] if found else []
     for one in found:
         said.append(f"  {one.question}: {one.printed}: {one.verdict}")
@@ -148,7 +148,7 @@ def printed_test_details(one: PrintedTestAnswer) -> Iterator[str]:
 
 
 def interval_json(column: IntervalColumn) -> Json:
-    """Return a column of continuous values for JSON."""
+    """Return a column of continuous values as JSON data."""
     return {
         "label": column.label,
         "printed": column.printed,
@@ -258,7 +258,7 @@ def _bound_lines(found: Conclusion) -> Iterator[str]:
 
 
 def ratings(labels: Sequence[str], table: Sequence[Sequence[float]]) -> str:
-    """Format a table: each column's ratings, participants in the same order."""
+    """Format a table: the ratings in each column, with participants in the same order."""
     return "; ".join(
         f"{label}: {' '.join(f'{v:g}' for v in row)}"
         for label, row in zip(labels, table, strict=True)

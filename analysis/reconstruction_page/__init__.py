@@ -1,1 +1,1 @@
-"""Build one page about all data sets behind a published table."""
+"""Build a page about all data sets behind a published table."""

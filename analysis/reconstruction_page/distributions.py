@@ -22,16 +22,16 @@ BAND = (0.025, 0.975)
 
 @dataclass(frozen=True, kw_only=True)
 class Bands:
-    """A quantity along the scale, over all data sets.
+    """A quantity along the scale, summarised over all data sets.
 
     Parameters
     ----------
     edges : ndarray, shape (places + 1,)
         Edges of the bins, in the scale's own unit.
     mean, low, high, least, most : ndarray, shape (places,)
-        Mean, 2.5 % and 97.5 % quantile, smallest and largest value.
+        Mean, 2.5 % and 97.5 % quantiles, smallest and largest value.
     exact : bool
-        Whether over all data sets; otherwise over the samples.
+        Whether computed over all data sets; otherwise over samples.
     """
 
     edges: Array

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.inference.distributions import Distribution
     from slipscale.analysis.reconstruction.inference.printed_test_answer import PrintedTestAnswer
 
-# Data sets per column for the histograms, and those included in the page.
+# Number of data sets per column for the histograms, and number included in the page.
 DRAWN = 2000
 WITH_THE_PAGE = 100
 
@@ -119,7 +119,7 @@ def _drawn(source: Source, place: int, number: int) -> Array | None:
     solutions, _ = source.columns[place]
     if solutions.not_drawn or not solutions.consistent:
         return None
-    # Same samples as `--sample`: a column's samples do not depend on the other columns.
+    # Same samples as `--sample`: the samples for a column do not depend on other columns.
     return Sampler(solutions, source.measure).draw(
         number, np.random.default_rng([source.seed, place])
     )
@@ -129,7 +129,7 @@ def _column(source: Source, place: int) -> html.ReportSection:
     """Return a column's counts, figures and order statistics."""
     solutions, answer = source.columns[place]
     section = html.ReportSection(answer.label)
-    # The heading has the label, and a table the sorted ratings.
+    # The heading shows the label, and a table shows the sorted ratings.
     said = (" ".join(line.split()) for line in list(column_lines(answer))[1:])
     convention = f"{answer.sd_convention} SD, rounding: {answer.rounding}"
     facts = [
@@ -187,7 +187,7 @@ def _axis_ends(solutions: Solutions, samples: Array) -> tuple[float, float]:
     return low, high
 
 
-# What an editor can ask if no ratings give a table: the usual causes, the harmless ones first.
+# Questions that an editor can ask if no ratings give a table; harmless causes come first.
 ASK = (
     "Is n the number of ratings behind each printed number, or are some missing?",
     "In which steps could participants answer, and what are the ends of the scale?",
@@ -269,7 +269,7 @@ def _printed_tests(found: Sequence[PrintedTestAnswer]) -> html.ReportSection:
 
 
 def _across(found: Across) -> html.ReportSection:
-    """Return what holds in every data set, and what depends on the data set."""
+    """Return what holds in every data set, and what differs between data sets."""
     section = html.ReportSection("Across columns")
     for decided, caption in (
         (True, "The same answer in every data set and pairing."),

@@ -1,4 +1,4 @@
-"""Count the solutions of a column exactly, whatever their number."""
+"""Count the solutions for a column exactly, however many there are."""
 
 from __future__ import annotations
 

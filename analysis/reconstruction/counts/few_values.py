@@ -1,11 +1,12 @@
 """Count in closed form on scales with few values, such as Likert scales.
 
 Only the outer values are enumerated. Take three neighbouring values c - 1, c and c + 1, and fix
-how often every other value occurs. Let these be k values, with a sum d of distances from c and a
-sum q of squared distances. Then n, D and V (see `meet_in_the_middle`) determine the three counts.
-Among the remaining values, w = V - q are next to c; those above c exceed those below by D - d.
-This is possible if and only if ``|D - d| <= w <= n - k``. If the sums of squares form a range of
-every second number, w also has a range, so each choice of outer values costs one subtraction.
+how often every other value occurs. Let these other values number k, with d the sum of their
+distances from c and q the sum of squared distances. Then n, D and V (see `meet_in_the_middle`)
+determine the three counts. Among the remaining values, w = V - q are next to c; those above c
+exceed those below by D - d. This is possible if and only if ``|D - d| <= w <= n - k``. If the sums
+of squares form a range of every second number, w also has a range, so each choice of outer values
+costs one subtraction.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
 # Maximum number of enumerated choices of outer values; beyond it another method is faster.
 CHOICES = 100_000
-# Number of scale values beyond which there are always more choices than that.
+# Number of scale values above which there are always more choices than that.
 VALUES = 12
 
 
@@ -34,7 +35,7 @@ Runs = dict[int, list[tuple[int, int]]]
 
 
 def number(values: Sequence[int], goals: Iterable[Goal]) -> int | None:
-    """Return how many multisets of `values` reach one of the goals.
+    """Return the number of multisets of `values` that reach one of the goals.
 
     `values` are in ascending order. Returns None if other methods are faster, or if no three
     values are neighbours.
@@ -53,7 +54,7 @@ def number(values: Sequence[int], goals: Iterable[Goal]) -> int | None:
 
 
 def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
-    """Return how many multisets of n values have one of the sums and sums of squares.
+    """Return the number of multisets of n values that have one of the sums and sums of squares.
 
     Parameters
     ----------
@@ -94,7 +95,7 @@ def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
 
 
 def without_median(goal: Goal) -> bool:
-    """Whether any number of a goal's values may lie on either side of the centre."""
+    """Return whether any number of a goal's values may lie on either side of the centre."""
     part = goal.part
     together = part.split.below + 1 == part.split.centre == part.split.above
     return together and part.fewest_below == 0 and part.most_below == goal.n
@@ -112,7 +113,7 @@ def _outer(
 ) -> tuple[Array, Array, Array] | None:
     """Return (k, d, q) of all choices of the outer values; None if there are too many.
 
-    Omits choices whose squares exceed `most`, or fall short of `least` whatever follows.
+    Omits choices whose squares exceed `most`, or cannot reach `least`.
     """
     k = d = q = np.zeros(1, dtype=np.int64)
     far_to_near = sorted(distances, key=abs, reverse=True)

@@ -1,4 +1,4 @@
-"""List all data sets behind a column, one per row, if they are not too many."""
+"""List all data sets behind a column, one per row, if there are not too many."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.problem import Problem
     from slipscale.analysis.reconstruction.counts.state_table import Array
 
-# Maximum number of listed multisets, and how many are processed together.
+# Maximum number of multisets to list, and number processed together.
 LISTED = 2**20
 CHUNK = 2**18
 

@@ -1,4 +1,4 @@
-"""Meet in the middle: join the tables below and above the centre to whole solutions.
+"""Meet in the middle: join the tables below and above the centre into whole solutions.
 
 Let c be the centre. The signed distances of n free values with sum S and sum of squares Q add up
 to D = S - nc; their squared distances add up to V = Q - 2cS + nc².
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Goal:
-    """Required totals for a part of the solutions, as distances from its centre.
+    """Required totals for a part of the solutions, as distances from the centre.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Goal:
 
     @property
     def numbers_above(self) -> range:
-        """How many free values may lie above the centre."""
+        """The numbers of free values that may lie above the centre."""
         return range(self.n - self.part.most_below, self.n - self.part.fewest_below + 1)
 
 
@@ -74,7 +74,7 @@ def glimpses(split: Split, wanted: list[Goal]) -> list[Glimpse]:
     return [half.glimpse() for half in _halves(split, wanted)]
 
 
-# Planes, sums per plane and distances from which the size of a table is estimated.
+# Numbers of planes, sums per plane and distances used to estimate the size of a table.
 PLANES_LOOKED_AT = 16
 SUMS_LOOKED_AT = 256
 DISTANCES_LOOKED_AT = 1024
@@ -82,7 +82,7 @@ DISTANCES_LOOKED_AT = 1024
 
 @dataclass(frozen=True)
 class Glimpse:
-    """A few planes of a table.
+    """A few planes of a table, to estimate its size.
 
     Parameters
     ----------

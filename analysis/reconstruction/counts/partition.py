@@ -1,7 +1,7 @@
 """Partition a column's solutions into parts that depend only on n, sum and sum of squares.
 
 A printed extreme or median requires certain values to be present. Partitioning by how often such a
-value occurs leaves, in each part, free values in an interval (or in two: below and above the
+value occurs leaves, in each part, free values in one interval (or two: below and above the
 median). Every solution belongs to exactly one part, for multisets and ordered samples alike.
 """
 
@@ -43,7 +43,7 @@ class Moments:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a column requires of its values, in steps above the scale's minimum.
+    """Requirements on a column's values, in steps above the scale minimum.
 
     Parameters
     ----------
@@ -91,11 +91,11 @@ class Part:
     Parameters
     ----------
     split : Split
-        Where the free values lie.
+        Location of the free values.
     moments : Moments
         Moments of the free values.
     given : tuple of (int, int)
-        Fixed values with their numbers of occurrences.
+        Fixed values and how often each occurs.
     fewest_below, most_below : int
         Minimum and maximum number of free values below the split.
     """
@@ -117,7 +117,7 @@ class Part:
 
     @property
     def arrangements(self) -> int:
-        """Ways to place the given values among all values when the order counts."""
+        """Number of ways to place the given values among all values when the order counts."""
         ways, n = 1, self.moments.n
         for _, times in self.given:
             n += times
@@ -142,7 +142,7 @@ def partition(wanted: Wanted) -> Iterator[Part]:
 
 
 def _holes(wanted: Wanted, low: int, high: int) -> frozenset[int]:
-    """Return the inner values with specified occurrences: they are given, not free."""
+    """Return the inner values whose occurrences are specified: they are given, not free."""
     return frozenset(value for value, _, _ in wanted.occurrences if low <= value <= high)
 
 
@@ -240,7 +240,7 @@ def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
 def _copies(
     middle: dict[int, int], n: int, low: int, high: int, holes: frozenset[int]
 ) -> Iterator[Given]:
-    """Yield how many free values equal each middle value.
+    """Yield the number of free values that equal each middle value.
 
     The number is already fixed for a middle value that is given or lies outside the interval.
     """

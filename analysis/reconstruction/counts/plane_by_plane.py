@@ -1,7 +1,7 @@
-"""Count the multisets that reach a goal, with one plane per distance in memory.
+"""Count the multisets that reach a goal, keeping one plane per distance in memory.
 
 `state_table` stores, for every k, how the k values so far add up, because samples and marginals
-need it. A count does not. Let T_k[d] be the table of k values that all lie at least d from the
+need this; a count does not. Let T_k[d] be the table of k values that all lie at least d from the
 centre. The nearest of them lies at d or farther out, so
 
     T_k[d](a, w) = T_k[d + 1](a, w) + T_{k-1}[d](a - d, w - w_d).

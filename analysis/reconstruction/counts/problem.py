@@ -71,7 +71,7 @@ class Problem:
 
     @cached_property
     def of_few_values(self) -> int | None:
-        """Number of multisets on a scale with few values; None if this method does not apply."""
+        """Number of multisets by the method for few values; None if it does not apply."""
         if not all(map(few_values.without_median, self.goals)):
             return None
         split = self.split
@@ -82,7 +82,7 @@ class Problem:
 
     @property
     def bytes(self) -> int:
-        """Memory of both tables, for one modulus."""
+        """Memory for both tables, for one modulus."""
         return 8 * (self.below.cells + self.above.cells)
 
     @property
@@ -219,7 +219,7 @@ def duration(seconds: float) -> str:
 
 
 def simple_bound(tasks: Iterable[Problem], measure: str) -> int:
-    """Return a rough upper bound on the solutions, including the places of the given values."""
+    """Return a rough upper bound on the number of solutions, with placements of given values."""
     bound = 0
     choose = cache(comb)  # tasks of one column share most of these, and each takes a millisecond
     for task in tasks:

@@ -1,6 +1,6 @@
 """Count with 64-bit words: residues modulo 2^64 and primes, combined at the end.
 
-Every number in the dynamic programme counts part of the solutions, so none exceeds the total.
+Every number in the dynamic programme counts some of the solutions, so none exceeds the total.
 Arithmetic modulo M is therefore exact as soon as M exceeds the total, even if intermediate results
 wrap around. Up to 2^64, one table of machine words is enough. Above it, additional tables, one per
 prime, are combined by the Chinese remainder theorem.

@@ -1,4 +1,4 @@
-"""Tables of the dynamic programme: how many ways the values on one side of the centre add up.
+"""Tables of the dynamic programme: in how many ways values on one side of the centre add up.
 
 A value that lies d steps from the centre adds (1, d, w_d) to the state (k, a, w). Here k is the
 number of values so far, a the sum of their distances, and w = (q ± a)/2 with q the sum of squared

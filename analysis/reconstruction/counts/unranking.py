@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Joint
     from slipscale.analysis.reconstruction.counts.problem import Problem
 
-# Completed ranks are dropped when less than this share of the ranks is unfinished.
+# Completed ranks are dropped when less than this proportion of the ranks is unfinished.
 WORTH_DROPPING = 0.7
 
 

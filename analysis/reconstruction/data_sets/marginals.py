@@ -1,4 +1,4 @@
-"""Compute exact marginals: the distribution of each order statistic and rating over all data sets.
+"""Compute exact marginals: distributions of order statistics and ratings over all data sets.
 
 As in sampling, the tables are reversed distance by distance, while the weights that the rest of a
 solution gives to each state are pulled back in parallel. At every distance the product of the two
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Marginals:
-    """Distributions over all data sets that a column allows, in steps above the minimum.
+    """Distributions over all data sets consistent with a column, in steps above the minimum.
 
     Parameters
     ----------
     n : int
-        Ratings in a data set.
+        Number of ratings in a data set.
     total : int
         Number of data sets, in the chosen measure.
     at_most : tuple of tuple of int
@@ -75,7 +75,7 @@ def marginals(solutions: Solutions, measure: str = "multisets") -> Marginals:
     solutions : Solutions
         Solutions of a column that has at least one.
     measure : {"multisets", "ordered"}
-        Which data sets are equally likely. The distribution of a rating differs between the two.
+        Which data sets are equally likely; the distribution of a rating depends on this.
     """
     n, values = solutions.column.n, solutions.column.scale.steps + 1
     tasks = solutions.problems
@@ -120,7 +120,8 @@ def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
             for k, number in enumerate(_products(own, worth)):
                 key = (value, k) if own_below else (value - 1, goal.n - k)
                 tally[key] = number
-            # At a hole nothing leaves, and the number of values this far out is already known.
+            # At a hole, nothing leaves the tables, and the number of values this far out is already
+            # known.
             if distance not in own.shape.holes:
                 own.retreat(distance)
             tally[value, None] = sum(_products(own, worth)) % modulus

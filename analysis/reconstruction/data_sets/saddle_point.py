@@ -1,10 +1,10 @@
-"""Approximate the number of data sets that a column allows, by the saddle-point method.
+"""Approximate the number of data sets consistent with a column by the saddle-point method.
 
-The number of multisets with n values, sum S and sum of squares Q is a coefficient of a generating
-function: that of z^n x^S y^Q in the product over all values v of 1 / (1 - z x^v y^(v²)). The
-product is the partition function of a Bose-Einstein gas. Its logarithm is convex in the logarithms
-of z, x and y. At the minimum of that convex function, Laplace's method gives the coefficient
-(Good, 1957; Daniels, 1954). S and Q have the same parity, so every reachable pair counts twice.
+The number of multisets with n values, sum S and sum of squares Q is the coefficient of z^n x^S y^Q
+in a generating function: the product over all values v of 1 / (1 - z x^v y^(v²)). The product is
+the partition function of a Bose-Einstein gas. Its logarithm is convex in the logarithms of z, x
+and y. At the minimum of that convex function, Laplace's method gives the coefficient (Good, 1957;
+Daniels, 1954). S and Q have the same parity, so every reachable pair counts twice.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.constraints import Targets
 
-# Number of sums for which the estimate is computed; the sums between them have similar estimates.
+# Number of sums for which the estimate is computed; sums in between have similar estimates.
 SUMS_LOOKED_AT = 15
 STEPS = 200
 # Smallest proportion of multisets that contain a printed extreme for which an estimate is given.
@@ -31,7 +31,7 @@ MOST_VALUES = 1_000_000
 
 
 def log10_multisets(targets: Targets) -> float | None:
-    """Return the approximate decimal logarithm of the number of multisets.
+    """Return the approximate log10 of the number of multisets.
 
     Returns None if the method does not converge, or does not cover the column: a median is
     printed, few of the multisets contain a printed extreme, the number of a rating is not fixed,
@@ -62,7 +62,7 @@ def log10_multisets(targets: Targets) -> float | None:
 def _log_with_extremes(wish: Wanted) -> float | None:
     """Return the natural logarithm for one sum and sum of squares, printed extremes present.
 
-    By inclusion and exclusion: solutions within the bounds minus those that lack one of the
+    Uses inclusion-exclusion: solutions within the bounds minus solutions that lack one of the
     values.
     """
     told = _told(wish)
@@ -145,7 +145,7 @@ def _objective(at: Array, powers: Array, moments: Array) -> float:
 
 
 def words(log10_count: float) -> str:
-    """Format a count with this decimal logarithm.
+    """Format a count, given its decimal logarithm.
 
     >>> words(40.398)
     'about 2.5e+40'

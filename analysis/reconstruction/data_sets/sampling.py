@@ -1,4 +1,4 @@
-"""Draw exactly uniform samples of the data sets behind a column, in any number, as a stream."""
+"""Draw any number of exactly uniform samples of the data sets behind a column, as a stream."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ FEW = 2**12
 
 
 class Sampler:
-    """Draws data sets that a column allows, each with equal probability.
+    """Draws data sets consistent with a column, each with equal probability.
 
     Parameters
     ----------
     solutions : Solutions
         Solutions of the column.
     measure : {"multisets", "ordered"}
-        What is equally likely: every multiset of ratings (a data set is then a multiset in random
-        order), or every assignment of ratings to participants.
+        Whether every multiset of ratings is equally likely (a data set is then a multiset in
+        random order), or every assignment of ratings to participants.
 
     Raises
     ------
@@ -83,8 +83,8 @@ class Sampler:
         Returns
         -------
         ndarray of int32, shape (number, n)
-            In steps above the scale's minimum. Rows are sorted for the measure "multisets",
-            and in the participants' order for "ordered".
+            Ratings in steps above the scale minimum. Rows are sorted for the measure "multisets",
+            and in participant order for "ordered".
         """
         ranks = uniform(self.total, number, generator)
         few = number * LISTING_PAYS < FEW
@@ -105,7 +105,7 @@ class Sampler:
             number -= block
 
     def _walk(self, ranks: Array) -> Array:
-        """Unrank in ascending order, for better use of the cache."""
+        """Unrank in ascending order, to make better use of the cache."""
         order = np.argsort(ranks)
         ranks = ranks[order]
         out = np.empty((len(ranks), self.solutions.column.n), dtype=np.int32)

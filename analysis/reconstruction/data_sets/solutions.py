@@ -33,14 +33,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Solutions:
-    """Every data set that `column` allows.
+    """All data sets consistent with `column`.
 
     Parameters
     ----------
     column : Column
-        As published.
+        The published column.
     memory_gib, minutes : float
-        Limits on memory and time; a computation that exceeds them is refused before it starts.
+        Limits on memory and time; a computation that would exceed them is rejected before it
+        starts.
     """
 
     column: Column
@@ -49,7 +50,7 @@ class Solutions:
 
     @cached_property
     def targets(self) -> Targets:
-        """Admissible sums and sums of squares, or why there are none."""
+        """Admissible sums and sums of squares, or the reason why there are none."""
         return targets(self.column)
 
     @cached_property
@@ -62,7 +63,7 @@ class Solutions:
 
     @cached_property
     def multisets(self) -> int:
-        """Number of data sets when the order of the participants does not count."""
+        """Number of data sets, ignoring the order of participants."""
         if self.listed_apart:
             return len(self.listed)
         return self._unfiltered
@@ -89,7 +90,7 @@ class Solutions:
 
     @cached_property
     def refused(self) -> str:
-        """Why the data sets are not counted; empty if they can be."""
+        """Reason why the data sets are not counted; empty if they can be."""
         if self._of_few_values is None:
             if self.targets.refused:
                 return self.targets.refused
@@ -125,7 +126,7 @@ class Solutions:
 
     @cached_property
     def not_drawn(self) -> str:
-        """Why no data set can be drawn or listed, even if one exists; empty if they can."""
+        """Reason why no data set can be drawn or listed, even if one exists; empty if they can."""
         if self.refused:
             return self.refused
         try:
@@ -136,7 +137,7 @@ class Solutions:
 
     @cached_property
     def witness(self) -> tuple[int, ...]:
-        """One data set, in steps above the minimum, if they are not counted; else empty."""
+        """One data set, in steps above the minimum, if data sets are not counted; else empty."""
         return witness(self.column, self.targets) if self.refused else ()
 
     @cached_property
@@ -164,7 +165,7 @@ class Solutions:
 
     @property
     def reason(self) -> str:
-        """Why no data set exists; empty if one does."""
+        """Reason why no data set exists; empty if one does."""
         if self.targets.reason or self.consistent:
             return self.targets.reason
         return (

@@ -1,7 +1,7 @@
-"""Find one data set that a column allows if there are too many to count.
+"""Find one data set consistent with a column if there are too many to count.
 
 The search moves ratings in pairs, as SPRITE does (Heathers et al., 2018). The result is checked
-against the definitions, so a column with a witness has a data set, whatever the search did.
+against the definitions, so a witness proves that a data set exists, however it was found.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.published_table import Column
     from slipscale.analysis.reconstruction.table.rounding import Printed
 
-# Number of sums of squares that are tried, and of parts of each; moves per part in a full and in a
-# quick search.
+# Number of sums of squares tried, and of parts of each; moves per part in a full and in a quick
+# search.
 TRIED = 8
 MOVES = 200_000
 QUICK = 5_000
@@ -36,7 +36,7 @@ ASTRAY = 0.01
 
 
 def witness(column: Column, targets: Targets) -> tuple[int, ...]:
-    """Return ratings, in steps above the minimum, that give every printed number; empty if none.
+    """Return ratings, in steps above the minimum, that give all printed numbers; empty if none.
 
     An empty result does not prove that none exist.
     """
@@ -68,7 +68,7 @@ def _of_wish(column: Column, wish: Wanted, moves: int) -> tuple[int, ...]:
 
 
 def gives_what_is_printed(column: Column, steps: Sequence[int]) -> bool:
-    """Whether ratings, in steps above the minimum, give every printed number by definition."""
+    """Return whether ratings (in steps) give every printed number by its definition."""
     x = sorted(column.scale.value(v) for v in steps)
     n, rule = column.n, column.rounding
     if len(x) != n or min(steps) < 0 or max(steps) > column.scale.steps:
@@ -97,14 +97,14 @@ def gives_what_is_printed(column: Column, steps: Sequence[int]) -> bool:
 
 
 def _prints_root(printed: Printed, square: Fraction, rule: str) -> bool:
-    """Whether the root of `square` (0 or more) is printed as this number."""
+    """Return whether the square root of `square` (0 or more) is printed as this number."""
     root = printed.values(rule)
     above = root.low < 0 or square > root.low**2 or (root.low_closed and square == root.low**2)
     return above and (square < root.high**2 or (root.high_closed and square == root.high**2))
 
 
 def _prints_interval(column: Column, mean: Fraction, variance: Fraction) -> bool:
-    """Whether the confidence interval is printed like this, within floating-point error."""
+    """Return whether the confidence interval is printed like this, within floating-point error."""
     if column.ci_low is None or column.ci_high is None:
         return True
     half = Fraction(column.quantile * sqrt(variance / column.n))
@@ -149,7 +149,7 @@ def _free_values(part: Part, moves: int) -> list[int]:
 
 
 def _reach_total(x: list[int], total: int, part: Part, random: Random, moves: int) -> None:
-    """Move single values by one step each until they have this sum, as far as possible."""
+    """Move single values by one step each until their sum is as required, as far as possible."""
     missing = total - sum(x)
     for _ in range(moves):
         if not missing:

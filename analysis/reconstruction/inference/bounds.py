@@ -1,8 +1,8 @@
 """Compute bounds over two or more columns that hold in every data set and pairing.
 
 A table does not state which rating in one column belongs to which in the next, so every bound here
-holds for every pairing. A sharp bound is attained by some table of data sets that the published
-one allows, and is returned with that table. Bounds not marked sharp are valid but may not be
+holds for every pairing. A sharp bound is attained by some table of data sets consistent with the
+published table, and is returned with that table. Bounds not marked sharp are valid but may not be
 attained. The paired t is in `extreme_t`, the repeated-measures F in `repeated_measures_f`.
 """
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 # Ratings in steps above the scale's minimum: one row per column, participants in the same order.
 Table = tuple[tuple[int, ...], ...]
 
-# Up to this many pairs of data sets are searched completely.
+# Up to this many pairs of data sets are searched exhaustively.
 SEARCHED = 60_000_000
-# Rows with extreme sums that are tried first.
+# Number of rows with extreme sums that are tried first.
 CANDIDATES = 200
 
 
@@ -55,7 +55,7 @@ def as_table(*rows: Array) -> Table:
 
 
 def larger(x: Array, y: Array) -> Range:
-    """Return how many of n pairs can have y above x, whatever the pairing.
+    """Return the range of the number of pairs with y above x, over all pairings.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def _beats(
     Returns False if there are none, and None if there are too many to search.
     """
     tall, small = upper[:, upper.shape[1] - r :], lower[:, :r]
-    # Most answers are positive, and rows with extreme sums demonstrate it.
+    # Most answers are positive, and rows with extreme sums prove it.
     first, second = _largest_sums(tall), _largest_sums(-small)
     won = compare(tall[first][:, None], small[second][None]).all(axis=2)
     if won.any():
@@ -143,7 +143,7 @@ def log_mean(x: Array) -> Array:
 
 
 def of_rows(values: Array, rows: Array) -> Range:
-    """Return the range of one value per row, and the rows with the extreme values."""
+    """Return the range of a value computed per row, and the rows with the extreme values."""
     least, most = int(values.argmin()), int(values.argmax())
     at_ends = as_table(rows[least]), as_table(rows[most])
     return Range(float(values[least]), float(values[most]), *at_ends)

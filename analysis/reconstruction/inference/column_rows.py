@@ -1,7 +1,7 @@
 """Group a column's data sets by sum and sum of squares, computing no more than necessary.
 
-Sums follow directly from the printed numbers; lists and samples need a count that may take long.
-If sums are sufficient, use `sums_first`; a data set is then searched for when one is needed.
+Sums follow directly from the printed numbers; lists and samples need a count that can take long.
+If sums are sufficient, use `sums_first`; data sets are then searched for only when needed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 
-# Longer counts are made only if sums and searches give no answer.
+# Longer counts are run only if sums and searches give no answer.
 QUICK_S = 0.25
 # Number of data sets drawn if there are too many to list.
 DRAWN = 2000
@@ -29,7 +29,7 @@ DRAWN = 2000
 
 @dataclass(frozen=True)
 class ColumnRows:
-    """A column's data sets by moments.
+    """A column's data sets, grouped by moments.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class ColumnRows:
 
     @property
     def n(self) -> int:
-        """Ratings in the column."""
+        """Number of ratings in the column."""
         return self.solutions.column.n
 
     @cached_property
@@ -65,7 +65,7 @@ class ColumnRows:
 
     @cached_property
     def listed(self) -> Array | None:
-        """All data sets, one per row, sorted; None if they are too many or not counted."""
+        """All data sets, one per row, sorted; None if there are too many or they are not counted."""
         found = self.solutions
         if self.sums_first or found.not_drawn or found.multisets > LISTED:
             return None
@@ -87,7 +87,7 @@ class ColumnRows:
         return Sampler(self.solutions).draw(DRAWN, np.random.default_rng(1))
 
     def rows(self, place: int) -> Array:
-        """Return the known data sets with the moments at an index; all of them if listed."""
+        """Return the known data sets with the moments at an index; all such data sets if listed."""
         return self._groups.get(self.moments[place], np.zeros((0, self.n), dtype=np.int32))
 
     def some(self, place: int) -> Array:

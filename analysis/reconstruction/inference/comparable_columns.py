@@ -1,4 +1,4 @@
-"""Check whether columns of the same participants can be compared."""
+"""Check whether columns from the same participants can be compared."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LEVEL = 0.05
 
 
 def require_comparable(columns: Sequence[Solutions]) -> None:
-    """Check that columns can be ratings of the same participants.
+    """Check that columns can be ratings by the same participants.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def labels(columns: Sequence[Solutions]) -> list[str]:
 
 
 def log_amplitudes(columns: Sequence[Solutions]) -> dict[int, float]:
-    """Return, by index, the log amplitude of every column that enters a power law."""
+    """Return the log amplitude of every column that enters a power law, keyed by index."""
     return {
         place: log(solutions.column.amplitude_um_pp)
         for place, solutions in enumerate(columns)
@@ -53,7 +53,7 @@ def log_amplitudes(columns: Sequence[Solutions]) -> dict[int, float]:
 
 
 def values_of(solutions: Solutions, steps: Array) -> Array:
-    """Convert steps above the scale's minimum to ratings."""
+    """Convert steps above the scale minimum to ratings."""
     scale = solutions.column.scale
     values: Array = float(scale.minimum) + float(scale.step) * np.asarray(steps)
     return values

@@ -1,4 +1,4 @@
-"""State what a table implies: conclusions that hold in every data set, or only in some.
+"""State what a table implies: conclusions that hold in every data set or only in some.
 
 Each record contains its own wording: the question, the range of answers over all data sets and
 pairings, and whether the conclusion holds in all of them.
@@ -55,11 +55,11 @@ class Conclusion:
     name : str
         Machine-readable name, such as ``sign.0.5 um.1.2 um``.
     question : str
-        The question in words.
+        The question as text.
     low, high : float
         Range of the statistic over all data sets and all pairings.
     p_low, p_high : float or None
-        Range of its two-sided p-value; None if it has none.
+        Range of the two-sided p-value; None if there is none.
     decided : bool
         Whether the answer is the same in every data set.
     sharp : bool
@@ -102,7 +102,7 @@ def conclusions(
     Parameters
     ----------
     columns : list of Sampler
-        Two or more, of the same participants.
+        Two or more columns from the same participants.
     tell : callable
         Called with a description of the current step.
 
@@ -118,7 +118,7 @@ def conclusions(
 
 
 def pairs(columns: list[Sampler], tell: Callable[[str], None] = lambda _: None) -> list[Conclusion]:
-    """Return the sign test and the paired t test of every two columns, for any pairing."""
+    """Return the sign test and the paired t test for each pair of columns, over all pairings."""
     found = []
     every = list(combinations(columns, 2))
     for place, (a, b) in enumerate(every, start=1):
@@ -130,7 +130,7 @@ def pairs(columns: list[Sampler], tell: Callable[[str], None] = lambda _: None) 
 
 
 def signs(columns: Sequence[Solutions], count: Range) -> Conclusion:
-    """Return the sign test of two columns, given how many participants may have rated higher."""
+    """Return the sign test for two columns, given how many participants may have rated higher."""
     from scipy.stats import binomtest  # noqa: PLC0415 - SciPy takes longer than the counts
 
     n, (one, other) = columns[0].column.n, labels(columns)
@@ -140,7 +140,7 @@ def signs(columns: Sequence[Solutions], count: Range) -> Conclusion:
 
 
 def t_test(columns: Sequence[Solutions], t: Range) -> Conclusion:
-    """Return the paired t test of two columns, given the range of t."""
+    """Return the paired t test for two columns, given the range of t."""
     from scipy.stats import t as student  # noqa: PLC0415
 
     degrees, (one, other) = columns[0].column.n - 1, labels(columns)
@@ -171,7 +171,7 @@ def _concluded(
     *,
     decided: bool | None = None,
 ) -> Conclusion:
-    """Build a conclusion from a range; p decides if the range lies on one side of the level."""
+    """Build a conclusion from a range; it is decided if p lies on one side of the level."""
     if decided is None:
         decided = p is None or (p[0] < LEVEL) == (p[1] < LEVEL)
     ps = p or (None, None)
@@ -199,7 +199,7 @@ def _ratings(columns: Sequence[Solutions], table: Table) -> Ratings:
 
 
 def together(columns: list[Sampler]) -> list[Conclusion]:
-    """Return the range of the repeated-measures F and, given amplitudes, of the exponents."""
+    """Return the ranges of the repeated-measures F and, given amplitudes, of the exponents."""
     found, solutions = attained_f(columns), [column.solutions for column in columns]
     return [
         *([f_test(solutions, found)] if found else []),
@@ -230,7 +230,7 @@ def of_moments(columns: Sequence[Solutions]) -> list[Conclusion]:
 
 
 def _exponents(columns: list[Sampler], listed: list[Array]) -> list[Conclusion]:
-    """Return the exponents of the group's means; none if a mean of zero is possible."""
+    """Return the exponents of the group means; none if a mean of zero is possible."""
     logs = log_amplitudes([column.solutions for column in columns])
     if len(logs) < 2:  # noqa: PLR2004 - a slope needs two points
         return []

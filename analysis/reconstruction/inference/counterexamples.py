@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     )
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
 
-# Number of tables per kind of pairing in which a counterexample is searched for, and of choices of
-# moments per column.
+# Number of tables per kind of pairing that are searched for a counterexample, and number of moment
+# choices per column.
 ATTACKED = 500
 SHOWN_FOR = 60
 
@@ -40,7 +40,7 @@ def impossible(
     extent: tuple[float, float],
     pairs: tuple[int, int] | None = None,
 ) -> PrintedTestAnswer:
-    """Return "impossible" unless a search by the definitions finds a counterexample."""
+    """Return "impossible" unless a search based on the definitions finds a counterexample."""
     shown = _counterexample(case.test, rows)
     if shown:
         return case.said("possible", SHOWN, extent, pairs=pairs, example=shown)
@@ -55,7 +55,7 @@ def why_not(extent: tuple[float, float]) -> str:
 
 
 def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Array, ...]:
-    """Return ratings that reproduce a test by its definition alone; empty if none was found."""
+    """Return ratings that reproduce a test by its definition; empty if none were found."""
     generator = np.random.default_rng(2)
     tables = []
     for row in rows:
@@ -83,7 +83,7 @@ def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Arra
 def _prints_by_definition(
     test: PrintedTest, values: Array, columns: Sequence[Array], n: Array
 ) -> Array:
-    """Whether statistics of tables would be printed as given; NaN never is."""
+    """Return whether statistics of tables would be printed as given; NaN never would."""
     defined = ~np.isnan(values)
     if test.kind in PAIRED:
         size = values if test.kind == "correlation" else np.abs(values)

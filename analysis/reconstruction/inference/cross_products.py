@@ -1,11 +1,11 @@
-"""Bound the sum of cross products, the one number of a paired table that its columns leave open.
+"""Bound the sum of cross products, the one number that a paired table's columns leave open.
 
 For k columns of the same n participants, C is the sum over all pairs of columns of their sums of
 products, in steps. Together with sums and sums of squares, it determines the paired t, Pearson's r
 and the repeated-measures F. For each pair of columns the sum of products is largest if both are
 sorted in the same order and smallest in opposite order (rearrangement inequality). Without the
-data sets, the Cauchy-Schwarz inequality bounds it. Whether a value in between occurs is decided by
-exchanging ratings and, for few participants, by trying every pairing.
+data sets, the Cauchy-Schwarz inequality bounds it. Whether an intermediate value occurs is decided
+by exchanging ratings and, with few participants, by trying every pairing.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.inference.column_rows import ColumnRows
 
-# Up to `CHOICES` choices of a sum and a sum of squares per column are all examined; if there are
-# more, `SOME` random ones are.
+# Up to `CHOICES` choices of a sum and a sum of squares per column are examined exhaustively; if
+# there are more, `SOME` random choices are.
 CHOICES = 3_000_000
 SOME = 300_000
-# Number of choices in which an example is searched for (most promising, and random), and of tables
-# per choice.
+# Number of choices searched for an example (most promising, and random), and number of tables per
+# choice.
 SOUGHT = 40
 TABLES = 12
-# Maximum number of pairings that are tried exhaustively; with more, a test may remain undecided.
+# Maximum number of pairings tried exhaustively; with more, a test may remain undecided.
 PAIRINGS = 2_000_000
 # Largest number of participants for which every order of a column is listed.
 ORDERED = 8
@@ -49,11 +49,11 @@ class Choices:
     places : ndarray of int, shape (choices, columns)
         Index of each column's pair of sum and sum of squares.
     sums, squares : ndarray of int, shape (choices, columns)
-        In steps above the minimum.
+        Sums and sums of squares, in steps above the minimum.
     least, most : ndarray of int, shape (choices,)
         Bounds on C over all pairings.
     complete : bool
-        Whether every choice is included; if not, these are a random selection.
+        Whether every choice is included; if not, the choices are a random selection.
     n : int
         Participants.
     """
@@ -158,7 +158,7 @@ def example(
     """
     width = wanted[1] - wanted[0]
     usable = np.flatnonzero(width >= 0)
-    # Far from the extremes most values of C occur.
+    # Far from the extremes, most values of C occur.
     margin = np.minimum(wanted[1] - found.least, found.most - wanted[0])[usable]
     by_margin = usable[np.argsort(-margin, kind="stable")]
     some = generator.permutation(usable)[:SOUGHT]

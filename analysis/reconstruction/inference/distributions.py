@@ -1,7 +1,8 @@
 """Sample the distributions of statistics that no bound covers, for three kinds of pairing.
 
-Each sample is one exactly uniform data set per column. It is paired in three ways: at random, and
-as unfavourably and as favourably for the statistic as the search can find.
+Each sample is one exactly uniform data set per column. The columns are paired in three ways: at
+random, and with the least and the most favourable pairing for the statistic that the search can
+find.
 """
 
 from __future__ import annotations
@@ -51,12 +52,12 @@ class Distribution:
     name : str
         Machine-readable name, such as ``rm_f`` or ``t.0.5 um.1.2 um``.
     question : str
-        The question in words.
+        The question as text.
     pairing : {"random", "least favourable", "most favourable"}
         How the columns of every sample were paired; least favourable means the smallest value
         of the statistic.
     method : {"drawn", "exact", "heuristic"}
-        Whether the pairing is drawn, proven extreme, or the best that was found.
+        Whether the pairing is drawn at random, proven extreme, or the best one found.
     quantiles : tuple of (float, float)
         Probability and value; 0 and 1 are the smallest and largest value drawn.
     significant : float or None
@@ -97,9 +98,9 @@ def distributions(
     Parameters
     ----------
     columns : list of Sampler
-        Two or more, of the same participants; their measure defines what is uniform.
+        Two or more columns from the same participants; their measure defines what is uniform.
     seed, samples : int
-        Seed and number of the samples and pairings; the same seed gives the same numbers.
+        Random seed, and number of samples and pairings; the same seed gives the same numbers.
 
     Raises
     ------
@@ -212,8 +213,8 @@ def _search(
 def _extreme_t(tables: Array, _generator: np.random.Generator, *, sign: int) -> Array:
     """Return the pairing of two columns with the smallest or the largest t.
 
-    Differences vary least if the columns are in the same order, which increases the size of t: t
-    is then largest if the mean rises and smallest if it falls.
+    Differences vary least if the columns are in the same order, which increases |t|: t is then
+    largest if the mean increases and smallest if it decreases.
     """
     rises = sign * (tables[:, :, 1] - tables[:, :, 0]).mean(axis=1) >= 0
     return np.where(rises[:, None, None], most_alike(tables), least_alike(tables))

@@ -39,7 +39,7 @@ class _Rows:
 
     @property
     def root(self) -> float:
-        """Square root of n times the sum of squared deviations."""
+        """Square root of (n times the sum of squared deviations)."""
         return sqrt(self.rows.shape[1] * self.squares - self.total**2)
 
 
@@ -96,11 +96,12 @@ def t_of_moments(x: Iterable[tuple[int, int]], y: Iterable[tuple[int, int]], n: 
     x, y : iterable of (int, int)
         Possible sums and sums of squares of the two columns.
     n : int
-        Participants.
+        Number of participants.
     """
     low, high = inf, -inf
     for (a, roots_a), (b, roots_b) in product(_roots(x, n), _roots(y, n)):
-        # The roots may lie anywhere between those of the smallest and the largest sum of squares.
+        # The roots may lie anywhere between the roots for the smallest and the largest sum of
+        # squares.
         apart = max(roots_a[0] - roots_b[1], roots_b[0] - roots_a[1], 0.0)
         found = _t_of_roots(b - a, n, (apart, roots_a[1] + roots_b[1]))
         low, high = min(low, found.low), max(high, found.high)
@@ -118,7 +119,7 @@ def _roots(moments: Iterable[tuple[int, int]], n: int) -> list[tuple[int, tuple[
 
 
 def _t_of_roots(difference: int, n: int, roots: tuple[float, float]) -> Range:
-    # Widened so that rounding of the roots excludes nothing.
+    # Widened so that rounding the roots excludes nothing.
     ends = (roots[0] * (1 - 1e-12), roots[1] * (1 + 1e-12))
     ts = [_t_of_scatter(difference, n, scatter**2) for scatter in ends]
     return Range(min(ts), max(ts))
@@ -177,7 +178,7 @@ def _nearest(few: Array, many: Array) -> tuple[int, int]:
 
     tree, best, at = cKDTree(many), inf, (0, 0)
     for first in range(0, len(few), BLOCK):
-        # On all cores: a point's neighbour does not depend on the other points.
+        # Runs on all cores, because a point's neighbour does not depend on the other points.
         distances, places = tree.query(
             few[first : first + BLOCK], distance_upper_bound=best, workers=-1
         )

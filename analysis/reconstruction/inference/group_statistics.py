@@ -1,4 +1,4 @@
-"""Compute statistics of independent groups from means and variances, and compare printed tests."""
+"""Compute statistics for independent groups from means and variances; compare printed tests."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def of_groups(test: PrintedTest, means: Array, variances: Array, n: Array) -> tu
 
 
 def prints(test: PrintedTest, values: Array, p: Array, n: Array) -> Array:
-    """Whether each statistic and its p would be printed as given."""
+    """Return whether each statistic and its p would be printed as given."""
     low, high = p_between(test)
     left = fits(p * test.sides / 2 if test.kind != "one_way_f" else p, (low, high))
     if test.p_below is not None:

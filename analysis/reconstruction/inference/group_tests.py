@@ -1,4 +1,4 @@
-"""Check printed tests of independent groups from n, sums and sums of squares, without a count."""
+"""Check printed tests on independent groups from n, sums and sums of squares, without counting."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ SHOWN_FOR = 60
 
 
 def of_independent_groups(case: Case) -> PrintedTestAnswer:
-    """Answer for groups: from sums first, because they need no count of data sets."""
+    """Check a test on groups: first from sums, which need no count of data sets."""
     rows = [ColumnRows(solutions, sums_first=True) for solutions in case.columns]
     places, complete = cross_products.every_place([len(row.moments) for row in rows])
     means, variances, n = moments_of_groups(rows, places)
@@ -56,7 +56,7 @@ def of_independent_groups(case: Case) -> PrintedTestAnswer:
         return impossible(case, rows, why_not(extent), extent, pairs)
     if shown := _shown(rows, places[left]):
         return case.said("possible", SHOWN, extent, pairs=pairs, example=shown)
-    # Some of these sums may belong to no data set, so count.
+    # Some of these sums may not belong to any data set, so count.
     if any(solutions.not_drawn for solutions in case.columns):
         return case.said("not decided", UNFOUND, extent, pairs=pairs)
     counted = [ColumnRows(solutions) for solutions in case.columns]
@@ -94,7 +94,7 @@ def _outside(case: Case, rows: Sequence[ColumnRows]) -> PrintedTestAnswer:
 
 
 def _shown(rows: Sequence[ColumnRows], places: Array) -> tuple[Array, ...]:
-    """Return one data set per group for one choice of moments, if a search finds them."""
+    """Return one data set per group for a choice of moments, if a search finds them."""
     generator = np.random.default_rng(1)
     known: dict[tuple[int, int], Array] = {}
     for place in generator.permutation(places)[:SHOWN_FOR].tolist():

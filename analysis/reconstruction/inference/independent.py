@@ -1,4 +1,4 @@
-"""Compare columns of different participants: t, Welch's t and F over all allowed data sets.
+"""Compare columns from different participants: t, Welch's t and F over all data sets.
 
 Independent groups have no pairing, so n, sums and sums of squares determine the statistics. The
 ranges here therefore cover the pairs of sum and sum of squares that occur in some data set.
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.published_table import Column
 
 # Up to this many pairs of sum and sum of squares are all compared with those of another column; if
-# there are more, only the extremes of each sum are.
+# there are more, only the extremes for each sum are compared.
 ALL_OF = 1000
 
 
@@ -58,7 +58,7 @@ def independent_conclusions(columns: Sequence[Solutions]) -> list[Conclusion]:
 
 
 def group_of(solutions: Solutions) -> Group:
-    """Return a column's possible means and variances; from its sums if a count takes long."""
+    """Return a column's possible means and variances; from its sums if counting takes long."""
     column, rows = solutions.column, ColumnRows.quickest(solutions)
     pairs, sharp = rows.moments, not rows.sums_first
     complete = len(pairs) <= ALL_OF
@@ -107,7 +107,7 @@ def _means_and_variances(column: Column, pairs: Sequence[tuple[int, int]]) -> Ar
 
 
 def students_t(a: Group, b: Group) -> tuple[Array, Array]:
-    """Return Student's t of b minus a and its degrees of freedom for all combinations."""
+    """Return Student's t for b minus a, and its degrees of freedom, for all combinations."""
     degrees = a.n + b.n - 2
     pooled = ((a.n - 1) * a.variance[:, None] + (b.n - 1) * b.variance) / degrees
     t = _ratio(b.mean - a.mean[:, None], np.sqrt(pooled * (1 / a.n + 1 / b.n)))
@@ -115,7 +115,7 @@ def students_t(a: Group, b: Group) -> tuple[Array, Array]:
 
 
 def welchs_t(a: Group, b: Group) -> tuple[Array, Array]:
-    """Return Welch's t of b minus a and its degrees of freedom for all combinations."""
+    """Return Welch's t for b minus a, and its degrees of freedom, for all combinations."""
     of_a, of_b = a.variance[:, None] / a.n, b.variance / b.n
     t = _ratio(b.mean - a.mean[:, None], np.sqrt(of_a + of_b))
     bottom = of_a**2 / (a.n - 1) + of_b**2 / (b.n - 1)

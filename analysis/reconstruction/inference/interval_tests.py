@@ -1,10 +1,9 @@
-"""Check printed tests on columns of continuous values, by intervals and an example.
+"""Check printed tests on columns of continuous values, using intervals and an example.
 
 Each statistic is continuous in means, SDs and, for pairs, correlations. It therefore takes every
 value between its extremes over the intervals, and a test outside them is impossible. The example
 is searched for on a path from values with the smallest statistic to values with the largest, and
-is checked by the definition. If no example is found, a test that the extremes allow is not
-decided.
+is checked by the definition. If no example is found, a test within the extremes is left undecided.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.interval_column import IntervalColumn
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
 
-# Points on a path, bisections between two of them, and paths.
+# Number of points on a path, of bisections between two points, and of paths.
 PLACES = 60
 HALVINGS = 60
 PATHS = 10
@@ -96,7 +95,7 @@ def _said(
 
 
 def _extent(test: PrintedTest, columns: Sequence[IntervalColumn]) -> tuple[float, float]:
-    """Return bounds of |t|, F or r over all means, SDs and correlations."""
+    """Return bounds on |t|, F or r over all means, SDs and correlations."""
     if test.kind == "correlation":
         return -1.0, 1.0
     n = np.array([c.n for c in columns], dtype=float)

@@ -1,1 +1,1 @@
-"""Represent a published table: its columns, as printed and as read, and its contradictions."""
+"""Represent a published table: columns as printed and as read, and contradictions."""

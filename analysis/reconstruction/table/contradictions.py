@@ -1,4 +1,4 @@
-"""Find printed numbers that no ratings on the scale can have, and numbers of known ratings."""
+"""Find printed numbers that no ratings on the scale can have, and known rating counts."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ INSIDE = (
 
 
 def impossible(column: Column) -> str:
-    """Return what no ratings on the scale can have under any rounding; empty if nothing."""
+    """Return the printed numbers that are impossible under any rounding; empty if none are."""
     low, high = column.scale.minimum, column.scale.maximum
     found = []
     for name in INSIDE:
@@ -64,14 +64,14 @@ def impossible(column: Column) -> str:
 
 
 def _told_to_occur(column: Column) -> Iterator[tuple[Fraction, int]]:
-    """Yield the ratings known to occur, with their minimum numbers."""
+    """Yield the ratings known to occur, with their minimum counts."""
     yield from ((value, 1) for value in column.present)
     yield from column.frequencies
     yield from ((v, _occurrences(column, share).start) for v, share in column.percentages)
 
 
 def _impossible_shares(column: Column) -> Iterator[str]:
-    """Yield percentages that no count gives, and counts that exceed n together."""
+    """Yield percentages that no count can give, and counts whose sum exceeds n."""
     for value, printed in column.percentages:
         if not _occurrences(column, printed):
             yield f"GRIM: no count out of {column.n} is {printed.text} % (rating {value})"
@@ -87,7 +87,7 @@ def _occurrences(column: Column, printed: Printed) -> range:
 
 
 def occurrences(column: Column) -> tuple[tuple[int, int, int], ...]:
-    """Return the ratings with known occurrence, in steps, with minimum and maximum numbers.
+    """Return the ratings with known occurrence, in steps, with minimum and maximum counts.
 
     Ratings outside the scale are omitted.
     """

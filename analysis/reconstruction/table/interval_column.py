@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.published_table import OpenScale, Summary
 
 Ends = tuple[float, float]
-# Entries that a summary of continuous values may have.
+# Entries that a summary of continuous values may contain.
 KNOWN = {
     "label", "n", "mean", "sum", "sd", "se", "ci_low", "ci_high", "ci_percent", "ci_quantile",
     "geometric_mean", "log_sd", "log_base", "sd_convention", "rounding", "amplitude_um_pp",
@@ -28,7 +28,7 @@ LOG_OF_BASE = {"10": log(10), "2": log(2), "e": 1.0}
 
 @dataclass(frozen=True, kw_only=True)
 class IntervalColumn:
-    """The mean and SD (n - 1) of one column.
+    """Intervals for the mean and SD (n - 1) of one column.
 
     Parameters
     ----------
@@ -37,15 +37,15 @@ class IntervalColumn:
     n : int
         Number of values.
     mean, sd : tuple of (float, float)
-        Intervals that the printed numbers allow; of natural logarithms if `logarithms`.
+        Intervals consistent with the printed numbers; for natural logarithms if `logarithms`.
     scale : tuple of (float, float)
-        Ends of the scale in the same unit; infinite if it has none.
+        Ends of the scale in the same unit; infinite if the scale has no ends.
     logarithms : bool
         Whether the mean and SD are of logarithms.
     printed : str
-        Everything printed, in words.
+        Description of everything printed.
     reason : str
-        Why no values have this mean and SD; empty if some have.
+        Reason why no values have this mean and SD; empty if some do.
     """
 
     label: str
@@ -106,12 +106,12 @@ def _of_logarithms(summary: Summary, scale: OpenScale) -> IntervalColumn:
 
 
 def _to_sample(summary: Summary) -> float:
-    """Return the factor from an SD in the column's convention to one with n - 1."""
+    """Return the factor that converts an SD in the column's convention to one with n - 1."""
     return sqrt(summary.n / (summary.n - 1)) if summary.sd_convention == "population" else 1.0
 
 
 def _sd(summary: Summary) -> Ends:
-    """Return the SDs (n - 1) that all printed SDs, SEs and confidence intervals allow."""
+    """Return the SDs (n - 1) consistent with all printed SDs, SEs and confidence intervals."""
     found = []
     for printed, factor in ((summary.sd, 1.0), (summary.se, sqrt(summary.n))):
         if printed is not None:

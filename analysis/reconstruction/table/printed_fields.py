@@ -1,4 +1,4 @@
-"""Parse numbers as papers print them, as fields of a file's model."""
+"""Parse numbers as printed in papers, as fields of a file model."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from slipscale.analysis.reconstruction.table.rounding import Printed, plain_deci
 
 
 class Record(BaseModel):
-    """Base of file entries: frozen, and unknown keys are rejected."""
+    """Base class for file entries: frozen, and rejects unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

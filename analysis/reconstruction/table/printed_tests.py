@@ -1,4 +1,4 @@
-"""Represent tests that a paper prints with its table: t, F, r and p between columns."""
+"""Represent tests printed with a table: t, F, r and p between columns."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ class PrintedTest(Record):
     Parameters
     ----------
     kind : str
-        Which test; a correlation is Pearson's.
+        Kind of test; correlations are Pearson's.
     columns : tuple of str
-        Labels of the columns that it compares; all of them if empty.
+        Labels of the columns compared; if empty, all columns.
     statistic : Printed, optional
         t (its sign is ignored), F or r (its sign counts).
     p : Printed, optional
-        The p-value; for F always of the upper tail.
+        The p-value; for F, always the upper tail.
     p_below : Printed, optional
         Upper limit of p, as in "p < .001".
     sides : {2, 1}
         Whether p of a t or r is two-sided, or one-sided in the direction of the difference.
     d : Printed, optional
-        Cohen's d of a t (its sign is ignored): the mean difference divided by the SD of the
+        Cohen's d for a t test (its sign is ignored): the mean difference divided by the SD of the
         differences (paired), or by the pooled SD (independent).
     partial_eta_squared : Printed, optional
-        Partial η² of an F.
+        Partial η² for an F test.
     rounding : {"nearest", "half_up", "half_even", "truncated"}
-        How the numbers of the test were rounded.
+        How the printed numbers were rounded.
     """
 
     kind: Kind

@@ -1,7 +1,7 @@
 """Represent and validate a published table: scale and columns. `table_files` reads it.
 
 Only input that cannot be understood is rejected here. A number that no ratings can have, such as a
-mean outside the scale, is a finding and not a user error; `constraints.targets` reports it.
+mean outside the scale, is a finding rather than a user error; `constraints.targets` reports it.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ if TYPE_CHECKING:
 
 Convention = Literal["sample", "population"]
 CONVENTIONS: tuple[Convention, ...] = get_args(Convention)
-# Whether the columns are of the same participants or of different ones.
+# Whether the columns come from the same participants or from different participants.
 Design = Literal["paired", "independent"]
 DESIGNS: tuple[Design, ...] = get_args(Design)
 # Maximum distance, in steps, between two ratings if no scale is printed.
 WIDEST_OPEN = 1_000_000_000
-# For more, sums of squares in steps exceed machine integers.
+# With more ratings, sums of squares in steps would exceed machine integers.
 LARGEST_SQUARES = 2**63 - 1
 
 
 class OpenScale(Record):
-    """A scale as printed: possibly absent, without ends, or with one end.
+    """A scale as printed: it may be absent, or lack one or both ends.
 
     With ``items``, a rating is the mean of this many answers; ``step`` is given for a single
     answer and stored for a rating. With ``continuous``, any value between the ends is possible,
@@ -61,9 +61,9 @@ class OpenScale(Record):
     @model_validator(mode="before")
     @classmethod
     def _mean_of_items(cls, given: object) -> object:
-        """Divide the step of an answer by the number of items, because a rating is their mean."""
+        """Divide the answer step by the number of items, because a rating is their mean."""
         items = given.get("items") if isinstance(given, dict) else None
-        # Anything other than a number above 0 is rejected by the field's own validation.
+        # Anything other than a number above 0 is rejected by the validation of the field.
         if not isinstance(given, dict) or not str(items).isdecimal() or not int(str(items)):
             return given
         return given | {"step": exact(given.get("step", 1)) / int(str(items))}
@@ -126,7 +126,7 @@ class Summary(Record):
         The mean, the mean of ratings from 0 to 1 in percent, or the sum; at least one of them.
         The number of decimals matters.
     sd, se : Printed, optional
-        Standard deviation, and standard error of the mean (SD divided by the root of n).
+        Standard deviation, and standard error of the mean (SD divided by the square root of n).
     geometric_mean, log_sd : Printed, optional
         The geometric mean and the SD of logarithms, instead of the mean and SD.
     log_base : {"10", "2", "e"}
@@ -134,9 +134,9 @@ class Summary(Record):
     ci_low, ci_high : Printed, optional
         Ends of the confidence interval of the mean.
     ci_percent : float
-        Its level.
+        Confidence level in percent.
     ci_quantile : {"t", "normal"}
-        The distribution of its quantile.
+        Distribution used for the quantile of the confidence interval.
     sd_convention : {"sample", "population"}
         Whether SD and SE divide by n - 1 or by n.
     rounding : {"nearest", "half_up", "half_even", "truncated"}
@@ -148,7 +148,7 @@ class Summary(Record):
     median : Printed, optional
         The middle rating, or the mean of the two middle ones.
     lower_quartile, upper_quartile : Printed, optional
-        By any of the usual definitions; see `quartiles`.
+        Quartiles by any of the usual definitions; see `quartiles`.
     present, absent : tuple of Fraction
         Ratings that at least one participant gave, and ratings that nobody gave.
     frequencies : tuple of (Fraction, int)
@@ -156,7 +156,7 @@ class Summary(Record):
     percentages : tuple of (Fraction, Printed)
         Ratings, and the percentage of n that gave each.
     amplitude_um_pp : float, optional
-        Amplitude of the vibration, µm peak to peak; for the exponents.
+        Vibration amplitude, µm peak to peak; used for exponents.
     """
 
     label: str = ""
@@ -220,7 +220,7 @@ class Summary(Record):
         return float(stdtrit(self.n - 1, p) if self.ci_quantile == "t" else ndtri(p))
 
     def means(self) -> Iterator[tuple[Printed, Fraction]]:
-        """Yield every number printed for the mean, with its factor relative to the mean."""
+        """Yield every printed form of the mean, with its factor relative to the mean."""
         for printed, factor in (
             (self.mean, Fraction(1)),
             (self.mean_percent, Fraction(100)),
@@ -272,7 +272,7 @@ def close(summary: Summary, scale: OpenScale) -> Column:
     Raises
     ------
     ValueError
-        Neither an end of the scale nor an SD bounds the ratings, or values are not on the scale.
+        Ratings are bounded neither by the scale nor by an SD, or values are not on the scale.
     """
     given = {name: getattr(summary, name) for name in summary.model_fields_set}
     low = Fraction(0) if scale.minimum is None and scale.maximum is not None else scale.minimum
@@ -304,7 +304,7 @@ def close(summary: Summary, scale: OpenScale) -> Column:
 
 
 def on_one_scale(columns: Sequence[Column]) -> tuple[Column, ...]:
-    """Return columns without a printed scale on one common scale, to make them comparable."""
+    """Return columns without a printed scale on a common scale, to make them comparable."""
     grids = [column.scale for column in columns]
     if len({grid.step for grid in grids}) != 1:
         return tuple(columns)
@@ -316,7 +316,7 @@ def on_one_scale(columns: Sequence[Column]) -> tuple[Column, ...]:
 
 
 def _farthest(summary: Summary) -> Fraction | None:
-    """Return the largest distance of a rating from the mean, given the SD or SE; else None."""
+    """Return the largest distance of a rating from the mean, given an SD or SE; otherwise None."""
     if summary.sd is not None:
         sd = summary.sd.values(summary.rounding).high
     elif summary.se is not None:

@@ -1,4 +1,4 @@
-"""Check quartiles by all common definitions, because papers do not state which one they used.
+"""Check quartiles under all common definitions, because papers do not state which they used.
 
 Each definition gives a position among the sorted ratings x_1 to x_n, possibly between two
 neighbours:
@@ -6,9 +6,10 @@ neighbours:
 - linear at position (n - 1) / 4 + 1: R's default, NumPy, spreadsheets;
 - linear at position (n + 1) / 4: SPSS, Minitab, Stata's default for other percentiles;
 - median of the lower half, with or without the middle rating if n is odd: Tukey's hinges, and
-  school books.
+  school textbooks.
 
-A printed quartile is met if any definition gives it; both quartiles must use the same one.
+A printed quartile is matched if any definition gives it; both quartiles must use the same
+definition.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def lower_places(n: int) -> dict[str, Fraction]:
-    """Return the position of the lower quartile by each definition, from 1 to n.
+    """Return the position of the lower quartile under each definition, from 1 to n.
 
     >>> {name: float(place) for name, place in lower_places(9).items()}
     {'linear': 3.0, 'weibull': 2.5, 'hinges': 3.0, 'halves': 2.5}
@@ -47,7 +48,7 @@ def are_met(column: Column, rows: Array) -> Array:
     Parameters
     ----------
     column : Column
-        As published.
+        The published column.
     rows : ndarray of int, shape (m, n)
         Sorted data sets.
 
@@ -61,7 +62,7 @@ def are_met(column: Column, rows: Array) -> Array:
         for at, allowed in _printed(column, place):
             below = int(at)
             share = at - below
-            # Multiplied by the fraction's denominator, to stay in whole numbers.
+            # Multiplied by the denominator of the fraction, to stay with whole numbers.
             top, bottom = share.numerator, share.denominator
             values = (bottom - top) * rows[:, below - 1].astype(np.int64)
             if top:

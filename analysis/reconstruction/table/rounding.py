@@ -1,7 +1,7 @@
 """Represent rounding rules as intervals: which exact values are printed as a given decimal.
 
-All arithmetic uses exact fractions, so a value halfway between two printed decimals is decided by
-the rule, never by a floating-point error.
+All arithmetic uses exact fractions, so the rule, and never a floating-point error, decides how a
+value half-way between two printed decimals is rounded.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Interval:
         return Interval(low**2, self.high**2, closed, self.high_closed)
 
     def integers(self) -> range:
-        """Return the integers inside."""
+        """Return the integers in the interval."""
         first, last = ceil(self.low), floor(self.high)
         if not self.low_closed and first == self.low:
             first += 1
@@ -83,14 +83,14 @@ def _truncated(value: Fraction, unit: Fraction) -> Interval:
 
 # name: the exact values that the rule prints as `value`, in units of `unit`
 RULES = {
-    "nearest": _nearest,  # both ends included: covers every way to round a half
+    "nearest": _nearest,  # both ends included: covers every way of rounding a half
     "half_up": _half_up,
     "half_even": _half_even,
     "truncated": _truncated,
 }
 
 
-# Longer numbers are not measurements, and their fractions are impractical to compute with.
+# Longer numbers are not measurements, and their fractions are impractical for computation.
 DECIMAL = re.compile(r"[+-]?(\d{1,15}(\.\d{0,15})?|\.\d{1,15})", re.ASCII)
 
 

@@ -41,7 +41,7 @@ SCALE = "scale_"
 
 @dataclass(frozen=True)
 class PublishedTable:
-    """A title, the columns, which participants they come from, and printed tests.
+    """A published table: title, columns, the participants they come from, and printed tests.
 
     A table has either `columns` of whole ratings or `intervals` (columns of continuous values).
     """
@@ -55,14 +55,14 @@ class PublishedTable:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a CSV file: its cells, and a column or what is wrong with it.
+    """A row of a CSV file: its cells, and a column or the errors found.
 
     Parameters
     ----------
     line : int
         Line on which the row ends.
     cells : tuple of str
-        As in the file.
+        Cells as in the file.
     column : Column or None
         The parsed column; None if it cannot be understood.
     told : tuple of (int, str)
@@ -90,7 +90,7 @@ class _File(Record):
         return self
 
     def _faults(self) -> Iterator[Fault]:
-        """Yield inconsistencies between tables that are each valid."""
+        """Yield inconsistencies between parts that are valid on their own."""
         kinds = {self.continuous(entry) for entry in self.column}
         if len(kinds) > 1:
             words = "whole ratings and continuous values (or logarithms) need separate files"
@@ -112,7 +112,7 @@ class _File(Record):
                     yield ("test", place, "columns"), {"msg": words}
 
     def labels(self) -> list[str]:
-        """Return the columns' labels, given or default."""
+        """Return the column labels, given or default."""
         return [entry.label or f"column {n}" for n, entry in enumerate(self.column, 1)]
 
     def continuous(self, entry: Summary) -> bool:
@@ -153,13 +153,13 @@ def said(error: ValueError) -> str:
 
 
 def read(path: Path) -> PublishedTable:
-    """Read a table from a TOML or CSV file, or by the name of a shipped one.
+    """Read a table from a TOML or CSV file, or a shipped table by its name.
 
     Raises
     ------
     UserError
-        The table does not exist or cannot be read, or entries are wrong: every error, with its
-        line.
+        The table does not exist or cannot be read, or entries are invalid; the message lists every
+        error with its line.
     """
     if not path.exists() and path.name == str(path):
         # A study's name also refers to its only table: biet2007 is biet2007_table3.
@@ -172,7 +172,7 @@ def read(path: Path) -> PublishedTable:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """Read the rows of a CSV file; rows that cannot be understood contain the reason.
+    """Read the rows of a CSV file; rows that cannot be parsed contain the reason.
 
     Raises
     ------
@@ -255,7 +255,7 @@ def _row(names: list[str], line: int, cells: list[str], place: int) -> Row:
 
 
 def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the non-empty rows, each with the line that it ends on."""
+    """Yield the non-empty rows, each with the line on which it ends."""
     header = text.partition("\n")[0]
     # If decimals use commas, cells are separated by another character.
     delimiter = next((sign for sign in ";\t" if sign in header), ",")
@@ -271,7 +271,7 @@ def _line(line: int, _place: Place) -> int:
 
 
 def _wrong_names(names: list[str]) -> Iterator[str]:
-    """Yield the errors in a header's names."""
+    """Yield the errors in the column names of a header."""
     for name in dict.fromkeys(names):
         if name not in KNOWN:
             yield f"{name or 'a column without a name'}: expected one of {', '.join(KNOWN)}"

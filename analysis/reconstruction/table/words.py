@@ -1,4 +1,4 @@
-"""Describe a column in words: everything printed, and the assumptions about the rest."""
+"""Describe a column in words: everything printed, and assumptions about the rest."""
 
 from __future__ import annotations
 
