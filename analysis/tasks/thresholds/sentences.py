@@ -34,8 +34,13 @@ MEANT = {
 }
 COMPARED_CAUTION = (
     "If sensation does not grow evenly over the comparisons, the point of equality is "
-    "shifted, by 1 % of the standard for simulated people; the interval does not account for "
+    "shifted, by 2 % of the standard for simulated people; the interval does not account for "
     "this"
+)
+#: From the table of population thresholds in docs/validation.
+LOGARITHM_CAUTION = (
+    "If people's curves depend on the level and not on its logarithm, the threshold is too low, "
+    "by 6 % for simulated people; the interval does not account for this"
 )
 
 
@@ -139,5 +144,7 @@ def sentences(
             ]
             if task.method == COMPARED:
                 parts.append(f"{COMPARED_CAUTION}.")
+            elif CURVES[task.curve].logarithmic:
+                parts.append(f"{LOGARITHM_CAUTION}.")
         texts += [answer(task, confidence, quantity), *([" ".join(parts)] if parts else [])]
     return texts
