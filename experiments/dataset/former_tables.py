@@ -143,7 +143,7 @@ def _lost(run: Run, told: dict[str, Any]) -> str:
         )
     now = run.records[count - 1].hash
     if known and now and not run.damage and now != known:
-        return f"its first {count} records differ from those from which its tables were made"
+        return f"its first {count} records differ from the ones its tables were made from"
     return ""
 
 
@@ -162,8 +162,8 @@ def _loses(path: Path, new: str, *, damaged: bool) -> str:
     )
     if damaged and erased:
         return (
-            f"contains {erased} values that its damaged journal no longer gives; the table "
-            "was left unchanged. Restore the journal, or delete the table and build again"
+            f"contains {erased} values that its damaged journal no longer provides; the table was "
+            "left unchanged. Restore the journal, or delete the table and build again"
         )
     return ""
 

@@ -48,9 +48,8 @@ MEASURED: Mapping[str, Column] = {
     COEFFICIENT: Column(
         value=_value(COEFFICIENT),
         kind="number",
-        description="Coefficient of friction measured while the finger slid during the "
-        "exploration: median of the lateral force's magnitude divided by the "
-        "normal force",
+        description="Coefficient of friction while the finger slid during the exploration: median "
+        "of lateral force magnitude divided by normal force",
     ),
     NORMAL_FORCE: Column(
         value=_value(NORMAL_FORCE),

@@ -157,7 +157,7 @@ def _people(one: Path, other: Path, present: set[str]) -> Iterator[str]:
     for label in sorted(present):
         alike = plain.setdefault(label.casefold().lstrip("0"), label)
         if alike != label:
-            yield f"participants {alike} and {label} would be taken for the same person"
+            yield f"participants {alike} and {label} would be mistaken for the same person"
     for folder, rest in ((one, other), (other, one)):
         there = {path.parent.name.removeprefix("sub-") for path in journals(rest)}
         for label in sorted(set(withdrawn(folder)) & there):

@@ -73,7 +73,7 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
         except (LookupError, TypeError, ValueError, AttributeError) as error:
             name = "/".join(run.path.parts[-3:])
             problems.append(
-                Problem(file=name, what=f"its records do not fit its tables ({error!r})")
+                Problem(file=name, what=f"its records do not match its tables ({error!r})")
             )
             continue
         files.update(own)
@@ -282,9 +282,9 @@ def _readme(plan: RunPlan, *, simulated: bool) -> str:
     """Return a data set's README, which states who answered and whether the plate was real."""
     study = plan.study
     kinds = {
-        "pilot": "**Pilot.** People answered to try the study out: these are not data. The "
-        "JSON file next to each table states who answered (`answered_by`) and on "
-        "which plate (`plate`).",
+        "pilot": "**Pilot.** People answered to try out the study; these are not data. The JSON "
+        "file next to each table states who answered (`answered_by`) and on which plate "
+        "(`plate`).",
         "participant": "Recorded from participants.",
     }
     kind = (
@@ -299,8 +299,8 @@ def _readme(plan: RunPlan, *, simulated: bool) -> str:
     textures = f"; textures {names}" if names else ""
     return (
         f"# {study.title}\n\n{kind}\n\nStudy `{study.name}`, recorded with Slipscale; {what} "
-        f"{amplitudes} {q.unit_in_full}{textures}.\n\n`sourcedata/` contains the journals, "
-        "from which all tables were made and can be rebuilt; `code/` contains the study file. "
-        "The JSON file next to each table describes its columns. Do not analyse rows with the "
-        "flag `voided` or the phase `practice`.\n"
+        f"{amplitudes} {q.unit_in_full}{textures}.\n\n`sourcedata/` contains the journals, from "
+        "which all tables were generated and can be rebuilt; `code/` contains the study file. The "
+        "JSON file next to each table describes its columns. Do not analyse rows with the flag "
+        "`voided` or the phase `practice`.\n"
     )

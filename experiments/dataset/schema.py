@@ -65,7 +65,7 @@ NOTES: Mapping[str, str] = {
     "study": "name of the study",
     "protocol": "name of the protocol, if the study gives the task its own label",
     "study_hash": "SHA-256 of the study file's text",
-    "seed": "random seed of all orders",
+    "seed": "random seed for all orders",
     "mode": "participant, or pilot: a trial of the study, not data",
     "language": (
         "language of the participant's texts; texts in the study's own languages are in `code/`"
@@ -78,14 +78,14 @@ NOTES: Mapping[str, str] = {
     "headphone_test": "result of the headphone test: passed, failed, not done (and why), "
     "broken off; number of correct tones, the ear in which each noise was "
     "heard, the operator's decision; omitted if the study has no such test",
-    "quantity": "what the levels are: name, unit, convention, and what was judged; omitted "
-    "for the vibration amplitude in µm peak to peak",
-    "plate_spec": "the plate as named on the command line",
-    "plate": "what the plate reports about itself, including its calibration",
-    "contact": "sensors of the finger's position and forces, and how textures were made; n/a "
-    "if there were none",
-    "software": "versions of all software that the data can depend on",
-    "started_utc": "when the run began; n/a for a pilot",
+    "quantity": "quantity of the levels: name, unit, convention, and the judged attribute; "
+    "omitted for the vibration amplitude in µm peak to peak",
+    "plate_spec": "the plate as specified on the command line",
+    "plate": "the plate's own description, including its calibration",
+    "contact": "finger position and force sensors, and how textures were produced; n/a if there "
+    "were none",
+    "software": "versions of all software that could affect the data",
+    "started_utc": "start time of the run; n/a for a pilot",
     "resumes": "each time the run was resumed: when, plate, noise, software; n/a for a pilot",
     "voided": "each voided trial and the operator's reason",
     "notes": "the operator's notes during the run, with times; omitted if there are none",
@@ -206,13 +206,15 @@ def _interval_columns(number: int) -> dict[str, Column]:
         f"{INTERVAL}{number}_onset": Column(
             value=field("onset_s"),
             kind="number",
-            description=f"When the surface {which} had settled, from the beginning of the session",
+            description=(
+                f"Time at which the surface {which} had settled, from the beginning of the session"
+            ),
             units="s",
         ),
         f"{INTERVAL}{number}_exploration_time": Column(
             value=field("exploration_time_s"),
             kind="number",
-            description=f"How long the surface {which} was stroked",
+            description=f"Duration for which the surface {which} was stroked",
             units="s",
         ),
     }
@@ -235,7 +237,7 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
         "trial": Column(
             value=lambda record: record.trial.number,
             kind="number",
-            description="Number of the trial in order of presentation, from 1",
+            description="Trial number in order of presentation, from 1",
         ),
         "phase": Column(
             value=lambda record: record.trial.phase,
@@ -264,26 +266,26 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
         "response_time": Column(
             value=lambda record: answered(record, "response_time_s"),
             kind="number",
-            description=f"From the question to the key that completed "
+            description="Time from the question to the key press that completed "
             f"'{quantity.named(protocol.answer)}'",
             units="s",
         ),
         "onset": Column(
             value=lambda record: record.onset_s,
             kind="number",
-            description="When the surface had settled, from the beginning of the session",
+            description="Time at which the surface had settled, from the beginning of the session",
             units="s",
         ),
         "duration": Column(
             value=lambda record: record.end_s - record.onset_s,
             kind="number",
-            description="From the settled surface to the end of the trial",
+            description="Time from the settled surface to the end of the trial",
             units="s",
         ),
         "exploration_time": Column(
             value=lambda record: record.exploration_time_s,
             kind="number",
-            description="How long the surface was stroked before the question",
+            description="Duration for which the surface was stroked before the question",
             units="s",
         ),
         "response_time_source": Column(
@@ -303,7 +305,7 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
             value=lambda record: "; ".join(answered(record, "rejected") or ()) or None,
             kind="text",
             description=(
-                "Rejected entries, after which the question was asked again, separated by '; '"
+                "Rejected entries, separated by '; '; after each the question was asked again"
             ),
         ),
         "repeats": Column(
@@ -326,7 +328,7 @@ def session_columns() -> dict[str, Column]:
         "acq_time": Column(
             value=lambda _: None,
             kind="text",
-            description="When the session's first run began, in UTC; n/a for a pilot",
+            description="Start time of the session's first run, in UTC; n/a for a pilot",
         ),
         COMPLETE: Column(
             value=lambda _: None,

@@ -27,7 +27,9 @@ class LabFile(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    study: Text = Field(default="biet2007", description="A TOML file, or a shipped study's name.")
+    study: Text = Field(
+        default="biet2007", description=("A TOML file, or the name of a shipped study.")
+    )
     plate: Text = Field(
         default="mock",
         description="The plate's SPEC, with its calibration: "
@@ -35,15 +37,15 @@ class LabFile(BaseModel):
     )
     screen: Annotated[int, Field(strict=True, ge=0)] = Field(
         default=0,
-        description="The participant's monitor, from 0.",
+        description="Number of the participant's monitor, from 0.",
         json_schema_extra={"unit": "none"},
     )
     windowed: Annotated[bool, Field(strict=True)] = Field(
         default=False,
-        description=("Whether the participant's window is smaller than the full screen."),
+        description="Whether to run in a window instead of full screen.",
     )
     language: str = Field(
-        default="", description="Language of the participants' texts; default: the study's."
+        default="", description="Language of the texts for participants; default: the study's."
     )
     markers: tuple[Text, ...] = Field(
         default=(),
@@ -51,18 +53,16 @@ class LabFile(BaseModel):
             "Outputs for event markers, one SPEC each: lsl, serial:PORT, parallel:ADDRESS."
         ),
     )
-    position: str = Field(
-        default="", description="Position sensor of the finger; default: the study's."
-    )
-    force: str = Field(default="", description="Force sensor of the finger; default: the study's.")
+    position: str = Field(default="", description="Finger-position sensor; default: the study's.")
+    force: str = Field(default="", description="Finger-force sensor; default: the study's.")
     sound_required: Annotated[bool, Field(strict=True)] = Field(
         default=False,
-        description="Whether a study with masking noise needs a sound device, even if the "
+        description="Whether a study with masking noise requires a sound device, even if the "
         "study allows sessions without one.",
     )
-    data: Text = Field(default="data", description="Folder of participants' data.")
+    data: Text = Field(default="data", description="Folder for participants' data.")
     pilots: Text = Field(
-        default="pilots", description=("Folder of pilots; also contains rehearsals with a person.")
+        default="pilots", description=("Folder for pilots; also contains rehearsals with a person.")
     )
     backup: str = Field(
         default="",
@@ -181,7 +181,7 @@ def write_settings(folder: Path, lab: LabFile) -> None:
 
 
 QUESTIONS = {
-    "study": "Which study? A TOML file, or a shipped study's name",
+    "study": "Which study? A TOML file, or the name of a shipped study",
     "plate": "Which plate? mock, serial:PORT, ... with its calibration: "
     "serial:/dev/ttyACM0,calibration=plate.toml",
     "screen": "Which screen is the participant's? 0 is the first",
@@ -196,7 +196,7 @@ def rendered(given: dict[str, str]) -> str:
     import tomlkit  # noqa: PLC0415 - when a file is written
 
     document = tomlkit.document()
-    document.add(tomlkit.comment("Every slipscale command that is started in this folder takes"))
+    document.add(tomlkit.comment("Every slipscale command started in this folder takes"))
     document.add(
         tomlkit.comment("its defaults from here; options on the command line override them.")
     )

@@ -152,8 +152,8 @@ def _check_address(lan: str) -> None:
         address = None
     if address is None or address.version != 4 or address.is_unspecified or address.is_global:  # noqa: PLR2004
         raise UserError(
-            f"--lan {lan}: expected this computer's own address in the laboratory's network, such "
-            "as 192.168.0.12"
+            f"--lan {lan}: expected this computer's own address on the laboratory network, such as "
+            "192.168.0.12"
         )
 
 

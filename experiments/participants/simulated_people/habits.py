@@ -28,9 +28,9 @@ class Habits(BaseModel):
 
     rounding: Share = Field(
         default=0.0,
-        description="Share of the estimates that are rounded to a twentieth of the scale. "
-        "Honda 2022, Sci. Rep. 12: multiples of 5 and 10 prevail. Visible in the "
-        "share of round estimates.",
+        description="Proportion of estimates that are rounded to a twentieth of the scale. Honda "
+        "2022, Sci. Rep. 12: multiples of 5 and 10 prevail. Visible in the proportion "
+        "of round estimates.",
         json_schema_extra={"realistic": 0.7},
     )
     carry_over: Annotated[float, Field(ge=-2, le=2)] = Field(
@@ -43,9 +43,9 @@ class Habits(BaseModel):
     )
     lapses: Share = Field(
         default=0.0,
-        description="Share of the questions that are answered at random. Wichmann and Hill "
-        "2001, Percept. Psychophys. 63, 1293-1313: 0 to 5 %. Visible in false "
-        "alarms in catch steps.",
+        description="Proportion of questions that are answered at random. Wichmann and Hill 2001, "
+        "Percept. Psychophys. 63, 1293-1313: 0 to 5 %. Visible in false alarms in "
+        "catch steps.",
         json_schema_extra={"realistic": 0.02},
     )
     regression: Share = Field(
@@ -57,21 +57,21 @@ class Habits(BaseModel):
     )
     range_effect: Share = Field(
         default=0.0,
-        description="How much people fill their scale regardless of the range: 1 gives every "
-        "range the same spread of log estimates. Teghtsoonian 1971, Percept. "
-        "Psychophys. 10, 147-155: exponents fall with the range. Visible in a "
-        "larger exponent in a smaller range.",
+        description="Degree to which people fill their scale regardless of the range: 1 gives "
+        "every range the same spread of log estimates. Teghtsoonian 1971, Percept. "
+        "Psychophys. 10, 147-155: exponents decrease with the range. Visible as a "
+        "larger exponent for a smaller range.",
         json_schema_extra={"realistic": 0.1},
     )
     learning: Share = Field(
         default=0.0,
-        description="Exponent by which trial-to-trial noise falls with the trial number. Our "
-        "assumption. Visible in the residuals of the first and of the second half.",
+        description="Exponent with which trial-to-trial noise decreases with trial number. Our "
+        "assumption. Visible in the residuals of the first and second halves.",
         json_schema_extra={"realistic": 0.1},
     )
     fatigue: Annotated[float, Field(ge=0, le=0.1)] = Field(
         default=0.0,
-        description="Fall of the log estimate per trial. Our assumption. Visible in order: "
+        description="Decrease of the log estimate per trial. Our assumption. Visible in order: "
         "log_slope_per_trial.",
         json_schema_extra={"realistic": 0.002, "unit": "1/trial"},
     )
@@ -85,10 +85,10 @@ class Habits(BaseModel):
     )
     interval_bias: Annotated[float, Field(ge=-3, le=3)] = Field(
         default=0.0,
-        description="Bias towards the last interval of a comparison, in units of the noise of "
-        "a difference. García-Pérez and Alcalá-Quintana 2011, Front. Psychol. 2, "
-        "96, for its existence; its size is our assumption. Visible in the share "
-        "of answers for the last interval.",
+        description="Bias towards the last interval of a comparison, in units of the noise of a "
+        "difference. García-Pérez and Alcalá-Quintana 2011, Front. Psychol. 2, 96, "
+        "for its existence; its size is our assumption. Visible in the proportion of "
+        "answers for the last interval.",
         json_schema_extra={"realistic": 0.2, "unit": "d'"},
     )
     anchoring: Share = Field(
@@ -100,14 +100,14 @@ class Habits(BaseModel):
     )
     misread: Share = Field(
         default=0.0,
-        description="Share of people who rate how sticky a surface is instead of how "
+        description="Proportion of people who rate how sticky a surface is instead of how "
         "slippery. Our assumption. Visible in the quality flag non_monotone.",
         json_schema_extra={"realistic": 0.02},
     )
     dropout: Share = Field(
         default=0.0,
-        description="Share of people who stop before the end, equally likely at any trial. "
-        "Our assumption. Visible in runs that are not complete.",
+        description="Proportion of people who stop before the end, equally likely at any trial. "
+        "Our assumption. Visible in incomplete runs.",
         json_schema_extra={"realistic": 0.03},
     )
 

@@ -88,41 +88,42 @@ class Population(BaseModel):
     sd_sensation: tuple[AboveZero, ...] = Field(
         default=SD_SENSATION,
         description=(
-            "Standard deviation at each amplitude. Biet 2007, Table III (read as the sample's)."
+            "Standard deviation at each amplitude. Biet 2007, Table III (interpreted as the "
+            "sample standard deviation)."
         ),
     )
     shared: Share = Field(
         default=0.55,
-        description="Share of the variance at the lowest and highest amplitude that is due to "
-        "the person's intercept; the rest, without the trials' share, is due to "
-        "the exponent. Our assumption: the published table does not give the "
+        description="Proportion of the variance at the lowest and highest amplitudes that is due "
+        "to the person's intercept; the rest, apart from trial-to-trial variance, is "
+        "due to the exponent. Our assumption: the published table does not give the "
         "pairing; sensations at the two ends then correlate by 0.29.",
     )
     trial_to_trial: Share = Field(
         default=0.15,
-        description="Share of the variance that is due to single trials. Our assumption.",
+        description="Proportion of the variance that is due to individual trials. Our assumption.",
     )
     noise_sigma: NotNegative = Field(
         default=0.25,
-        description="Differences in trial-to-trial noise between people: standard deviation "
-        "of its logarithm. Our assumption.",
+        description="Between-person differences in trial-to-trial noise: standard deviation of "
+        "its logarithm. Our assumption.",
     )
     scale_tops: tuple[AboveZero, ...] = Field(
         default=(10.0, 20.0, 50.0, 100.0, 1000.0),
         min_length=1,
-        description="Scale tops, one of which each participant has. Our assumption: "
-        "free-modulus scales are round numbers over decades; the smallest step is "
-        "1 in 100 of it.",
+        description="Possible scale tops; each participant has one of them. Our assumption: "
+        "free-modulus scales are round numbers over decades; the smallest step is 1 "
+        "in 100 of it.",
     )
     line_shift_sd: NotNegative = Field(
         default=0.3,
-        description="Differences between people in their use of a line between two words: "
-        "spread of the logit at which they put the middle. Our assumption.",
+        description="Between-person differences in the use of a rating line: spread of the logit "
+        "at which people place the middle. Our assumption.",
     )
     line_stretch_sigma: NotNegative = Field(
         default=0.2,
-        description="Differences between people in how much of the line they use: standard "
-        "deviation of the logarithm of the factor on the logit. Our assumption.",
+        description="Between-person differences in how much of the line is used: standard "
+        "deviation of the log factor on the logit. Our assumption.",
     )
     criterion: NotNegative = Field(
         default=1.6,
@@ -131,15 +132,18 @@ class Population(BaseModel):
         'the subjects feel clearly the difference").',
     )
     criterion_sd: NotNegative = Field(
-        default=0.3, description="Spread of people's criteria. Our assumption."
+        default=0.3, description="Spread of criteria across people. Our assumption."
     )
     noise: AboveZero = Field(
-        default=2.2, description=("Change of sensation for d' = 1, median person. Our assumption.")
+        default=2.2,
+        description=(
+            "Change in sensation that gives d' = 1, for the median person. Our assumption."
+        ),
     )
     threshold_sigma: NotNegative = Field(
         default=0.25,
-        description="Differences in thresholds between people: standard deviation of the "
-        "logarithm of their noise. Our assumption.",
+        description="Between-person differences in thresholds: standard deviation of the log "
+        "noise. Our assumption.",
     )
     exploration_s: AboveZero = Field(default=3.0, description="Median. Our assumption.")
     exploration_sigma: NotNegative = Field(
@@ -153,13 +157,13 @@ class Population(BaseModel):
     )
     pace_sigma: NotNegative = Field(
         default=0.25,
-        description="Differences between people in their pace of exploring and answering: "
-        "standard deviation of its logarithm. Our assumption.",
+        description="Between-person differences in the pace of exploring and answering: standard "
+        "deviation of its logarithm. Our assumption.",
     )
     reading_words_per_minute: AboveZero = Field(
         default=238.0,
-        description="Speed of silent reading. Brysbaert 2019, J. Mem. Lang. 109, 104047: mean "
-        "of 190 studies.",
+        description="Silent reading speed. Brysbaert 2019, J. Mem. Lang. 109, 104047: mean of 190 "
+        "studies.",
     )
     reading_sigma: NotNegative = Field(
         default=0.14,
@@ -174,8 +178,9 @@ class Population(BaseModel):
     )
     effects: tuple[tuple[str, str, AboveZero], ...] = Field(
         default=(),
-        description="Multiplier of the sensation in a condition: name and level of a study's "
-        "factor, and the number; left out: 1. The study's `simulated`, with its sources.",
+        description="Factor by which sensation is multiplied in a condition, by name and level of "
+        "a study factor; default: 1. Taken from the study's `simulated`, with its "
+        "sources.",
     )
     behaviour: str = Field(
         default="",

@@ -78,7 +78,7 @@ def test_two_people_under_one_number_are_refused(folders):
 
 def test_one_person_under_two_labels_is_refused(folders):
     one, other, both = folders(["01"], ["001"])
-    with pytest.raises(UserError, match="001 and 01 would be taken for the same person"):
+    with pytest.raises(UserError, match="001 and 01 would be mistaken for the same person"):
         merge(one, other, both)
 
 
