@@ -1,4 +1,4 @@
-"""List every test of the report: families, their correction, and what remains significant."""
+"""List every test in the report: families, corrections, and what remains significant."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ class FamilyOfTests:
     Parameters
     ----------
     name : str
-        What is tested, and how.
+        What is tested and how.
     primary : bool
         Whether it belongs to the study's primary analysis.
     corrected : bool
-        Whether Holm's correction is over this family's tests; a single test needs none.
+        Whether Holm's correction is applied within the family; a single test needs none.
     tests : int
         Number of tests with a result.
     below : int
-        Number of p-values, corrected within the family, below the study's level.
+        Number of p-values below the study's level after correction within the family.
     below_over_all : int
-        Number of p-values, corrected by Holm over every test of every family, below the study's
-        level.
+        Number of p-values below the study's level after Holm's correction across all tests of all
+        families.
     """
 
     name: str
@@ -46,14 +46,14 @@ class FamilyOfTests:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Multiplicity:
-    """All tests of the report.
+    """All tests in the report.
 
     Parameters
     ----------
     families : tuple of FamilyOfTests
         Families with a result.
     tests : int
-        Total number.
+        Total number of tests.
     level : float
         1 - confidence.
     """
@@ -69,14 +69,14 @@ def multiplicity(
     confidence: float,
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Multiplicity:
-    """List every test evaluated by a p-value, and those that survive Holm's correction over all.
+    """List all tests with a p-value, and those still significant when all are corrected together.
 
     Parameters
     ----------
     primary : {"ranks", "logarithms"}
         The study's primary analysis.
     confidence : float
-        The study's; the level of every test is 1 - confidence.
+        Confidence level of the study; the level of every test is 1 - confidence.
     quantity : Quantity
         Used in the names.
     """

@@ -1,4 +1,4 @@
-"""Display an analysis at a prompt and in a notebook: its conclusions, table and figure."""
+"""Display an analysis at a prompt or in a notebook: conclusions, table and figure."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-#: Colours are the notebook's own, so that light and dark themes both work; figures are on white.
+#: Uses the notebook's own colours, so that light and dark themes both work; figures are on white.
 PAGE = Markup(
     '<div style="max-width: 46rem; line-height: 1.5">{heading}{sentences}{table}{figure}</div>'
 )

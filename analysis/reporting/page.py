@@ -1,4 +1,4 @@
-"""Render the report: one self-contained page from which to write a results section."""
+"""Render the report: a self-contained page that helps to write a results section."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, s
     Parameters
     ----------
     svgs : Mapping
-        Figure's name -> SVG element, as returned by `figure_style.svg`.
+        Figure name -> SVG element, as returned by `figure_style.svg`.
     software : Mapping
         Name -> version of the software used.
     """
@@ -70,7 +70,7 @@ def facts(analysis: Analysis) -> list[tuple[str, str]]:
     found = [("Participants", f"{people}{excluded}")]
     if analysis.prepared is not None:
         found.append(("Normalisation", analysis.rule))
-    # A table from another laboratory is never a pilot's.
+    # A table from another laboratory is never from a pilot.
     if data.quantity.of_plate:
         found.append(("Records of", MODES.get(data.mode, data.mode)))
     found += [
@@ -82,7 +82,7 @@ def facts(analysis: Analysis) -> list[tuple[str, str]]:
 
 
 def about_participants(analysis: Analysis) -> list[tuple[str, str]]:
-    """Return participants' answers about themselves: question, and counts or range."""
+    """Return participants' answers about themselves: each question, with counts or range."""
     about = analysis.dataset.participants
     here = analysis.flags.index.difference(list(analysis.excluded))
     about = about[about[PARTICIPANT].astype(str).isin(here)].drop_duplicates(PARTICIPANT)
@@ -134,7 +134,7 @@ def conclusions(analysis: Analysis) -> dict[str, list[str]]:
 
 
 def results(analysis: Analysis, said: Sequence[str]) -> html.ReportSection:
-    """Return the section with the conclusions that are not said elsewhere on the page."""
+    """Return the section with the conclusions that are not stated elsewhere on the page."""
     further = {}
     for title, texts in conclusions(analysis).items():
         if rest := list(filter(None, (_unsaid(text, said) for text in texts))):
@@ -146,7 +146,7 @@ def results(analysis: Analysis, said: Sequence[str]) -> html.ReportSection:
 
 
 def _unsaid(text: str, said: Sequence[str]) -> str:
-    """Return a text without the sentences that start it and are said elsewhere."""
+    """Return a text without leading sentences that are stated elsewhere."""
     for each in said:
         text = "" if text in each else text.removeprefix(each).strip()
     return text

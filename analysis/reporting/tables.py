@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
-    """Return the tables to write as CSV, by name."""
+    """Return the tables to write as CSV, keyed by name."""
     found: dict[str, pd.DataFrame] = {"quality": quality_table(analysis)}
     if len(analysis.individuals):
         found["individuals"] = analysis.dataset.quantity.columns(analysis.individuals)

@@ -1,4 +1,4 @@
-"""Share the axis of amplitudes between figures, and decide when lines become bands."""
+"""Define the amplitude axis shared by figures, and when lines are replaced with bands."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-#: Prefix of the name of an artist with a text to show under the pointer.
+#: Name prefix for artists with a tooltip.
 TIP = "tip-"
-#: With more participants than this, bands of quantiles are drawn instead of single lines.
+#: With more participants than this, quantile bands are drawn instead of individual lines.
 LINES_AT_MOST = 60
 
 
-#: Levels over more than this ratio are drawn on a logarithmic axis, except the plate's.
+#: Levels that span more than this ratio are drawn on a logarithmic axis, except plate amplitudes.
 LINEAR_RATIO = 50.0
 #: Ticks closer than this proportion of the axis would overlap.
 CLOSEST_TICKS = 0.06
@@ -33,9 +33,9 @@ DIGIT = 0.62
 def amplitude_axis(
     axes: Axes, amplitudes: NDArray[np.float64], quantity: Quantity = PLATE_AMPLITUDE
 ) -> None:
-    """Set ticks at the presented levels, at their true distance.
+    """Set ticks at the presented levels, spaced to scale.
 
-    Levels of another quantity that span decades have a logarithmic axis with 0 next to it.
+    Levels of another quantity that span decades get a logarithmic axis with 0 next to it.
     """
     above = amplitudes[amplitudes > 0]
     if over_decades(amplitudes, quantity):
@@ -77,7 +77,7 @@ def apart(axes: Axes, levels: NDArray[np.float64]) -> list[float]:
 
 
 def tip(text: str) -> str:
-    """Return the name (gid) of an artist that shows a text under the pointer."""
+    """Return the name (gid) for an artist with a tooltip."""
     return TIP + quote(text)
 
 

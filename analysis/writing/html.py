@@ -32,20 +32,20 @@ class ReportSection:
     blocks: list[Markup] = field(default_factory=list)
     #: "always", "open" or "closed" on screen; everything is open in print.
     shown: Literal["always", "open", "closed"] = "closed"
-    #: One sentence that is read without opening the section.
+    #: A sentence shown without opening the section.
     gist: str = ""
 
     @property
     def name(self) -> str:
-        """Its anchor: letters, digits and hyphens."""
+        """Anchor of the section: letters, digits and hyphens."""
         return "-".join(re.findall(r"[a-z0-9]+", self.title.lower()))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableColumn:
-    """A column of a table: its heading, unit, alignment, and whether it is the paper's.
+    """A table column: heading, unit, alignment, and whether it shows the paper's values.
 
-    A left-aligned column contains words and may break its lines, unless it is ``whole``.
+    A left-aligned column contains words, which may wrap unless the column is ``whole``.
     """
 
     title: str
@@ -56,14 +56,14 @@ class TableColumn:
 
     @property
     def classes(self) -> str:
-        """Its CSS classes, separated by blanks."""
+        """CSS classes, separated by spaces."""
         names = (("l", self.left), ("paper", self.paper), ("whole", self.whole))
         return " ".join(name for name, on in names if on)
 
 
 @cache
 def environment(package: str = "slipscale.analysis.reporting") -> Environment:
-    """Return a package's template environment with escaping and without undefined names."""
+    """Return a package's template environment, which escapes text and rejects undefined names."""
     return Environment(
         loader=PackageLoader(package),
         autoescape=True,
@@ -81,7 +81,7 @@ def paragraph(text: str, kind: str = "") -> Markup:
 
 
 def heading(text: str) -> Markup:
-    """Return a heading below the section's."""
+    """Return a subheading."""
     return Markup("<h3>{}</h3>").format(text)
 
 
@@ -91,12 +91,12 @@ def labelled(label: str, text: str) -> Markup:
 
 
 def figure_if_drawn(svgs: Mapping[str, str], name: str, caption: str, alt: str) -> list[Markup]:
-    """Return a figure by its file name; nothing if it was not drawn."""
+    """Return a figure, given its file name; nothing if it was not drawn."""
     return [figure(svgs[name], caption, alt)] if name in svgs else []
 
 
 def details(title: str, blocks: Iterable[Markup]) -> Markup:
-    """Return blocks that a reader can open; they are open in print."""
+    """Return blocks that a reader can expand; they are expanded in print."""
     return Markup("<details><summary>{}</summary>{}</details>").format(
         title, Markup("").join(blocks)
     )
@@ -133,9 +133,9 @@ def figure(svg: str, caption: str, alt: str) -> Markup:
     svg : str
         Matplotlib's output.
     caption : str
-        Plain text under the figure.
+        Caption as plain text.
     alt : str
-        Description of the picture for readers who cannot see it.
+        Text alternative for readers who cannot see the figure.
     """
     attributes = Markup('<svg role="img" aria-label="{}"').format(alt)
     picture = Markup(svg.replace("<svg", attributes, 1))  # noqa: S704 - matplotlib escapes
@@ -157,15 +157,15 @@ def table(
     Parameters
     ----------
     columns : sequence of TableColumn
-        Their headings.
+        Columns with their headings.
     rows : iterable of sequences of str
-        Cells as text; the first is the row's heading.
+        Cells as text; the first cell is the row heading.
     caption : str
-        Above the table.
+        Caption above the table.
     over : sequence of (str, int)
-        A line of headings over the columns, each with the number of columns that it spans.
+        Headings above the column headings, each with the number of columns that it spans.
     marked : int, optional
-        The row to emphasise.
+        Index of the row to emphasise.
     """
     macro = environment().get_template("table.html").module.table  # type: ignore[attr-defined]
     return Markup(  # noqa: S704 - the template escapes every cell

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-#: Smaller slopes, per µPa for example, would be printed as 0.00.
+#: Smaller slopes (for example, per µPa) would be printed as 0.00.
 SMALLEST_OF_TWO_DECIMALS = 0.095
-#: Numbers of this size are written whole: "120", "1200".
+#: Numbers from this size are written without decimals: "120", "1200".
 LARGE = (99.95, 1e5)
 #: Shown in a table instead of a missing number.
 DASH = "–"
@@ -52,7 +52,7 @@ def significant(value: float) -> str:
 
 
 def measured(quantity: Quantity) -> Callable[[float | None], str]:
-    """Return how levels that were found are written: µm to the nanometre, others by their size.
+    """Return the format for estimated levels: µm to the nanometre, others by size.
 
     >>> from slipscale.stimuli.quantity import PLATE_AMPLITUDE, made_by_plate
     >>> measured(PLATE_AMPLITUDE)(1.2), measured(made_by_plate("voltage", "V", "peak"))(119.83)
@@ -68,7 +68,7 @@ def _raised(power: int) -> str:
 
 
 def of_size(value: float) -> Callable[[float], str]:
-    """Return the format of a value and its interval: two decimals if that is precise enough.
+    """Return the format for a value and its interval: two decimals if that is precise enough.
 
     >>> of_size(0.82)(0.05), of_size(0.0021)(0.0004)
     ('0.05', '0.000400')
@@ -77,7 +77,7 @@ def of_size(value: float) -> Callable[[float], str]:
 
 
 def grouped(value: float | None, decimals: int = 2) -> str:
-    """Format a number for a table's cell, with separated thousands.
+    """Format a number for a table cell, with separated thousands.
 
     >>> grouped(1234.5)
     '1 234.50'
@@ -134,7 +134,7 @@ def bracketed(bounds: ConfidenceInterval | None, write: Callable[[float], str] =
 
 
 def interval(low: float | None, high: float | None, decimals: int = 2) -> str:
-    """Return "[low, high]" for a table's cell, or a dash.
+    """Return "[low, high]" for a table cell, or a dash.
 
     >>> interval(0.4, 0.62)
     '[0.40, 0.62]'
@@ -161,7 +161,7 @@ def reliable(p: float, confidence: float) -> bool:
 def page_sentence(
     what: str, found: PageTrend, confidence: float, level: str, quantity: Quantity
 ) -> str:
-    """Return the sentence of Page's test; ``what`` grows, or falls, with ``level``."""
+    """Return the sentence for Page's test; ``what`` increases or decreases with ``level``."""
     grew = "fell" if quantity.falls else "grew"
     verb = grew if reliable(found.p, confidence) else f"did not {quantity.grow} reliably"
     return (

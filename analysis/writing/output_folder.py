@@ -17,7 +17,7 @@ PEOPLE = "participants.tsv"
 
 
 def make_folder(out: Path) -> None:
-    """Create the output folder; only its owner can enter it in a data set that others cannot read.
+    """Create the output folder; it is private if it is in a data set that others cannot read.
 
     Raises
     ------

@@ -12,9 +12,9 @@ class Reference:
     Parameters
     ----------
     cited : str
-        In a sentence: "Friedman, 1937".
+        Citation in a sentence: "Friedman, 1937".
     authors : str
-        As in BibTeX, joined by " and ".
+        Authors as in BibTeX, joined by " and ".
     title, journal, pages : str
         ``pages`` with a hyphen.
     year : int
@@ -31,7 +31,7 @@ class Reference:
 
     @property
     def listed(self) -> str:
-        """Its entry in a list of references."""
+        """Entry in a list of references."""
         names = self.authors.replace(" and others", " et al.").replace(" and ", "; ")
         return f"{names} ({self.year}). {self.title}. {self._place}."
 
@@ -42,11 +42,11 @@ class Reference:
 
     @property
     def found_at(self) -> str:
-        """Its place without the title, for a page: "Holm, 1979. Journal, 6, 65–70."."""
+        """Source without the title, for a page: "Holm, 1979. Journal, 6, 65–70."."""
         return f"{self.cited}. {self._place}."
 
     def bibtex(self, key: str) -> str:
-        """Return its BibTeX entry."""
+        """Return the BibTeX entry."""
         fields = {
             "author": self.authors,
             "title": f"{{{self.title}}}",
@@ -59,7 +59,7 @@ class Reference:
         return f"@article{{{key},\n{lines}}}\n"
 
 
-#: Key -> paper; the keys are those of references.bib.
+#: Key in references.bib -> paper.
 REFERENCES: dict[str, Reference] = {
     "friedman1937": Reference(
         cited="Friedman, 1937",

@@ -1,6 +1,6 @@
-"""Prevent spreadsheets from running free text in tables as a formula.
+"""Prevent spreadsheets from evaluating free text in tables as a formula.
 
-Text typed by a participant, or a label in somebody's file, can begin with ``=``. Excel and
+Text typed by a participant, or a label in a foreign file, can begin with ``=``. Excel and
 LibreOffice then evaluate it, and a formula can send cells elsewhere or start programs (CWE-1236).
 The journal and the data set's own tables keep every text as it was typed.
 """
@@ -13,12 +13,12 @@ import re
 # beginning of a text, or after a possible cell separator on the computer that opens the table (;
 # in France).
 _FORMULA = re.compile(r'(^|[;,|\t\r\n])(?=[\s"]*[=+\-@＝＋－＠])')
-# A number in any language's format is unchanged.
+# Numbers in any language's format are left unchanged.
 _NUMBER = re.compile(r"[+-]?[0-9]+([.,][0-9]+)?([eE][+-]?[0-9]+)?%?")
 
 
 def harmless_cell(text: str) -> str:
-    """Return a text that a spreadsheet shows: an apostrophe precedes what it would evaluate.
+    """Return text that is safe for spreadsheets: an apostrophe precedes what would be evaluated.
 
     >>> harmless_cell("=1+1"), harmless_cell("less; =A1"), harmless_cell("-3"), harmless_cell("a-b")
     ("'=1+1", "less;' =A1", '-3', 'a-b')

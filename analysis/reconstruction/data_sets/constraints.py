@@ -44,11 +44,11 @@ class Targets:
     grimmer : bool
         Whether some sum of squares also gives the printed standard deviation.
     reason : str
-        Why no ratings can meet the requirements; empty if some can.
+        Reason why no ratings can meet the requirements; empty if some can.
     refused : str
-        Why the requirements cannot be listed; `wanted` is then empty and has no meaning.
+        Reason why the requirements cannot be listed; `wanted` is then empty and meaningless.
     looked_at : tuple of Wanted
-        A selection of the requirements if they are not listed.
+        A selection of the requirements, if they are not listed.
     pairs : int
         Approximate number of requirements if they are not listed.
     """
@@ -113,7 +113,7 @@ def plain_sums(column: Column) -> dict[int, range] | None:
 
 
 def _number_of_pairs(column: Column, sums: range) -> int:
-    """Return about how many pairs of sum and sum of squares the printed decimals admit."""
+    """Return the approximate number of (sum, sum of squares) pairs that the decimals admit."""
     # Sums differ little in their number of sums of squares.
     middle = admissible_squares(column, sums[len(sums) // 2]) if sums else range(0)
     return len(sums) * len(middle)
@@ -223,7 +223,7 @@ def variances(column: Column, mean: Fraction) -> Interval:
 
 
 def _steps(column: Column, values: Interval) -> Interval:
-    """Return an interval of ratings in steps above the scale's minimum."""
+    """Return an interval of ratings in steps above the scale minimum."""
     scale = column.scale
     return values.scaled(1 / scale.step, -scale.minimum / scale.step)
 
@@ -233,7 +233,7 @@ class _TooManyValues(Exception):
 
 
 class _Extremes:
-    """Requirements of a column's extremes, median and ratings, given a sum and a sum of squares.
+    """Requirements on a column's extremes, median and ratings, given a sum and sum of squares.
 
     Raises
     ------
@@ -284,7 +284,7 @@ class _Extremes:
             present = [frozenset(v for v in wish if low <= v <= high) for wish in present]
             if not all(present):
                 return None
-        # Nobody can have given ratings beyond the bounds.
+        # Ratings beyond the bounds are impossible.
         if any(least for value, least, _ in self.told if not low <= value <= high):
             return None
         told = tuple(entry for entry in self.told if low <= entry[0] <= high)
@@ -293,7 +293,7 @@ class _Extremes:
         return Wanted(moments, low, high, tuple(present), self.medians[low, high], told)
 
     def _shell(self, moments: Moments) -> tuple[range, frozenset[int]]:
-        """Return the ratings within the printed deviation from the mean, and those equal to it."""
+        """Return the ratings within the printed deviation from the mean, and those at the limit."""
         printed, one = self.column.maximum_deviation, Fraction(1)
         if printed is None:
             return range(self.steps + 1), frozenset()

@@ -65,7 +65,7 @@ class ColumnRows:
 
     @cached_property
     def listed(self) -> Array | None:
-        """All data sets, one per row, sorted; None if there are too many or they are not counted."""
+        """All data sets, one per row, sorted; None if there are too many or none are counted."""
         found = self.solutions
         if self.sums_first or found.not_drawn or found.multisets > LISTED:
             return None
@@ -87,7 +87,7 @@ class ColumnRows:
         return Sampler(self.solutions).draw(DRAWN, np.random.default_rng(1))
 
     def rows(self, place: int) -> Array:
-        """Return the known data sets with the moments at an index; all such data sets if listed."""
+        """Return the known data sets with the moments at an index; all of these if listed."""
         return self._groups.get(self.moments[place], np.zeros((0, self.n), dtype=np.int32))
 
     def some(self, place: int) -> Array:

@@ -1,4 +1,4 @@
-"""Represent the answer to a printed test, and the test with its columns."""
+"""Represent the answer about a printed test, and the test with its columns."""
 
 from __future__ import annotations
 
@@ -32,27 +32,27 @@ PAIRED = ("paired_t", "correlation", "rm_f")
 
 @dataclass(frozen=True, kw_only=True)
 class PrintedTestAnswer:
-    """The answer to a printed test.
+    """The answer about a printed test.
 
     Parameters
     ----------
     kind : str
         Kind of test.
     labels : tuple of str
-        The columns that it compares.
+        Labels of the columns that the test compares.
     printed : str
-        Everything printed about it, in words.
+        Description of everything printed about the test.
     verdict : {"possible", "impossible", "not decided"}
         Whether some data set and pairing gives the printed test.
     reason : str
-        Why, in one sentence.
+        Reason for the verdict, in one sentence.
     low, high : float
-        Bounds of the statistic over all data sets and pairings; not every value between them
+        Bounds on the statistic over all data sets and pairings; not every value between them
         occurs. `high` is infinite if it is unbounded; both are NaN if the statistic is never
         defined.
     pairs, pairs_left : int or None
-        How many choices of a sum and a sum of squares per column there are, and how many of them
-        can give the printed test; None if they are not examined individually.
+        Number of choices of a sum and a sum of squares per column, and number of choices that can
+        give the printed test; None if they are not examined individually.
     correlation_low, correlation_high : float or None
         Correlations compatible with the printed test; None for independent groups.
     example : tuple of tuple of float
@@ -74,7 +74,7 @@ class PrintedTestAnswer:
 
     @property
     def question(self) -> str:
-        """The test in words."""
+        """The test as text."""
         return f"{WORDS[self.kind]} of {', '.join(self.labels)}"
 
 
@@ -121,7 +121,7 @@ UNFOUND = "its bounds allow it, but no ratings that give the printed value were 
 
 
 def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[T]:
-    """Return the columns that a test compares, in its order, from labels and columns.
+    """Return the columns that a test compares, in the order of the test.
 
     Raises
     ------

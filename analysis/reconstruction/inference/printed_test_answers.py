@@ -1,13 +1,14 @@
-"""Check whether printed tests can come from the data sets that their table allows.
+"""Check whether printed tests can come from data sets consistent with their table.
 
-For independent groups, n, sums and sums of squares decide. For the same participants the answer
-also depends on the sum of cross products, which the unknown pairing leaves open
-(`cross_products`).
+For independent groups, n, sums and sums of squares determine the answer. For the same
+participants, the answer also depends on the sum of cross products, which the unknown pairing
+leaves open (`cross_products`).
 
 Rules:
 
 - *Impossible* means that no choice of sums, sums of squares and, for pairs, cross products gives
-  the printed test, and that a search by the definitions (`definitions`) finds no counterexample.
+  the printed test, and that a search based on the definitions (`definitions`) finds no
+  counterexample.
 - *Possible* means that an example table gives the printed test. It was found by a search, and its
   statistic was computed from the definition.
 - Anything else is *not decided*.
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 
 
 def answer(test: PrintedTest, columns: Sequence[Solutions]) -> PrintedTestAnswer:
-    """Return the answer to a printed test.
+    """Return the answer about a printed test.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""Convert a printed test to intervals of its statistic: the |t|, F or r that would be printed so.
+"""Convert a printed test to intervals of its statistic: the |t|, F or r that match the print.
 
-The statistic, p and an effect size of one test all limit the same number. Each is converted to an
+The statistic, p and effect size of a test all constrain the same number. Each is converted to an
 interval of that number, and the intervals are intersected. With fixed degrees of freedom, p
 decreases in |t| and in F, and Cohen's d and partial η² increase in them. The degrees of freedom of
 Welch's t depend on the data; `fits` compares its p directly.
@@ -26,7 +26,7 @@ Window = tuple[float, float]
 
 
 def between(printed: Printed | None, rule: str) -> Window:
-    """Return the interval of values that round to the printed number; everything if None."""
+    """Return the interval of values that round to the printed number; all values if None."""
     if printed is None:
         return -inf, inf
     values = printed.values(rule)
@@ -53,9 +53,9 @@ def t_window(test: PrintedTest, degrees: float, t_of_d: float) -> Window:
     Parameters
     ----------
     test : PrintedTest
-        A paired or an independent t.
+        A paired or independent t test.
     degrees : float
-        Its degrees of freedom.
+        Degrees of freedom of the test.
     t_of_d : float
         t for Cohen's d of 1: √n for pairs, √(n₁ n₂ / (n₁ + n₂)) for groups.
     """
@@ -93,7 +93,7 @@ def r_windows(test: PrintedTest, n: int) -> list[Window]:
 
     degrees = n - 2
     if not degrees:
-        # Two points have an r of 1 or -1 and no p.
+        # With two points, r is 1 or -1 and has no p.
         return [] if test.p or test.p_below else [between(test.statistic, test.rounding)]
     least_p, most_p = (p / test.sides for p in p_between(test))
     t_near = float(student.isf(min(most_p, 0.5), degrees))
@@ -129,7 +129,7 @@ def windows(test: PrintedTest, n: Sequence[int]) -> list[Window]:
 
 
 def fits(values: Array, window: Window) -> Array:
-    """Whether values lie in an interval, within floating-point error."""
+    """Return whether values lie in an interval, within floating-point error."""
     slack = SLACK * (1 + np.abs(values))
     found: Array = (values >= window[0] - slack) & (values <= window[1] + slack)
     return found

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
     Moments = tuple[tuple[int, int], ...]
 
-# Combinations of sums that are examined in turn; if there are more, F is not bounded.
+# Maximum number of combinations of sums examined; if there are more, F is not bounded.
 COMBINATIONS = 100_000
-# Data sets drawn per column for the search, tables per round, rounds, and seed.
+# For the search: data sets drawn per column, tables per round, rounds, and seed.
 DRAWN = 2000
 TABLES = 2000
 ROUNDS = 20
@@ -87,7 +87,7 @@ def greatest_f(columns: Sequence[ColumnRows]) -> tuple[float, Table]:
 
 
 def _alike(columns: Sequence[ColumnRows], place: Array, most: int) -> Table:
-    """Return data sets in the same order with this sum of cross products; empty if none is found.
+    """Return data sets in the same order with this sum of cross products; empty if none are found.
 
     For each column in turn, chooses the data set that correlates best with the sum of the others.
     """
@@ -107,7 +107,7 @@ def _alike(columns: Sequence[ColumnRows], place: Array, most: int) -> Table:
 
 
 def _least(moments: Sequence[Moments], n: int) -> _Case | None:
-    """Return the case with the smallest F, over all sums if a rounded mean leaves several open."""
+    """Return the case with the smallest F, over all sums that a rounded mean leaves open."""
     most = [_most_squares(column) for column in moments]
     if prod(map(len, most)) > COMBINATIONS:
         return None

@@ -30,7 +30,7 @@ FROZEN = {
 
 
 def normalisations(analysis: Analysis) -> ReportSection:
-    """Return means and spreads under every rule that the data allow."""
+    """Return means and standard deviations under every applicable rule."""
     section = ReportSection("Other normalisations")
     if not analysis.sensitivity:
         return section
@@ -58,7 +58,7 @@ def normalisations(analysis: Analysis) -> ReportSection:
 
 
 def _invariance(analysis: Analysis) -> str:
-    """Return what the rule does not change for these data."""
+    """Return which results the rule does not affect for these data."""
     scales = analysis.dataset.estimates.groupby(PARTICIPANT, observed=True)[
         ["scale_top", "modulus"]
     ]

@@ -1,4 +1,4 @@
-"""Write the section on the number of tests in the report, and their correction."""
+"""Write the section on the number of tests in the report and their correction."""
 
 from __future__ import annotations
 

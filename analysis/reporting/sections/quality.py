@@ -100,7 +100,7 @@ def quality(analysis: Analysis) -> ReportSection:
 
 
 def _each(analysis: Analysis) -> list[Markup]:
-    """Return the table of participants' own exponents and sensitivities, if there are any."""
+    """Return the table of individual exponents and sensitivities, if there are any."""
     own, quantity = analysis.individuals, analysis.dataset.quantity
     if not len(own):
         return []
@@ -144,7 +144,7 @@ def _headed(column: TableColumn, quantity: Quantity) -> TableColumn:
 
 
 def _estimate(value: float) -> str:
-    """Format an estimate at one unit, which may be far below the presented levels."""
+    """Format an estimate at one unit, which can be far below the presented levels."""
     return significant(value) if 0 < value < SMALLEST_OF_TWO_DECIMALS else grouped(value, 1)
 
 

@@ -66,7 +66,7 @@ def _design(analysis: Analysis) -> str:
 
 
 def _doubts(analysis: Analysis) -> list[str]:
-    """Return the caveats of the answer, the most serious first."""
+    """Return the caveats about the answer, the most serious first."""
     found = []
     people = len(analysis.flags) - len(analysis.excluded)
     if 2 < people < SMALL:  # noqa: PLR2004 - of one or two, what is missing is told
