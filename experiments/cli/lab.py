@@ -175,7 +175,7 @@ def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
     Raises
     ------
     UserError
-        A session is running, nobody is left, or the requested participant has no run left.
+        If a session is running, nobody is left, or the requested participant has no run left.
     """
     from slipscale.faults import UserError  # noqa: PLC0415
 
@@ -331,7 +331,7 @@ def _folder(*, pilot: bool = False) -> tuple[Defaults, Roster]:
     Raises
     ------
     UserError
-        The current folder is not a laboratory folder.
+        If the current folder is not a laboratory folder.
     """
     from slipscale.experiments.lab.defaults import FILE, here, say  # noqa: PLC0415
     from slipscale.experiments.lab.roster import read_roster  # noqa: PLC0415

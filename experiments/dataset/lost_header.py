@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] | None:
     """Return a run's plan and header, reconstructed from its sidecars and study file.
 
-    Returns None if the run has no tables or they do not contain this information.
+    Returns None if the run has no tables or the tables lack this information.
     """
     for entries in _sidecars(dataset, journal):
         record = Record(number=0, time_s=0.0, kind="header", data=entries)

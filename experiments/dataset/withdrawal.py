@@ -95,7 +95,7 @@ def _todo(dataset: Path, participant: str) -> Pending:
     Raises
     ------
     UserError
-        The data set has no such participant, one of their sessions is running, or a copy is not
+        If the data set has no such participant, one of their sessions is running, or a copy is not
         connected, so that its data would remain.
     """
     todo = pending(dataset).get(participant)

@@ -85,7 +85,7 @@ def entries(dataset: Path) -> list[dict[str, Any]]:
     Raises
     ------
     UserError
-        The list cannot be read.
+        If the list cannot be read.
     """
     try:
         found = json.loads((dataset / RECORD).read_text(encoding="utf-8"))

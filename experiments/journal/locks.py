@@ -94,7 +94,7 @@ def take(stream: FileIO, journal: Path) -> None:
 
 
 def refresh(journal: Path) -> None:
-    """Show other computers that the writer is still active."""
+    """Refresh the lock file to show other computers that the writer is still active."""
     with suppress(OSError):
         os.utime(lock_file(journal))
 

@@ -98,7 +98,7 @@ def read_lab(folder: Path) -> LabFile | None:
     Raises
     ------
     UserError
-        The file is invalid.
+        If the file is invalid.
     """
     path = folder / FILE
     return read_toml(path, LabFile) if path.exists() else None
@@ -120,7 +120,7 @@ def init(folder: Path, answers: dict[str, str], ask: Callable[[str, str], str] |
     Raises
     ------
     UserError
-        The file already exists, cannot be written, or an answer is invalid.
+        If the file already exists, cannot be written, or an answer is invalid.
     """
     path = folder / FILE
     if path.exists():
@@ -164,7 +164,7 @@ def write_settings(folder: Path, lab: LabFile) -> None:
     Raises
     ------
     UserError
-        The existing file is invalid, the study or the backup folder cannot be used, or the file
+        If the existing file is invalid, the study or the backup folder cannot be used, or the file
         cannot be written.
     """
     import tomlkit  # noqa: PLC0415 - when a file is written

@@ -58,7 +58,7 @@ class Person:
     Parameters
     ----------
     state : str
-        "returns": a planned run has not begun; "done": all runs are complete.
+        "returns" if a planned run has not begun; "done" if all runs are complete.
     place : int or None
         Position in the counterbalancing, from 1; None for a participant who withdrew.
     order : tuple of str
@@ -134,7 +134,7 @@ def read_roster(dataset: Path, study: Study, study_text: str) -> Roster:
     Raises
     ------
     UserError
-        The list of withdrawn participants cannot be read.
+        If the list of withdrawn participants cannot be read.
     """
     gone = withdrawn(dataset)
     begun: dict[str, list[Path]] = {}

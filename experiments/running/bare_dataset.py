@@ -68,7 +68,7 @@ def write_simulated(
     Raises
     ------
     UserError
-        The folder cannot be written.
+        If the folder cannot be written.
     """
     if sessions:
         for plan in plans:

@@ -99,9 +99,9 @@ def open_sources(
     Raises
     ------
     UserError
-        A SPEC is invalid, or names a source that does not work here.
+        If a SPEC is invalid or refers to a source that does not work here.
     SensorFault
-        A device does not respond.
+        If a device does not respond.
     """
     opened: dict[Kind, NamedSource] = {}
     for kind, spec in specs.used.items():

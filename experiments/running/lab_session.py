@@ -121,7 +121,7 @@ def make_plan(
     Raises
     ------
     UserError
-        A label cannot be part of a file name, or the study does not plan this session.
+        If a label cannot be part of a file name, or the study does not plan this session.
     """
     study, text = read_study(study_name)
     plan = RunPlan(
@@ -151,11 +151,11 @@ def begin(dataset: Path, plan: RunPlan, setting: Setting, *, add_study: bool = F
     Raises
     ------
     UserError
-        The participant's run already exists, possibly under an equivalent label; the data set has
-        the other mode or another study; the plate is simulated but the run is not a pilot; or the
-        window cannot be opened.
+        If the participant's run already exists, possibly under an equivalent label; the data set
+        has the other mode or another study; the plate is simulated but the run is not a pilot; or
+        the window cannot be opened.
     PlateFault
-        The rig failed; the journal can be resumed.
+        If the rig failed; the journal can be resumed.
     """
     check_mode(dataset, plan.mode)
     check_alike(dataset, plan.participant)
@@ -183,7 +183,7 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
     Raises
     ------
     UserError
-        The journal is complete, damaged, in the wrong place or in use, or a participant's run
+        If the journal is complete, damaged, in the wrong place or in use, or a participant's run
         would continue on a simulated plate.
     """
     plan, records = read_plan(path)

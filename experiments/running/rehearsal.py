@@ -109,7 +109,7 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
     Raises
     ------
     UserError
-        A protocol asks for an answer for which its table has no column, its table has a column
+        If a protocol asks for an answer that has no column in its table, its table has a column
         that every task has, or it has more trials than it declares.
     """
     quantity = plan.study.quantity
@@ -203,7 +203,7 @@ def surfaces(plan: RunPlan) -> list[Stimulus]:
     Raises
     ------
     UserError
-        A protocol presents an amplitude outside its declared range.
+        If a protocol presents an amplitude outside its declared range.
     """
     found: set[Stimulus] = set()
     for protocol, options in plan.tasks():

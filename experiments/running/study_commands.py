@@ -82,7 +82,7 @@ def texts(name: str, language: str, path: Path) -> str:
     Raises
     ------
     UserError
-        The file already exists, or the language is shipped.
+        If the file already exists, or the language is shipped.
     """
     check_own_code(language)
     if path.exists():

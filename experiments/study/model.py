@@ -271,7 +271,7 @@ class Study(BaseModel):
         if value is None and vary:
             raise ValueError(f"expected the table [stimulus], because {vary} is varied")
         if value is not None and not vary:
-            raise ValueError("expected vary, the key of the parameter that is the level")
+            raise ValueError("expected vary, the key of the parameter that the levels vary")
         if value is not None:
             refuse(value.faults(_levels(info).vary))
         return value

@@ -49,7 +49,7 @@ MOST_NAMED = 6  # number of missing texts listed in a message
 
 
 class _Table(RootModel[dict[str, Any]]):
-    """Any TOML table."""
+    """A TOML table with any keys."""
 
 
 def with_own_language(text: str, source: str, *, absent: bool = False) -> str:

@@ -156,7 +156,7 @@ class Jobs:
         Raises
         ------
         UserError
-            A job of this kind is already running, or the laboratory folder no longer exists.
+            If a job of this kind is already running, or the laboratory folder no longer exists.
         """
         before = self._last.get(kind)
         if before and before.running:

@@ -20,7 +20,7 @@ def private_folder() -> Path:
     Raises
     ------
     UserError
-        No folder that only this user can access could be created.
+        If no folder that only this user can access could be created.
     """
     places = (os.environ.get("XDG_RUNTIME_DIR"), str(Path.home() / ".cache"))
     for place in filter(None, places):
