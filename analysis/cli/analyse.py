@@ -97,14 +97,14 @@ def add_data(parser: ArgumentParser) -> None:
     parser.add_argument(
         "dataset",
         metavar="DATASET",
-        help="a data set's folder, or a table: CSV, TSV, Excel, SPSS, MATLAB, jsPsych, Qualtrics, "
+        help="a data set folder, or a table: CSV, TSV, Excel, SPSS, MATLAB, jsPsych, Qualtrics, "
         "E-Prime",
         **dataset_default(),
     )
     parser.add_argument(
         "--in-session",
         metavar="LABEL",
-        help="analyse only the trials of one session (default: all together)",
+        help="analyse only the trials from one session (default: all sessions together)",
     )
     parser.add_argument(
         "--task",
@@ -175,13 +175,13 @@ def add_mapping(parser: ArgumentParser) -> None:
     group.add_argument(
         "--decimal",
         choices=(".", ","),
-        help=("the decimal mark, if the table does not show which it is"),
+        help=("the decimal mark, if it cannot be detected"),
     )
-    group.add_argument("--sheet", metavar="NAME", help="the sheet of an Excel workbook")
+    group.add_argument("--sheet", metavar="NAME", help="the sheet in an Excel workbook")
     group.add_argument(
         "--map",
         action="store_true",
-        help=("write these options to analysis.toml next to the table"),
+        help=("save these options in analysis.toml next to the table"),
     )
 
 

@@ -30,14 +30,14 @@ def add_comparison(parser: ArgumentParser) -> None:
         "--protocols",
         metavar="STUDY",
         nargs="+",
-        help="compare STUDY with these studies instead: the precision of each one's exponent "
-        "or threshold, for the same people and minutes",
+        help="compare STUDY with these studies instead: how precisely each estimates its exponent "
+        "or threshold, with the same people and duration",
     )
     parser.add_argument(
         "--minutes",
         type=float,
         metavar="M",
-        help="minutes per participant, with --protocols (default: what STUDY takes)",
+        help="minutes per participant, with --protocols (default: the duration of STUDY)",
     )
 
 

@@ -30,9 +30,9 @@ def add_times(parser: ArgumentParser) -> None:
         "--times",
         type=int,
         metavar="N",
-        help="simulate the study N times instead: for every number in its table of results "
-        "the median and the 5 to 95 %% range, and how often each conclusion holds "
-        "(default of --out: a new folder in distributions/ of the pilots' folder)",
+        help="simulate the study N times instead, and report the median and the 5 to 95 %% range "
+        "of every result, and how often each conclusion holds "
+        "(default for --out: a new folder in distributions/ in the pilot folder)",
     )
     group.add_argument(
         "--jobs",

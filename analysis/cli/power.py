@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 AXES = {
     "participants": "numbers of participants to try (default: 6,8,10,12,16,20,24,32)",
     "repetitions": "ratings per surface (default: the study's)",
-    "effect": "effect size; 0.5: mean sensations half as far apart (default: 1)",
-    "lapses": "share of answers given at random (default: the population's)",
-    "dropout": "share of people who stop before the end (default: the population's)",
+    "effect": "effect size; at 0.5, mean sensations are half as far apart (default: 1)",
+    "lapses": "proportion of answers given at random (default: the population's)",
+    "dropout": "proportion of people who stop before the end (default: the population's)",
     "exponent": "exponent of the mean sensation above 0 µm (default: the population's curve)",
     "catch_steps": "catch steps in each series of the descending difference, which determine "
     "how precisely the false-alarm rate is known",
@@ -98,13 +98,16 @@ def add_power(parser: ArgumentParser) -> None:
         "--spending",
         choices=("obrien-fleming", "pocock"),
         default="obrien-fleming",
-        help="how the significance level is spread over the looks (default: obrien-fleming)",
+        help="how alpha is spent over the interim analyses (default: obrien-fleming)",
     )
     parser.add_argument(
         "--jobs", type=int, default=1, metavar="N", help=("number of processes (default: 1)")
     )
     parser.add_argument(
-        "--cache", type=Path, metavar="DIR", help="store finished parts there, and reuse them"
+        "--cache",
+        type=Path,
+        metavar="DIR",
+        help="folder in which finished parts are stored and reused",
     )
     parser.add_argument(
         "--shard",

@@ -50,14 +50,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--variants",
         action="store_true",
-        help="also answer under every SD convention and rounding rule",
+        help="also report results under every SD convention and rounding rule",
     )
     parser.add_argument(
         "--conclusions",
         action="store_true",
         help="compare columns: which conclusions hold in every data set for any pairing, "
-        "which depend on the data set, and how F, Friedman, t and exponents are "
-        "distributed",
+        "which depend on the data set, and the distributions of F, "
+        "Friedman's chi-square, t and exponents",
     )
     parser.add_argument(
         "--design",
@@ -88,21 +88,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help=("print JSON, with counts as strings"))
     parser.add_argument(
-        "--out", type=Path, metavar="FILE", help=("write to this file instead of the screen")
+        "--out", type=Path, metavar="FILE", help=("write to this file instead of standard output")
     )
     parser.add_argument(
         "--memory-gib",
         type=float,
         default=4.0,
         metavar="GIB",
-        help="memory that counting or drawing may use (default: 4); with --batch, per process",
+        help="memory limit for counting or sampling (default: 4); with --batch, per process",
     )
     parser.add_argument(
         "--minutes",
         type=float,
         default=0.1,
         metavar="MIN",
-        help="estimated time that counting one column may take (default: 0.1)",
+        help="limit on the estimated time for counting one column (default: 0.1)",
     )
 
 

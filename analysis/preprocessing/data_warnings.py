@@ -128,7 +128,7 @@ def scales(cells: pd.DataFrame, rule: str) -> list[str]:
     if rule == "modulus_equalisation" and len(cells) >= FEWEST:
         without = (
             "Modulus equalisation removes differences in level between participants: "
-            "Student's intervals of means exclude them, and groups' levels cannot be compared."
+            "t-based intervals of means exclude them, and groups' levels cannot be compared."
         )
         return [without]
     largest = cells.max(axis=1)

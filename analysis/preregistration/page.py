@@ -148,7 +148,7 @@ def _power(plan: Manifest, contents: Mapping[str, bytes]) -> list[html.ReportSec
         html.table(
             columns,
             rows,
-            f"Share of simulated studies in which every planned comparison was significant; "
+            f"Proportion of simulated studies in which every planned comparison was significant; "
             f"target {told.get('target', '')}.",
         )
     )

@@ -152,7 +152,7 @@ def _column(source: Source, place: int) -> html.ReportSection:
         ),
         html.figure(
             svg(cumulative_figure(up_to, ends), salt=f"cumulative{place}"),
-            f"Share of the ratings up to a value, over {over}.",
+            f"Proportion of ratings up to a value, over {over}.",
             f"Cumulative distribution of the ratings at {answer.label} with bands",
         ),
     ]

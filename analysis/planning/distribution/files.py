@@ -221,8 +221,8 @@ def _conclusions(found: Distribution) -> html.ReportSection:
         html.TableColumn(title="95 % Monte Carlo interval"),
     ]
     caption = (
-        "Share of all studies in which each conclusion holds: p is below the study's level "
-        "after the stated correction. Studies that could not be analysed count as not holding."
+        "Proportion of studies in which each conclusion holds: p is below the study's level "
+        "after the stated correction. Studies that could not be analysed count as not meeting it."
     )
     section.blocks.append(html.table(columns, rows, caption))
     return section

@@ -96,7 +96,7 @@ def print_distribution(found: Distribution, console: Console | None = None) -> N
             chief.add_row(escape(words), *values(spread))
         target.print(chief)
     if found.conclusions:
-        shares = Table(title="Share of studies in which it holds", **head)  # type: ignore[arg-type]
+        shares = Table(title="Proportion of studies in which it holds", **head)  # type: ignore[arg-type]
         shares.add_column("")
         shares.add_column("studies", justify="right", no_wrap=True)
         for each in found.conclusions:

@@ -98,8 +98,8 @@ def _page(design: Design, found: Sequence[Row], target: float) -> str:
         ),
         html.figure(
             svg(precision_figure(found), salt="precision"),
-            "Half-width of the interval of the group's exponent.",
-            "A map of half-widths over participants and ratings of each surface",
+            "Half-width of the confidence interval for the group exponent.",
+            "A map of half-widths by participants and ratings per surface",
         ),
     ]
     if found[0].steps:

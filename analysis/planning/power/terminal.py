@@ -34,7 +34,7 @@ def print_power(
     target_console = console or Console()
     target_console.width = max(target_console.width, WIDTH)
     table = Table(
-        title=f"Power: share of {found[0].weakest.studies:,} simulated studies",
+        title=f"Power: proportion of {found[0].weakest.studies:,} simulated studies",
         title_justify="left",
         title_style="bold",
         box=box.SIMPLE_HEAD,
@@ -107,8 +107,8 @@ def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
         lines.append(f"{line}.")
     if found[0].steps:
         lines.append(
-            "Catch steps: half-width of the interval of the share of yes at them, and the "
-            "lower bound of d', each the mean over studies."
+            "Catch steps: half-width of the interval for the proportion of yes, and the "
+            "lower bound of d', each averaged over studies."
         )
     best = next((row for row in found if row.weakest.value >= target), found[-1])
     lines.append(f"For the application: {sentence(design, best)}")
