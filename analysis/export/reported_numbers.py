@@ -119,7 +119,7 @@ def task_trials(analysis: Analysis) -> dict[str, pd.DataFrame]:
     if not isinstance(groups, NotComputed):
         found["groups"] = groups.rename("group").rename_axis(PARTICIPANT).reset_index()
     sessions = analysis.inference[SESSIONS]
-    if sessions:
+    if sessions and sessions.measures:
         found["session_measures"] = pd.concat(
             [
                 measure.table.reset_index(names=PARTICIPANT)

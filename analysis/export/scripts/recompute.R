@@ -10,11 +10,11 @@ close_fits <- 1e-2
 almost_none <- 5e-3 # standard deviation of participants, of the residual one
 fitted <- "^(mixed_model|reliability|growth|difference\\.(psychometric|weber)|difference\\.signal_detection\\.(by|all))"
 # Integrals on grids, fits of curves, and what follows from them.
-on_grids <- "^(thresholds|exponent_and_weber)\\..*(function|maximum_likelihood|weber|population|expected_exponent|ekman)"
+on_grids <- "^(thresholds|exponent_and_weber)\\..*(function|maximum_likelihood|weber|population|expected_exponent|ekman)|^similarity\\..*stress|^factors\\..*mixed"
 close_grids <- 4e-2
 
 words <- c("participant_id", "session", "run", "flags", "name", "task", "surface", "group", "measure",
-           "method", "stimulus1", "stimulus2", "stimulus3", "direction", "began", "bound")
+           "method", "stimulus1", "stimulus2", "stimulus3", "direction", "began", "bound", "first", "second")
 read <- function(name) {
   if (!file.exists(name)) return(NULL)
   there <- intersect(words, names(read.csv(name, nrows = 1, check.names = FALSE)))

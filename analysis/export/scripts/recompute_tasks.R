@@ -591,18 +591,19 @@ groups <- function(members, logs, levels, confidence) {
     under("anova.", mixed_anova(logs, group, confidence)))
 }
 
-session_anova <- function(trials, confidence) {
-  cells <- tapply(trials$log, list(trials$who, trials$level, trials$session), function(v) mean(v, na.rm = TRUE))
+two_way_anova <- function(trials, other, name, confidence) {
+  cells <- tapply(trials$log, list(trials$who, trials$level, other), function(v) mean(v, na.rm = TRUE))
   v <- matrix(cells, dim(cells)[1])
-  v <- v[complete.cases(v), ]
+  v <- v[complete.cases(v), , drop = FALSE]
   n <- nrow(v)
   k <- dim(cells)[2]
   s <- dim(cells)[3]
   if (n < 3 || k < 2 || s < 2) return(NULL)
-  one <- list(amplitude = contrasts_of(k), session = contrasts_of(s))
+  one <- list(amplitude = contrasts_of(k), other = contrasts_of(s))
   flat <- function(m) m / sqrt(nrow(m))
-  of <- list(session = kronecker(one$session, flat(matrix(1, k))), amplitude = kronecker(flat(matrix(1, s)), one$amplitude),
-             interaction = kronecker(one$session, one$amplitude))
+  of <- list(kronecker(one$other, flat(matrix(1, k))), amplitude = kronecker(flat(matrix(1, s)), one$amplitude),
+             interaction = kronecker(one$other, one$amplitude))
+  names(of)[1] <- name
   found <- unlist(lapply(names(of), function(name) {
     z <- v %*% of[[name]]
     df <- ncol(z)
@@ -610,6 +611,99 @@ session_anova <- function(trials, confidence) {
     under(paste0(name, "."), effect(f, df, df * (n - 1), epsilon_of(cov(z)), confidence))
   }))
   c(n = n, found)
+}
+
+# Factors crossed with the levels: means, analysis of variance, and changes from the first condition.
+factor_effects <- function(trials, levels, confidence) {
+  columns <- grep("^factor: ", names(trials), value = TRUE)
+  columns <- columns[vapply(columns, function(name) length(unique(trials[[name]])) > 1, NA)]
+  numbered("factors.", lapply(columns, function(column) {
+    condition <- as.character(trials[[column]])
+    labels <- unique(condition)
+    number <- suppressWarnings(as.numeric(labels))
+    labels <- labels[order(is.na(number), number, labels, method = "radix")]
+    logs <- lapply(labels, function(label) {
+      own <- trials[condition == label, ]
+      tapply(own$log, list(factor(own$who, unique(trials$who)), factor(own$level, levels)), function(v) mean(v, na.rm = TRUE))
+    })
+    present <- sapply(labels, function(label) length(unique(trials$who[condition == label])))
+    means <- Map(function(v, n) c(n = n, setNames(exp(colMeans(v, na.rm = TRUE)), paste0("geometric_means.", levels))), logs, present)
+    mixed <- mixed_changes(trials, condition, labels, confidence)
+    slopes_of <- lapply(logs, slopes, levels)
+    changes <- lapply(seq_along(labels)[-1], function(i) c(
+      under("exponent.", mean_test(slopes_of[[i]] - slopes_of[[1]], confidence)),
+      under("log_ratio.", mean_test(rowMeans(logs[[i]] - logs[[1]], na.rm = TRUE), confidence)),
+      mixed[[i - 1]]))
+    for (what in c("exponent", "log_ratio")) {
+      p <- sapply(changes, function(each) unname(each[paste0(what, ".p")]))
+      changes <- Map(function(each, holm) c(each, setNames(holm, paste0(what, "_p_holm"))), changes, p.adjust(p, "holm"))
+    }
+    c(numbered("conditions.", means), under("anova.", two_way_anova(trials, condition, "factor", confidence)),
+      numbered("changes.", changes))
+  }))
+}
+
+# Each condition's change of exponent, and of the logarithm at the mean log level, by a mixed model.
+# Nothing if its variances are at their bound, where optimisers stop at different places.
+mixed_changes <- function(trials, condition, labels, confidence) {
+  d <- transform(trials, condition = factor(condition, labels))[trials$level > 0 & !is.na(trials$log), ]
+  d$lx <- log(d$level) - mean(log(d$level))
+  n <- length(unique(d$who))
+  if (!requireNamespace("lme4", quietly = TRUE) || n < 3 || nrow(d) <= 2 * length(labels) * n) return(NULL)
+  m <- suppressMessages(suppressWarnings(lme4::lmer(log ~ lx * condition + (lx + condition | who), d)))
+  if (lme4::isSingular(m)) return(NULL)
+  se <- sqrt(diag(as.matrix(vcov(m))))
+  names(se) <- names(lme4::fixef(m))
+  lapply(labels[-1], function(label) {
+    one <- function(name, term) {
+      b <- lme4::fixef(m)[[term]]
+      half <- qt((1 + confidence) / 2, n - 1) * se[[term]]
+      under(paste0(name, "."), c(value = b, se = se[[term]], ci.0 = b - half, ci.1 = b + half, p = 2 * pt(-abs(b / se[[term]]), n - 1)))
+    }
+    c(one("mixed_exponent", paste0("lx:condition", label)), one("mixed_log_ratio", paste0("condition", label)))
+  })
+}
+
+# The stress of a reported map, and participants' weights of its axes. The search for maps is not
+# repeated, so coordinates and the stress in other dimensions are taken as reported.
+similarity_of <- function(rows, place) {
+  numbers <- read("numbers.csv")
+  main <- rows[!rows$catch & rows$first != rows$second, ]
+  items <- unique(c(main$first, main$second))
+  at <- function(k) numbers$value[match(paste0(place, "coordinates.", items, ".", k), numbers$name)]
+  map <- cbind(at(0), at(1))
+  map <- map[, colSums(is.na(map)) == 0, drop = FALSE]
+  if (!ncol(map)) return(NULL)
+  table_of <- function(who) {
+    own <- main[main$participant_id == who, ]
+    pair <- function(one, other) list(factor(own[[one]], items), factor(own[[other]], items))
+    of <- function(f) { v <- tapply(own$dissimilarity, pair("first", "second"), f); v[is.na(v)] <- 0; v + t(v) }
+    v <- (of(sum) / of(length))[lower.tri(diag(length(items)))]
+    if (all(main$sorted)) v else v / sqrt(mean(v^2, na.rm = TRUE))
+  }
+  people <- in_code_order(main$participant_id)
+  tables <- sapply(people, table_of)
+  group <- rowMeans(tables, na.rm = TRUE)
+  squares <- sapply(seq_len(ncol(map)), function(k) as.vector(dist(map[, k]))^2)
+  distances <- sqrt(rowSums(squares))
+  # Monotone regression; equal dissimilarities keep equal distances.
+  tied <- ave(distances, signif(group, 12))
+  up <- order(group)
+  fitted <- isoreg(tied[up])$yf
+  squares <- squares / mean(rowSums(squares))
+  weighed <- function(wanted) {
+    if (anyNA(wanted)) return(NULL)
+    sets <- list(seq_len(ncol(squares)), 1, ncol(squares))
+    tries <- lapply(sets, function(set) replace(numeric(ncol(squares)), set, pmax(qr.coef(qr(squares[, set, drop = FALSE]), wanted), 0)))
+    lost <- sapply(tries, function(w) sum((wanted - squares %*% w)^2))
+    best <- tries[[which.min(lost)]]
+    c(setNames(best, paste0("weights.", seq_along(best) - 1)), r2 = 1 - min(lost) / sum((wanted - mean(wanted))^2))
+  }
+  found <- if (all(main$sorted)) list() else Filter(Negate(is.null), lapply(people, function(who) weighed(tables[, who]^2)))
+  out <- c(participants = length(people), answers = nrow(main), catch_trials = sum(rows$catch),
+           stress = sqrt(sum((distances[up] - fitted)^2) / sum(distances^2)), numbered("people.", found))
+  names(out)[names(out) == "stress"] <- paste0("stress.", ncol(map))
+  out
 }
 
 # ICC(A,1): McGraw and Wong's case 2A.
@@ -674,10 +768,19 @@ tasks <- function(settings, wanted, trials, logs) {
     rows <- read(parts[[name]][[1]])
     if (!is.null(rows)) out <- c(out, numbered(paste0(name, "."), lapply(each(rows, parts[[name]][[2]]), parts[[name]][[3]])))
   }
+  rows <- read("trials_dissimilarities.csv")
+  if (!is.null(rows)) {
+    kinds <- each(rows, "task")
+    out <- c(out, unlist(lapply(seq_along(kinds), function(i) {
+      place <- paste0("similarity.", i - 1, ".")
+      under(place, similarity_of(kinds[[i]], place))
+    })))
+  }
   members <- read("groups.csv")
   if (!is.null(members) && !is.null(logs)) out <- c(out, under("groups.", groups(members, logs, levels, confidence)))
   measures <- read("session_measures.csv")
   if (!is.null(measures)) out <- c(out, under("sessions.measures.", session_measures(measures, confidence)))
-  if (!is.null(trials) && length(unique(trials$session)) > 1) out <- c(out, under("sessions.anova.", session_anova(trials, confidence)))
+  if (!is.null(trials) && length(unique(trials$session)) > 1) out <- c(out, under("sessions.anova.", two_way_anova(trials, trials$session, "session", confidence)))
+  if (!is.null(trials)) out <- c(out, factor_effects(trials, levels, confidence))
   out
 }

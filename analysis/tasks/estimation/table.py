@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.analysis.tasks.declared.flat_table import flat
 from slipscale.analysis.tasks.estimation.statistics import PAIRWISE
 
@@ -19,8 +20,9 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
         return {}
     named = analysis.dataset.quantity.columns
     columns = ["participant_id", "session", "run", "trial", "amplitude_um_pp", "estimate"]
-    columns += ["normalised", "response_time"]
     trials = analysis.estimates
+    factors = (name for name in trials.columns if str(name).startswith(FACTOR))
+    columns += ["normalised", "response_time", *factors]
     if (trials["trial"].dropna() % 1 == 0).all():
         trials = trials.astype({"trial": "Int64"})
     kept = [name for name in columns if not trials[name].isna().all()]

@@ -57,6 +57,9 @@ repetitions = 2
 protocol = "visual_analogue_scale"
 repetitions = 2
 [[tasks]]
+protocol = "similarity"
+repetitions = 1
+[[tasks]]
 protocol = "ratio_to_standard"
 standard_um_pp = 1.2
 [[tasks]]
@@ -67,7 +70,7 @@ standard_um_pp = 1.1
 #: Drawn at random, searched along a profile, or of a curve that jumps: named, never passed over.
 NAMED = re.compile(
     r"\.fit\.(p|simulations)$|consistency\.[\w-]+\.p$|population\.factors\."
-    r"|differences\.(\w*interval|simulations)"
+    r"|differences\.(\w*interval|simulations)|similarity\.0\.(coordinates|stress\.[13])"
 )
 #: Reported 5 % too large, each of another kind.
 WRONG = [
@@ -80,6 +83,7 @@ WRONG = [
     "ratios.0.power_law.exponent",
     "productions.0.both.ratio",
     "groups.anova.interaction.eta2_partial_ci.1",
+    "similarity.0.people.0.r2",
     "sessions.measures.1.agreement.ci.1",
     "sessions.anova.interaction.df1",
 ]

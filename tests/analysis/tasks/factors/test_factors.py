@@ -1,10 +1,15 @@
 """A factor crossed with the levels: as base R and lme4 have it, from tables and from data sets."""
 
+import re
+import shutil
+import subprocess
+
 import numpy as np
 import pandas as pd
 import pytest
 
 import slipscale
+from slipscale.analysis.export.files import write_export
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
@@ -107,3 +112,11 @@ def test_the_factors_of_a_study_are_columns_of_its_data(tmp_path):
     assert found.factor == "hand"
     assert [each.condition for each in found.conditions] == ["left", "right"]
     assert found.anova.n == 3
+    if shutil.which("Rscript"):
+        write_export(analysis, tmp_path / "x", ["scripts"])
+        command = ["Rscript", tmp_path / "x" / "recompute.R"]
+        told = subprocess.run(command, capture_output=True, text=True, check=False).stdout
+        lines = re.findall(r"^factors\.\S+ .+$", told, re.MULTILINE)
+        assert len(lines) >= 30
+        assert not [line for line in lines if "DIFFERS" in line]
+        assert not re.search(r"^not recomputed: factors\.0\.(?!.*mixed)", told, re.MULTILINE)
