@@ -126,7 +126,7 @@ def test_words_that_changed_before_a_resume_are_noticed_and_those_of_before_stay
     assert "its texts in 'de' have changed since the run began" in said
     assert begun.texts()["session.welcome"] == GERMAN["session.welcome"]
     records[0].data["texts_hash"] = "of another version"
-    assert "the version of Slipscale differs" in next(changed_texts(begun, records))
+    assert "the Slipscale version differs" in next(changed_texts(begun, records))
 
 
 def test_a_text_that_comes_with_a_newer_slipscale_is_asked_for_and_no_old_run_is_lost(study):
