@@ -1,4 +1,4 @@
-"""Plot perception against physics: magnitude estimates against the film's predicted friction."""
+"""Plot perception against physics: magnitude estimates against predicted friction."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def perception_figure(
 ) -> Figure:
     """Return estimates of slipperiness against predicted relative friction.
 
-    Uses both film models, and a band from the load shared by asperities and film.
+    Shows both film models, and a band for the model in which asperities and film share the load.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def perception_figure(
     means : sequence of float
         Mean magnitude estimates, one per surface.
     standard_deviations : sequence of float, optional
-        Their standard deviations between participants.
+        Standard deviations across participants.
     roughness_um, frequency_hz, normal_force_n : float
         As in `VirtualSurface.predicted_relative_friction`.
 

@@ -1,4 +1,4 @@
-"""Plot the squeeze film: the paper's Figs. 3, 4 and 5, and errors of the closed form."""
+"""Plot squeeze-film results: the paper's Figs. 3, 4 and 5, and errors of the closed form."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ WORST_CASE = (3.0, 1.6)  # h_vib in µm peak and h_r in µm of Figs. 3 and 4
 
 @styled
 def squeeze_number_figure() -> Figure:
-    """Return Fig. 3: squeeze number against frequency, h_r = 1.6 µm and h_vib = 3 µm."""
+    """Return Fig. 3: squeeze number against frequency for h_r = 1.6 µm and h_vib = 3 µm."""
     figure, axes = canvas()
     frequency = np.linspace(1, 60, 60)
     number = squeeze_film.squeeze_number(frequency * 1e3, *WORST_CASE)
@@ -109,7 +109,7 @@ def film_figure() -> Figure:
 
 @styled
 def friction_figure() -> Figure:
-    """Return Fig. 5: relative friction against amplitude, four roughnesses, 0.5 N."""
+    """Return Fig. 5: relative friction against amplitude for four roughnesses, at 0.5 N."""
     figure, axes = canvas()
     amplitude = np.linspace(0, 5, 201)
     for roughness, colour, dash in zip(ROUGHNESS_UM, CYCLE, DASHES, strict=True):

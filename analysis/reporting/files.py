@@ -1,6 +1,6 @@
-"""Write all files of `slipscale analyse`: tables, figures, JSON, the report.
+"""Write all output files of `slipscale analyse`: tables, figures, JSON and the report.
 
-The same data and versions give the same bytes: no dates, no paths, no random order.
+The same data and versions give the same bytes: output contains no dates, paths or random order.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def write_analysis(
     Parameters
     ----------
     progress : callable, optional
-        Called with a few words on the next step.
+        Called with a short description of the next step.
     formats : collection of str
         ``"png"``, ``"pdf"``: formats of the figures in addition to SVG.
 
@@ -84,7 +84,7 @@ def write_analysis(
                 path = out / f"{name}.{each}"
                 if each in formats or path.name == MAIN_PICTURE:
                     figure_style.save(figure, path)
-                else:  # an earlier analysis of other data may have left one
+                else:  # may be left over from an earlier analysis of other data
                     path.unlink(missing_ok=True)
         tell("writing the report")
         report = out / "report.html"
@@ -108,7 +108,7 @@ def software(analysis: Analysis) -> dict[str, str]:
 
 
 def results(analysis: Analysis, software: Mapping[str, str]) -> Mapping[str, object]:
-    """Return all results for machines: the content of results.json.
+    """Return all results in machine-readable form: the content of results.json.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def derivative_description(analysis: Analysis) -> dict[str, object]:
 
 
 def draw(analysis: Analysis) -> dict[str, Figure]:
-    """Return the figures that the data allow, by file name."""
+    """Return the figures that the data support, keyed by file name."""
     found: dict[str, Figure] = {}
     for kind in analysis.kinds:
         found |= kind.figures(analysis)

@@ -38,7 +38,7 @@ FIGURE = Markup(
 
 
 def text(analysis: Analysis) -> str:
-    """Return an analysis in a few lines: what was analysed, and the first conclusions."""
+    """Summarise an analysis in a few lines: what was analysed, and the first conclusions."""
     first = [f"{title}: {sentences[0]}" for title, sentences in conclusions(analysis).items()]
     return "\n".join([f"Analysis of {analysis.dataset.name}", _subject(analysis), *first])
 
@@ -74,13 +74,13 @@ def html(analysis: Analysis) -> str:
 
 
 def _row(kind: str, cells: Iterable[str]) -> Markup:
-    """Return a table's row; ``kind`` is the element of its cells."""
+    """Return a table row; ``kind`` is the HTML element of its cells."""
     cell = Markup(f'<{kind} style="text-align: right; padding: .15rem .6rem">{{}}</{kind}>')  # noqa: S704 - no text
     return Markup("<tr>{}</tr>").format(Markup("").join(map(cell.format, cells)))
 
 
 def _subject(analysis: Analysis) -> str:
-    """Return the number of people and trials, and the method of analysis."""
+    """Return the numbers of people and trials, and the analysis method."""
     data = analysis.dataset
     trials = sum(len(rows) for name, rows in data.tables.items() if name != "answers")
     parts = [f"{len(data.people)} participants", f"{trials} trials"]

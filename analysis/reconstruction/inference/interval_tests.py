@@ -1,9 +1,10 @@
 """Check printed tests on columns of continuous values, using intervals and an example.
 
 Each statistic is continuous in means, SDs and, for pairs, correlations. It therefore takes every
-value between its extremes over the intervals, and a test outside them is impossible. The example
-is searched for on a path from values with the smallest statistic to values with the largest, and
-is checked by the definition. If no example is found, a test within the extremes is left undecided.
+value between its extremes over the intervals, and a test outside them is impossible. An example is
+searched for on a path from values with the smallest statistic to values with the largest, and is
+checked against the definition. If no example is found, a test within the extremes is left
+undecided.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Check printed tests of the same participants, which also depend on the sum of cross products."""
+"""Check printed tests on the same participants, which also depend on the cross products."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def _reach(found: Choices) -> Array:
 
 
 def _extent(test: PrintedTest, found: Choices) -> tuple[float, float]:
-    """Return bounds of the statistic over every choice and pairing; NaN if it is never defined."""
+    """Return bounds on the statistic over every choice and pairing; NaN if it is never defined."""
     if test.kind == "correlation":
         reach = _reach(found)
         defined = reach > 0

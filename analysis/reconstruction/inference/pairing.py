@@ -1,6 +1,6 @@
 """Arrange columns into tables of participants, because the pairing of ratings is unknown.
 
-`most_alike` is the most favourable pairing for a test between columns, and exact. With every
+`most_alike` is the most favourable pairing for a test between columns, and is exact. With every
 column in the same order, the participants' totals vary most (rearrangement inequality, pair by
 pair), so most of the variation is removed from the error. `least_alike` is the opposite. For two
 columns it is exact: one ascending and one descending. For more columns, making the totals as equal
@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     Statistic = Callable[[Array], Array]
 
 ROUNDS = 50
-# Exchanges tried per column and sweep; up to 17 participants, this covers all of them.
+# Number of exchanges tried per column and sweep; with up to 17 participants, this covers all of
+# them.
 EXCHANGES = 136
 SWEEPS = 20
 
