@@ -1,4 +1,4 @@
-"""Compare the paper's squeeze film with ours: squeeze number, friction, Reynolds equation.
+"""Compare the paper's film with ours: squeeze number, friction, Reynolds equation, perception.
 
 ``python -m slipscale.analysis.reproduction.film`` records our values in ``film.json``. Run it only
 after an intended change of a model, and explain in the commit why the numbers changed.

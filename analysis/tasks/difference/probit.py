@@ -4,10 +4,10 @@
     P(yes | catch step, participant i)     = Φ(-c - σ u_i),   u_i and v_i normal
 
 Both the criterion and the sensitivity differ between people. Without τ, the coverage of the
-intervals was only .80 to .90 when the standard deviation of sensitivity between people was 0.4.
-The likelihood is integrated over u and v; confidence intervals use the profile likelihood.
-Proportions of 0 or 1 need no correction. If every step was felt, or no catch step was, the
-interval has only a lower bound.
+intervals was only .80 to .90 when sensitivities differed by 0.4 between people. The likelihood is
+integrated over u and v; confidence intervals use the profile likelihood. Proportions of 0 or 1
+need no correction. If every step was felt, or no catch step was, the interval has only a lower
+bound.
 """
 
 from __future__ import annotations

@@ -107,7 +107,7 @@ class TaskProductions:
     catch_um_pp : float or None
         Geometric mean for catch trials, in which the number is that of the standard.
     at_bounds : int
-        Number of productions that ended within one step of the plate's limits. They are kept; if
+        Number of productions that ended within one notch of the plate's limits. They are kept; if
         people wanted to go further, the slope is too small.
     numbers : tuple of ProducedNumber
         In ascending order.
