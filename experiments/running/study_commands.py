@@ -109,7 +109,7 @@ def validate(name: str) -> str:
     check_screens(plan)
     textures = f", textures: {len(study.textures)}" if study.textures else ""
     said = (
-        f"{name}: no errors (tasks: {len(study.tasks)}, {study.quantity.levels}: "
+        f"{name}: no faults (tasks: {len(study.tasks)}, {study.quantity.levels}: "
         f"{len(study.levels)}{textures})"
     )
     return "\n".join([said, *_textures(study), *balance(name, study, text)])

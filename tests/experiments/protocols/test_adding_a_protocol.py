@@ -88,7 +88,7 @@ def test_the_page_is_followed_from_validate_to_analyse(package, slipscale):
         "study show roughness.toml",
         "check roughness.toml --out data --json --windowed",
     )
-    assert "no errors (tasks: 3," in said
+    assert "no faults (tasks: 3," in said
     assert "Shrinking difference of roughness (coarse)" in said
     findings = json.loads(said[said.rindex("\n[") :])
     assert {"name": "plate", "passed": True}.items() <= next(

@@ -247,7 +247,7 @@ def test_a_simulated_answer_that_fails_is_a_sentence(pilot, answer, said):
 @pytest.mark.parametrize("value", [broken, lambda _: object()], ids=["raises", "object"])
 def test_a_column_that_fails_is_a_sentence_and_the_journal_stays(pilot, value, tmp_path):
     column = replace(GRIP.response["grip"], value=value)
-    with pytest.raises(UserError, match=r"of the package ourlab: column 'grip' (raised|holds)"):
+    with pytest.raises(UserError, match=r"of the package ourlab: column 'grip' (raised|contains)"):
         pilot(GRIP, response={"grip": column}, begun=True)
     assert list((tmp_path / "data").rglob("*_journal.jsonl"))
 
