@@ -20,11 +20,13 @@ BEGINS = (0, 2 * COARSE_POINTS, OF_FREQUENCY)  # readings before each sweep
 class Measured(NamedTuple):
     """The readings so far as (Hz, V, µm peak to peak), and the point that awaits a reading.
 
-    ``asked`` is (Hz, V); None if the command is not waiting for a reading.
+    ``asked`` is (Hz, V); None if the command is not waiting for a reading. ``typed`` is true if
+    a person types the readings.
     """
 
     points: tuple[tuple[float, float, float], ...]
     asked: tuple[float, float] | None
+    typed: bool = False
 
     @property
     def may_go_back(self) -> bool:
@@ -36,18 +38,19 @@ def measured_so_far(steps: Sequence[str]) -> Measured:
     """Return the readings reported by ``slipscale plate calibrate --steps``.
 
     >>> measured_so_far(["30000 5 ?", "30000 5 0.1", "30100 5 ?", "30100 5 b", "30000 5 ?"])
-    Measured(points=(), asked=(30000.0, 5.0))
+    Measured(points=(), asked=(30000.0, 5.0), typed=True)
     """
     found = Measured((), None)
     for step in steps:
         hz, volts, read = step.split()
         at = (float(hz), float(volts))
         if read == ASKED:
-            found = found._replace(asked=at)
+            found = found._replace(asked=at, typed=True)
         elif read == BACK:
-            found = Measured(found.points[:-1] if found.may_go_back else found.points, None)
+            left = found.points[:-1] if found.may_go_back else found.points
+            found = found._replace(points=left, asked=None)
         else:
-            found = Measured((*found.points, (*at, float(read))), None)
+            found = found._replace(points=(*found.points, (*at, float(read))), asked=None)
     return found
 
 

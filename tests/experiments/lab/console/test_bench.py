@@ -115,6 +115,8 @@ def test_an_instruments_readings_are_typed_point_by_point(visitor, words_of):
     assert typed == ["0,25", "b"]
     said(visitor, "calibrate", "", steps=["30000 5 ?"], running=True)
     assert "Repeat the previous point" not in words_of(visitor.see("/bench"))
+    said(visitor, "calibrate", "", steps=["30000 5 ?", "30000 5 0.1"], running=True)
+    assert re.search('id="reading-typed"[^>]* readonly>', visitor.see("/bench"))  # keeps the focus
     said(visitor, "calibrate", "", steps=["30000 5 ?"], status=3)
     assert "vibrates at" not in words_of(visitor.see("/bench"))
     assert visitor.ask("reading", reading="1", number=0)[0] == 409
