@@ -28,7 +28,7 @@ WORDINGS_SHOWN = 40
 def _caption(found: DescendingDifference, quantity: Quantity) -> str:
     fit = found.psychometric
     intervals = (
-        f"Share of “{quantity.yes}” at each {quantity.yes_no.each}, with Clopper and Pearson's "
+        f"Proportion of “{quantity.yes}” at each {quantity.yes_no.each}, with Clopper–Pearson "
         "intervals."
     )
     texts = [intervals]
@@ -54,7 +54,7 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         html.figure(
             svgs["difference"],
             _caption(found, quantity),
-            f"Share of “{quantity.yes}”: "
+            f"Proportion of “{quantity.yes}”: "
             + ", ".join(
                 f"{step_label(step, quantity)} {step.yes} of {step.n}" for step in found.steps
             )

@@ -42,7 +42,7 @@ DIFFERENCE: Statistic[DescendingDifference] = Statistic(
     meaning="descending difference: shares of “yes”, d′, curves, verbal reports",
     compute=_compute,
     families=(Family(name="curves of “{q.yes}”, slope", read=_curves),),
-    methods="Shares of “{q.yes}” have Clopper and Pearson's intervals; repeated answers are "
+    methods="Proportions of “{q.yes}” have Clopper–Pearson intervals; repeated answers are "
     "weighted by their effective sample size [[korn1998]]. Answers of “{q.yes}” were "
     "related to {q.yes_no.size} by a logistic curve from generalised estimating equations with "
     "exchangeable answers of a participant [[liang1986]], errors for few participants "

@@ -32,7 +32,7 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         html.figure(
             svgs["growth"],
             "Above: growth functions of all participants. Below: on logarithmic axes, without "
-            f"{quantity.value(0)}; the slope is the exponent. Bars: Student's intervals over "
+            f"{quantity.value(0)}; the slope is the exponent. Bars: t-based intervals over "
             "participants.",
             f"Two charts of geometric means against {quantity.name}: with fitted growth functions, "
             "and on logarithmic axes with the power function",

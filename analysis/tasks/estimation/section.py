@@ -56,7 +56,7 @@ def _geometric(analysis: Analysis) -> Markup:
             TableColumn(title="Geometric mean"),
             TableColumn(title="n", unit="above 0"),
             TableColumn(title="Within-participant", unit=f"{level:g} % interval"),
-            TableColumn(title="Student's", unit=f"{level:g} % interval"),
+            TableColumn(title="t-based", unit=f"{level:g} % interval"),
         ],
         [
             [
@@ -68,7 +68,7 @@ def _geometric(analysis: Analysis) -> Markup:
             ]
             for row in analysis.description.to_dict(orient="records")
         ],
-        f"Geometric means. Within-participant intervals compare {quantity.levels}; Student's "
+        f"Geometric means. Within-participant intervals compare {quantity.levels}; t-based "
         "intervals include differences in scale between participants.",
     )
 
@@ -101,7 +101,7 @@ def table3(analysis: Analysis) -> Markup:
     titles, level = ("Mean", "Max. dev.", "SD"), 100 * analysis.dataset.choices.confidence
     columns = [TableColumn(title=quantity.title, unit=quantity.short_unit), TableColumn(title="n")]
     columns += [TableColumn(title=title) for title in titles]
-    columns += [TableColumn(title="Student's", unit=f"{level:g} % interval")]
+    columns += [TableColumn(title="t-based", unit=f"{level:g} % interval")]
     columns += [TableColumn(title="Median")]
     if beside:
         columns += [TableColumn(title=title, paper=True) for title in titles]

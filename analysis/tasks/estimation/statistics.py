@@ -186,7 +186,7 @@ POWER_LAW: Statistic[PowerLaw] = Statistic(
     compute=of_estimates(power_law),
     sentences=(Sentence(write=write.power_law),),
     methods="Exponents are the means of participants' slopes of log estimates on log "
-    "{q.name} [[stevens1957]], with Student's intervals over participants.",
+    "{q.name} [[stevens1957]], with t-based intervals across participants.",
     headlines={"exponent": "exponent of the power function"},
 )
 MIXED_MODEL: Statistic[MixedModel] = Statistic(
@@ -247,7 +247,7 @@ ORDER: Statistic[OrderEffects] = Statistic(
     ),
     sentences=(Sentence(write=write.order),),
     methods="Effects of a trial's position and of the {q.stimulus} before were estimated jointly, "
-    "with a jackknife over participants [[tukey1958]].",
+    "with a jackknife across participants [[tukey1958]].",
     conclusions={
         r"position\.p": "estimates drift over a session",
         r"carry_over\.p": "estimates depend on the surface before",
@@ -260,7 +260,7 @@ RELIABILITY: Statistic[Reliability] = Statistic(
     compute=of_estimates(reliability),
     sentences=(Sentence(write=write.reliability),),
     methods="Test-retest reliability is an intraclass correlation from components of variance, "
-    "with {q.levels} as a fixed effect and a jackknife over participants.",
+    "with {q.levels} as a fixed effect and a jackknife across participants.",
 )
 NORMALISATION: Statistic[NormalisationUsed] = Statistic(
     key="normalisation",

@@ -76,7 +76,7 @@ def _changes(found: FactorEffects, level: str) -> Markup:
             ]
             for each in found.changes
         ],
-        "Participants' own changes from the first condition (Student's interval), and the mixed "
+        "Participants' own changes from the first condition (t-based interval), and the mixed "
         "model of all trials, whose ratio is at the mean logarithmic level. The model assumes that "
         "exponents change equally for everybody: if they do not, its intervals are too short.",
     )

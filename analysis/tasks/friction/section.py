@@ -34,7 +34,7 @@ def measured_friction(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSect
                 svgs["rating_friction"],
                 "Estimates against the coefficient of friction measured in the same trial. Dots: "
                 "trials; thin lines: participants' means for each amplitude; thick line: means "
-                "over participants (estimates: geometric).",
+                "across participants (estimates: geometric).",
                 "Chart of estimates of slipperiness against the measured coefficient of friction, "
                 "with a line for each participant and their mean",
             )

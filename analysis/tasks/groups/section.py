@@ -64,7 +64,7 @@ def _means(found: Welch, title: str, level: str, read: Callable[[float], float])
             ]
             for group in found.groups
         ],
-        f"{title}, by group: Student's intervals over the group's participants.",
+        f"{title}, by group: t-based intervals across the group's participants.",
     )
 
 

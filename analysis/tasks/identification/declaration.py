@@ -76,7 +76,7 @@ def _blocks(
         *html.figure_if_drawn(
             svgs,
             f"identification_{task.task}",
-            "Share of answers to each presented surface; the diagonal holds correct answers.",
+            "Proportion of answers to each presented surface; the diagonal holds correct answers.",
             "Table of presented and named surfaces: " + ", ".join(task.items),
         ),
         html.table(

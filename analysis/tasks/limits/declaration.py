@@ -96,7 +96,7 @@ def _blocks(
             svgs,
             f"limits_{task.task}",
             "Mean transitions of participants (pale) in ascending and descending series; blue: "
-            f"means with Student's {level:g} % interval.",
+            f"means with a t-based {level:g} % interval.",
             "Mean transitions of ascending and descending series",
         ),
         html.table(

@@ -31,7 +31,7 @@ def blocks(
             svgs,
             f"productions_{task.task}",
             f"{capitalised(levels)} produced for the numbers shown, on logarithmic axes. Pale: "
-            "each participant's geometric means; blue: their geometric mean with Student's "
+            "each participant's geometric means; blue: their geometric mean with a t-based "
             f"{level:g} % interval, and the line whose slope is the exponent's inverse; "
             "black: the standard and its number.",
             f"Geometric mean {levels}: "
@@ -73,6 +73,6 @@ def _production_table(task: TaskProductions, quantity: Quantity) -> Markup:
         ],
         f"{capitalised(quantity.levels)}{convention} produced for each number, if the "
         f"standard of {quantity.value(task.standard_um_pp)} is called {task.modulus:g}: "
-        "geometric mean of participants' geometric means, with Student's interval on "
+        "geometric mean of participants' geometric means, with a t-based interval on "
         "logarithms.",
     )

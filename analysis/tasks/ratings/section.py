@@ -31,7 +31,7 @@ def blocks(
         *html.figure_if_drawn(
             svgs,
             f"ratings_{task.task}",
-            f"{_numbers(task)}. Pale: each participant's means; blue: their mean with Student's "
+            f"{_numbers(task)}. Pale: each participant's means; blue: their mean with a t-based "
             f"{level:g} % interval.",
             "Mean ratings: "
             + ", ".join(f"{each.surface}: {number(each.mean, 1)}" for each in task.surfaces),
@@ -61,7 +61,7 @@ def _rating_table(task: TaskRatings, quantity: Quantity) -> Markup:
         columns,
         rows,
         f"{_numbers(task)}; {quantity.levels} in "
-        f"{quantity.unit}{quantity.behind}. Mean, Student's interval and standard deviation "
+        f"{quantity.unit}{quantity.behind}. Mean, t-based interval and standard deviation "
         "across participants (one value each).",
     )
 
@@ -88,7 +88,7 @@ def _pair_table(task: TaskRatings) -> Markup:
     return html.table(
         columns,
         rows,
-        "Differences of mean ratings, with Student's interval; Wilcoxon's signed-rank test of each "
+        "Differences of mean ratings, with t-based intervals; Wilcoxon's signed-rank test of each "
         "pair, Holm-corrected over all pairs of the task.",
     )
 

@@ -28,7 +28,7 @@ def blocks(
             svgs,
             f"ratios_{task.name}",
             "Ratios to the standard, on logarithmic axes. Pale: each participant's "
-            "geometric means; blue: their geometric mean with Student's "
+            "geometric means; blue: their geometric mean with a t-based "
             f"{level:g} % interval, and the power function through them; black: the "
             "standard, 1 by definition.",
             "Geometric mean ratios: "
@@ -57,5 +57,5 @@ def _ratio_table(task: TaskRatios, quantity: Quantity) -> Markup:
         ],
         f"How many times as {quantity.adjective} as the standard "
         f"({quantity.value(task.standard_um_pp)}{quantity.behind}): "
-        "geometric mean of participants' geometric means, with Student's interval on logarithms.",
+        "geometric mean of participants' geometric means, with a t-based interval on logarithms.",
     )

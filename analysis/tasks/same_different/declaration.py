@@ -65,7 +65,7 @@ def _blocks(
         *html.figure_if_drawn(
             svgs,
             f"same_different_{task.task}",
-            f"Mean d' of participants with Student's {level:g} % interval; crosses: d' of all "
+            f"Mean d' of participants with a t-based {level:g} % interval; crosses: d' of all "
             "answers together. A pair with d' = 0 is not told apart.",
             "d' of " + ", ".join(f"{each.first} and {each.second}" for each in task.pairs),
         ),

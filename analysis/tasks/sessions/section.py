@@ -58,7 +58,7 @@ def _measures(found: SessionEffects, level: str) -> Markup:
     ]
     rows = [row for measure in found.measures for row in _rows(measure, found.sessions)]
     caption = (
-        "One number per participant and session; means and changes over participants with "
+        "One number per participant and session; means and changes across participants with "
         "every session. ICC(A,1): absolute agreement of single sessions."
     )
     return html.table(columns, rows, caption)

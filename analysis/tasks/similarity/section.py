@@ -63,6 +63,6 @@ def _weights(task: TaskMap, axes: list[str]) -> Markup:
             for each in task.people
         ],
         "Weights of squared distances along the group's axes, of participants who rated every "
-        "pair; r²: share of the variance of their squared dissimilarities. The axes are "
+        "pair; r²: proportion of the variance of their squared dissimilarities. The axes are "
         "those of the group's map, and are not estimated from the weights as in INDSCAL.",
     )

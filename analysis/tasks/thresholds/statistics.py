@@ -267,7 +267,7 @@ THRESHOLDS: Statistic[tuple[TaskThresholds, ...]] = Statistic(
     "participants' thresholds are normally distributed on the curve's axis and "
     "integrated, as are the logarithms of their slopes if there is one session and condition. The "
     "lapse rate is shared; catch trials inform it. Thresholds by a factor are averaged over the "
-    "other factors. Intervals are profile-likelihood intervals, with Student's quantile. A "
+    "other factors. Intervals are profile-likelihood intervals, with a t quantile. A "
     "participant's own threshold is the median of a posterior in which the lapse rate is "
     "integrated.",
     headlines={
