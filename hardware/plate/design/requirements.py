@@ -145,6 +145,14 @@ class Brief(_Table):
     resonator: PassivePlate = PassivePlate()
     plate: tuple[DrawnPlate, ...] = ()
 
+    @field_validator("plate")
+    @classmethod
+    def _names_differ(cls, plates: tuple[DrawnPlate, ...]) -> tuple[DrawnPlate, ...]:
+        names = [each.name for each in plates]
+        if twice := sorted({name for name in names if names.count(name) > 1}):
+            raise ValueError(f"has {twice[0]!r} twice, expected a name for each plate")
+        return plates
+
 
 def read(path: Path) -> Brief:
     """Read the brief in a TOML file.

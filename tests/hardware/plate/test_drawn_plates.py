@@ -248,6 +248,7 @@ def test_a_drawn_plate_is_judged_at_the_finger(design_of):
     "was, now, said",
     [
         ("diameter_mm = 25", "diameter_mm = 60", "plate 'buzzer': .* reaches beyond the plate"),
+        (BRIEF, BRIEF + BRIEF[BRIEF.index("[[plate]]") :], "plate: has 'buzzer' twice"),
         ("diameter_mm = 25", "polarity = 1", "either size_mm .* or diameter_mm"),
         ("patch =", "finger_at_mm = [30, 0]\npatch =", "finger_at_mm is .*expected a place on"),
         ("[30000, 60000]", "[40000, 25000]", "expected the lower frequency first"),
