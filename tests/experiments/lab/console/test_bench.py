@@ -94,8 +94,13 @@ def test_what_a_calibration_measured_is_plotted_and_its_file_is_used(visitor, la
     assert (resonance.count("<circle"), gain.count("<circle")) == (124, 2)
     assert 'cx="630.0" cy="10.0"' in gain  # 3 µm at 16 V is the frame's corner
     assert visitor.ask("adopt")[0] == 409
-    said(visitor, "calibrate", "gain  0.18\nwrote      c-1.toml and c-1.png\n")
+    said(
+        visitor,
+        "calibrate",
+        "1 Hz: type in µm peak to peak: gain  0.18\nwrote      c-1.toml and c-1.png\n",
+    )
     assert "Use this calibration" in words_of(visitor.see("/bench"))
+    assert "1 Hz" not in visitor.see("/bench")
     assert visitor.ask("adopt")[0] == 200
     assert read_lab(lab).plate == "serial:COM9,calibration=c-1.toml"
 
