@@ -111,12 +111,12 @@ def _refuse(args: Namespace, jobs: int) -> None:
         raise UserError(f"--jobs {jobs}: expected 1 or more, or -1 for one per processor")
     if args.plate != "mock":
         raise UserError(
-            f"--plate {args.plate}: studies that are simulated many times use a mock plate "
+            f"--plate {args.plate}: with --times, every simulated study uses a mock plate "
             "without faults; omit --plate, or --times"
         )
     for name in OF_ONE:
         if getattr(args, name):
             raise UserError(
-                f"--{name} {getattr(args, name)}: studies that are simulated many times use "
-                f"what the study names; omit --{name}, or --times"
+                f"--{name} {getattr(args, name)}: with --times, every simulated study uses the "
+                f"value in the study file; omit --{name}, or --times"
             )

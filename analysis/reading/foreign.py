@@ -408,7 +408,7 @@ def _groups(frame: pd.DataFrame, path: Path, problems: Problems) -> pd.DataFrame
         both = " and ".join(twice.loc[twice[PARTICIPANT] == first, GROUP][:2])
         column = problems.title(GROUP)
         raise UserError(
-            f"{path}: participant {first} is in {both} of column {column}; expected a group "
+            f"{path}: participant {first} has {both} in column {column}; expected a group "
             "that stays the same for each participant (to analyse one condition: --only "
             f"{column}=...)"
         )

@@ -58,7 +58,7 @@ class RmAnova:
         Test of normality of the residuals; None for more values than SciPy's p-value is accurate
         for.
     n, n_incomplete : int
-        Number of participants tested, and of participants without a logarithm at some amplitude.
+        Number of participants tested, and of participants without a log estimate at some amplitude.
     amplitudes_um_pp, left_out_um_pp : tuple of float
         Amplitudes compared, and amplitudes omitted because every estimate is zero.
     """
@@ -123,7 +123,7 @@ class LinearTrend:
     log_slope_per_um_pp : MeanOverParticipants or NotComputed
         Change in the natural logarithm per µm peak to peak.
     n, n_incomplete : int
-        Number of participants tested, and of participants without a logarithm at some amplitude.
+        Number of participants tested, and of participants without a log estimate at some amplitude.
     """
 
     log_slope_per_um_pp: MeanOverParticipants | NotComputed

@@ -159,7 +159,7 @@ def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
     }
     for line in found:
         if chosen[line.record.number] is not line:
-            reason = f"record {line.record.number} is also in line"
+            reason = f"record {line.record.number} is also on line"
             there = chosen[line.record.number].place + 1
             reading.damage.append(Damage(line=line.place + 1, reason=f"{reason} {there}: repeated"))
     return [line for line in found if chosen[line.record.number] is line]

@@ -7,6 +7,7 @@
 close_enough <- 1e-5 # relative; fits that are iterated agree within the next
 close_fits <- 1e-2
 # Where participants do not differ, an optimiser stops anywhere near 0.
+barely <- 0.1 # standard deviation of thresholds, of the curve's width: its likelihood is flat
 almost_none <- 5e-3 # standard deviation of participants, of the residual one
 fitted <- "^(mixed_model|reliability|growth|difference\\.(psychometric|weber)|difference\\.signal_detection\\.(by|all))"
 # Integrals on grids, fits of curves, and what follows from them.
@@ -686,6 +687,10 @@ main <- function() {
     same <- abs(ours - value) <= close * max(abs(value), smallest)
     if (grepl("^mixed_model\\.sd_", name)) {
       same <- same || max(ours, value) < almost_none * found[["mixed_model.sd_residual"]]
+    }
+    if (grepl("population\\.sd$", name)) {
+      width <- 1 / found[[sub("sd$", "slope.value", name)]]
+      same <- same || max(ours, value) < barely * width
     }
     if (!same) differ <- differ + 1
     cat(sprintf("%-60s %18.10g %18.10g%s\n", name, value, ours, if (same) "" else "   DIFFERS"))

@@ -43,7 +43,7 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         )
     if anova.n_incomplete:
         texts.append(
-            f"Participants without a logarithm at some {quantity.level}, excluded from the "
+            f"Participants without a log estimate at some {quantity.level}, excluded from the "
             f"analysis of variance: {anova.n_incomplete}."
         )
     if texts:

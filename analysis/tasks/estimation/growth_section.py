@@ -46,16 +46,16 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     if isinstance(found.friction, FrictionGrowth):
         section.blocks.append(html.paragraph(_of_friction(found.friction)))
         bands = "; ".join(
-            f"{quantity.value(amplitude)} {found.friction.reduction[amplitude]:.2f}, "
+            f"{quantity.value(amplitude)}: {found.friction.reduction[amplitude]:.2f} and "
             f"{least:.2f} to {most:.2f}"
             for amplitude, (least, most) in found.friction.shared_load.items()
             if amplitude
         )
         section.blocks.append(
             html.paragraph(
-                "The predicted reduction, and its range if the skin's asperities and the film "
-                f"share the load (not validated): {bands}. Growth against friction therefore "
-                "depends on the model.",
+                "Friction is predicted to fall by these fractions, first if the film acts alone, "
+                "then, as a range, if the skin's asperities and the film share the load (not "
+                f"validated): {bands}. The growth with friction therefore depends on the model.",
                 "note",
             )
         )

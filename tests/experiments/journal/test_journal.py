@@ -107,7 +107,7 @@ def test_damage_in_the_middle_is_refused_with_its_line(tmp_path):
     "order, line, reason",
     [
         ((0, 2, 1, 3), 2, "record 2 is out of place: moved"),
-        ((0, 1, 1, 2), 3, "record 1 is also in line 2: repeated"),
+        ((0, 1, 1, 2), 3, "record 1 is also on line 2: repeated"),
         ((0, 2, 3), 2, "expected record 1, found 2: one or more were removed"),
         ((1, 2, 3), 1, "expected record 0, found 1: one or more were removed"),
     ],
