@@ -156,7 +156,7 @@ def test_a_second_factor_within_participants_is_analysed_one_condition_at_a_time
         [pd.DataFrame(rows()).assign(ear=ear) for ear in ("left", "both")], ignore_index=True
     )
     path = written(tmp_path, "csv", frame)
-    with pytest.raises(UserError, match=r"participant a is in both and left of column ear.*--only"):
+    with pytest.raises(UserError, match=r"participant a has both and left in column ear.*--only"):
         load(path, mapping(group="ear"))
     assert len(load(path, mapping(table={"only": {"ear": "left"}})).estimates) == 12
     with pytest.raises(UserError, match="no row has 'right' in column ear; found both, left"):
