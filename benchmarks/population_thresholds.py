@@ -156,7 +156,7 @@ def measure(name: str, people: int, lapse: float, first: int) -> list[tuple[bool
 
 
 def kept(name: str, people: int, lapse: float, first: int) -> list[tuple[bool, float]]:
-    """Return a batch, measured only once."""
+    """Return a batch; measure it on first use and cache the result."""
     file = re.sub(r"[^\w]+", "-", name)
     path = KEPT / f"{file}_{people}_{lapse:g}_{first}.json"
     if not path.exists():

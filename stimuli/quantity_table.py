@@ -12,7 +12,7 @@ Text = Annotated[str, Field(strict=True, min_length=1)]
 
 
 class QuantityTable(BaseModel):
-    """The quantity that the plate produces, which is also the quantity of a study's levels."""
+    """The quantity that the plate produces, in which a study's levels are also expressed."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -37,8 +37,8 @@ def _exclude(values: pd.Series[float]) -> PositiveEstimates:
     count = int((values <= 0).sum())
     return PositiveEstimates(
         values=values.where(values > 0),
-        sentence=f"Estimates of zero: {count}. Results on logarithms exclude them and describe "
-        "only the larger estimates; tests on ranks use every estimate.",
+        sentence=f"Estimates of zero: {count}. Analyses of log estimates exclude them and "
+        "describe only the larger estimates; rank-based tests use every estimate.",
     )
 
 

@@ -46,7 +46,7 @@ def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFr
 
 
 def over_participants(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFrame:
-    """Return ``n mean maximum_deviation standard_deviation``, one row per column of the cells."""
+    """Return ``n``, mean, maximum deviation and SD, one row for each column of ``cells``."""
     values = cells.to_numpy(float)
     count = np.sum(~np.isnan(values), axis=0)
     mean = cells.mean().to_numpy(float)

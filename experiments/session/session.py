@@ -293,7 +293,7 @@ class Session:
         """Yield a function that sets a resumed pilot's clock to a presentation's original time.
 
         The clock is restored afterwards. The pilot thus continues as if it had not been
-        interrupted: textures change with time, and are explored at their original times.
+        interrupted: a texture changes with time, so each is explored at its original time.
         """
         clock = self._clock
         if not (self._rewinds and isinstance(clock, VirtualClock)):

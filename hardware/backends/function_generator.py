@@ -141,7 +141,7 @@ class FunctionGenerator(PlateDriver):
             self._check_range(self._level_drive.voltage_v_peak(level))
 
     def _check_range(self, voltage_v: float) -> None:
-        """Raise `OverLimit` unless the generator can output a voltage; 0 means output off."""
+        """Raise `OverLimit` if the generator cannot output the given voltage; 0 turns it off."""
         made, vpp = self._output.range, voltage_v * self._vpp_per_v
         if made is None or voltage_v == 0 or made.smallest_vpp <= vpp <= made.largest_vpp:
             return

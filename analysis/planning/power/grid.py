@@ -53,7 +53,7 @@ class Condition:
     catch_steps: int | None = None
 
     def told(self, axis: str) -> str:
-        """Format the value along an axis; empty if the study's own value is kept."""
+        """Format an axis value; return an empty string if the study's own value is used."""
         value = getattr(self, axis)
         return "" if value is None else str(value) if isinstance(value, str) else f"{value:g}"
 

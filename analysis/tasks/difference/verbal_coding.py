@@ -80,7 +80,7 @@ class Codebook(BaseModel):
         return "bare"
 
     def meaning(self, report: str) -> Meaning:
-        """Return what a report states about slipperiness; contradictory reports are unclear.
+        """Return what a report says about slipperiness: "unclear" if it contradicts itself.
 
         >>> book = load_codebook()
         >>> [book.meaning(words) for words in ("less smooth, it sticks more", "warm")]
