@@ -84,7 +84,7 @@ def entropy_bits(counts: Array) -> tuple[float, float]:
     """
     shares = counts[counts > 0] / counts.sum()
     plain = float(-(shares * np.log2(shares)).sum())
-    return plain, plain + (len(shares) - 1) / (2 * counts.sum() * log(2))
+    return plain, plain + (len(shares) - 1) / (2 * float(counts.sum()) * log(2))
 
 
 def information_bits(table: Array) -> tuple[float, float]:

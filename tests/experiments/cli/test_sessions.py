@@ -198,7 +198,7 @@ def test_check_opens_the_window_as_a_session_does_and_tells_of_unstamped_keys(
 
     monkeypatch.setattr(keyboard, "Stamps", deny)
     found = check_display(planned)
-    assert (found.passed, "no time stamps" in found.detail) == (None, True)
+    assert (found.passed, "does not time-stamp key presses" in found.detail) == (None, True)
     assert "docs/explanation/analysis.md" in found.remedy
 
 

@@ -161,7 +161,7 @@ def test_validate_reports_how_much_of_each_texture_plate_and_friction_follow():
     said = validate("textures_demo").splitlines()
     # 50 mm/s over 2.5 mm are 20 Hz, over 10 mm 5 Hz; the film's lag is 27 Hz.
     assert "texture fine: 20 Hz at 50 mm/s" in said[1]
-    assert said[1].endswith("the plate passes 100%, friction by the film model 80%")
+    assert said[1].endswith("passes 100% of a sinusoidal depth, friction by the film model 80%")
     assert "texture coarse: 5 Hz" in said[2]
     assert said[2].endswith("friction by the film model 98%")
 
