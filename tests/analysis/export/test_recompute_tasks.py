@@ -30,16 +30,17 @@ tolerance_um_pp = 0.015
 [[tasks]]
 protocol = "magnitude_estimation"
 [[tasks]]
-protocol = "difference_threshold"
-standard_um_pp = 1.2
-intervals = 3
-most_trials = 30
-[[tasks]]
 protocol = "constant_stimuli"
 question = "yes_no"
 standard_um_pp = 1.2
 comparisons_um_pp = [0.9, 1.0, 1.1, 1.3, 1.4]
 repetitions = 10
+[[tasks]]
+protocol = "constant_stimuli"
+label = "choices"
+standard_um_pp = 1.2
+comparisons_um_pp = [1.25, 1.3, 1.4, 1.5]
+repetitions = 8
 [[tasks]]
 protocol = "paired_comparison"
 label = "pairs"
