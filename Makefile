@@ -52,7 +52,7 @@ coverage: set-test
 
 # Warnings are errors. The tests build the site too.
 docs: set-test
-	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict $(ARGS)
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --strict $(ARGS)
 
 # The pictures of the tutorial pages, made anew; needs a display.
 pictures: set-test

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 
 #: MIME type of an output -> its form on the page; the first available one is used.
 SHOWN = {
-    "text/html": "<div>{}</div>",
-    "image/svg+xml": "<div>{}</div>",
+    "text/html": '<div style="overflow-x: auto">{}</div>',
+    "image/svg+xml": '<div style="overflow-x: auto">{}</div>',
     "text/plain": "```text\n{}\n```",
 }
 
