@@ -236,8 +236,10 @@ class IntegratedModel:
             end, likeliest, level = self._end(best, place, edge, fall)
             if likeliest.log_likelihood > best.log_likelihood + FLAT:
                 # With the parameter held at another value, the search may get further than the free
-                # one.
-                return self.profile(self.fit(likeliest.theta), place, fall)
+                # one, which may even return to the lower maximum.
+                freed = self.fit(likeliest.theta)
+                higher = max(likeliest, freed, key=lambda each: each.log_likelihood)
+                return self.profile(higher, place, fall)
             ends.append(end)
             flat = flat or level
         return Interval(None if flat else float(best.theta[place]), *ends)
