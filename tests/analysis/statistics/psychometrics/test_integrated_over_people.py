@@ -14,7 +14,7 @@ from slipscale.analysis.statistics.psychometrics.integrated_over_people import (
 class TwoPeaks(IntegratedModel):
     """A parabola around 2, which only a search with a held parameter reaches; 1 is a lower peak."""
 
-    def fit(self, start, held=None):
+    def fit(self, start, held=None):  # noqa: ARG002 - as it is called
         if not held:
             return Maximum(np.array([1.0]), -1.0, np.zeros(1))
         at = held[0]
@@ -27,7 +27,7 @@ def test_a_profile_ends_though_the_free_search_returns_to_the_lower_maximum():
     model = TwoPeaks(counted, None, [(-20.0, 20.0)], spreads=(), outer=NO_EFFECT)
     best = model.fit(np.zeros(1))
     found = model.profile(best, 0, fall=2.0)
-    # The end searches from the highest point met, so an end lies where its parabola has fallen by 2.
+    # The profile is taken from the highest point met: an end lies where it has fallen by 2.
     top = -((found.value - 2.0) ** 2) / 2
     assert top > best.log_likelihood + 0.4
     for end in (found.low, found.high):
