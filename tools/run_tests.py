@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -38,6 +39,14 @@ def total(summaries: list[str]) -> str:
     return ", ".join(f"{counts[word]} {word}" for word in counts) + f" in {seconds:.1f}s"
 
 
+def shown(lines: Iterable[str]) -> str:
+    """Print lines as they come; return the last one."""
+    line = ""
+    for line in lines:
+        print(line, end="", flush=True)
+    return line
+
+
 def main(options: list[str]) -> int:
     """Run the tests that pytest's options choose; return the exit status."""
     pytest = [sys.executable, "-m", "pytest", *options]
@@ -54,17 +63,12 @@ def main(options: list[str]) -> int:
     ):
         if not (ROOT / ".pytest_cache").exists():
             subprocess.run(compiling, cwd=ROOT, check=False, stdout=subprocess.DEVNULL)
-        summaries = ["", ""]
         with subprocess.Popen(computing, cwd=ROOT, stdout=subprocess.PIPE, text=True) as others:
-            for line in others.stdout or ():
-                print(line, end="", flush=True)
-                summaries[0] = line
+            summaries = [shown(others.stdout or ())]
         statuses = {others.wait(), waiting.wait()} - {NOTHING_CHOSEN}
         print("Tests that wait in real time:")
         waited.seek(0)
-        for line in waited:
-            print(line, end="")
-            summaries[1] = line
+        summaries.append(shown(waited))
     print(f"Together: {total(summaries)}")
     return max(statuses, default=NOTHING_CHOSEN)
 

@@ -42,6 +42,12 @@ PAIRS = (
 LISTED = 8
 
 
+def own_answers(cells: pd.Series[Any]) -> pd.Series[float]:
+    """Return the answers of our own tables as 1 (yes, true), 0 (no, false) and missing."""
+    codes = cells.astype("object").map(lambda value: str(value).strip().lower())
+    return codes.map(dict.fromkeys(TRUE, 1.0) | dict.fromkeys(FALSE, 0.0))
+
+
 def as_answers(
     frame: pd.DataFrame,
     column: str,

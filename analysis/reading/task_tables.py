@@ -40,6 +40,11 @@ if TYPE_CHECKING:
 COMMON = (*IDENTITY, "task", "trial", "catch")
 
 
+def by_task(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+    """Return the trials for each task label."""
+    return [(str(task), own) for task, own in rows.groupby("task", sort=True)] if len(rows) else []
+
+
 def empty(columns: tuple[str, ...]) -> pd.DataFrame:
     """Return an empty table with these columns."""
     return pd.DataFrame({name: pd.Series(dtype=object) for name in columns})

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.reading.task_tables import by_task
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
@@ -16,11 +17,6 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
     from slipscale.analysis.statistics.statistic import SessionTable
-
-
-def by_task(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """Return the trials for each task label."""
-    return [(str(task), own) for task, own in rows.groupby("task", sort=True)] if len(rows) else []
 
 
 def by_session(rows: pd.DataFrame) -> pd.DataFrame:

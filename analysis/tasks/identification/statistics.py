@@ -22,6 +22,7 @@ import numpy as np
 import pandas as pd
 
 from slipscale.analysis.preprocessing.labels import numbers_first
+from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
@@ -105,9 +106,7 @@ def identifications(inputs: Inputs) -> tuple[TaskIdentification, ...] | NotCompu
     if not len(trials):
         return NotComputed("no identifications")
     confidence = inputs.data.choices.confidence
-    return tuple(
-        _task(str(task), rows, confidence) for task, rows in trials.groupby("task", sort=True)
-    )
+    return tuple(_task(task, rows, confidence) for task, rows in by_task(trials))
 
 
 def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskIdentification:

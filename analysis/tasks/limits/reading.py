@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.reading.answer_codes import own_answers
 from slipscale.analysis.reading.task_tables import task_trials
-from slipscale.analysis.tasks.same_different.reading import CODES
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def _coded(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
-    return frame.assign(felt=frame["different"].str.strip().str.lower().map(CODES))
+    return frame.assign(felt=own_answers(frame["different"]))
 
 
 TRIALS = task_trials(

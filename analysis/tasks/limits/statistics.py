@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
@@ -91,9 +92,7 @@ def limits(inputs: Inputs) -> tuple[TaskLimits, ...] | NotComputed:
     if not len(trials):
         return NotComputed("no trials of the method of limits")
     confidence = inputs.data.choices.confidence
-    return tuple(
-        _task(str(task), rows, confidence) for task, rows in trials.groupby("task", sort=True)
-    )
+    return tuple(_task(task, rows, confidence) for task, rows in by_task(trials))
 
 
 def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskLimits:

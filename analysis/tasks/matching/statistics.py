@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
@@ -82,8 +83,8 @@ def matching(
     if not len(matches) or matches["catch"].all():
         return NotComputed("no trials of matching")
     return tuple(
-        _reference(str(task), reference, rows, confidence)
-        for task, own in matches.groupby("task", sort=True)
+        _reference(task, reference, rows, confidence)
+        for task, own in by_task(matches)
         for reference in sorted(own.loc[~own["catch"], "reference_um_pp"].unique().tolist())
         for rows in [own[own["reference_um_pp"] == reference]]
     )

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
@@ -170,8 +171,8 @@ def productions(
     if not len(trials) or trials["catch"].all():
         return NotComputed("no trials of magnitude production")
     return tuple(
-        _task(str(task), rows, confidence, counterpart)
-        for task, rows in trials.groupby("task", sort=True)
+        _task(task, rows, confidence, counterpart)
+        for task, rows in by_task(trials)
         if not rows["catch"].all()
     )
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
+from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.holm import holm
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
@@ -149,8 +150,8 @@ def ratings(
     if not len(trials) or trials["catch"].all():
         return NotComputed("no ratings on a visual analogue scale")
     return tuple(
-        _task(str(task), rows, confidence, quantity)
-        for task, rows in trials.groupby("task", sort=True)
+        _task(task, rows, confidence, quantity)
+        for task, rows in by_task(trials)
         if not rows["catch"].all()
     )
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import PowerLaw, power_law_of
@@ -94,13 +95,13 @@ def ratios(trials: pd.DataFrame, confidence: float = 0.95) -> tuple[TaskRatios, 
         return NotComputed("no ratio judgements")
     return tuple(
         _task(
-            str(task),
+            task,
             standard,
             rows[rows["standard_um_pp"] == standard],
-            name=str(task) if len(standards) == 1 else f"{task}_{1000 * standard:.0f}nm",
+            name=task if len(standards) == 1 else f"{task}_{1000 * standard:.0f}nm",
             confidence=confidence,
         )
-        for task, rows in trials.groupby("task", sort=True)
+        for task, rows in by_task(trials)
         for standards in [sorted(rows.loc[~rows["catch"], "standard_um_pp"].unique().tolist())]
         for standard in standards
     )

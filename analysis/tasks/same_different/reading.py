@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reading.answer_codes import FALSE, TRUE
+from slipscale.analysis.reading.answer_codes import own_answers
 from slipscale.analysis.reading.surface_labels import plain
 from slipscale.analysis.reading.task_tables import task_trials
 
@@ -14,14 +14,11 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.delimited import Problems
 
 SURFACES = ("first", "second")
-CODES = dict.fromkeys(TRUE, 1.0) | dict.fromkeys(FALSE, 0.0)
 
 
 def _coded(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
     named = {name: frame[name].map(plain) for name in SURFACES}
-    return frame.assign(**named).assign(
-        different=frame["response"].str.strip().str.lower().map(CODES)
-    )
+    return frame.assign(**named, different=own_answers(frame["response"]))
 
 
 TRIALS = task_trials(

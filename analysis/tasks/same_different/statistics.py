@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.preprocessing.labels import numbers_first
+from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
@@ -108,9 +109,7 @@ def pairs(inputs: Inputs) -> tuple[TaskPairs, ...] | NotComputed:
     if not len(main):
         return NotComputed("no same–different trials")
     confidence = inputs.data.choices.confidence
-    return tuple(
-        _task(str(task), rows, confidence) for task, rows in main.groupby("task", sort=True)
-    )
+    return tuple(_task(task, rows, confidence) for task, rows in by_task(main))
 
 
 def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskPairs:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.reading.surface_labels import amplitude_of
+from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Statistic
 from slipscale.analysis.tasks.scales.difference_scaling import (
@@ -89,9 +90,7 @@ def scales(
     """
     if not len(comparisons):
         return NotComputed("no trials of paired comparison")
-    return tuple(
-        _task(str(task), rows, confidence) for task, rows in comparisons.groupby("task", sort=True)
-    )
+    return tuple(_task(task, rows, confidence) for task, rows in by_task(comparisons))
 
 
 def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskScale:

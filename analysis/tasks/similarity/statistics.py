@@ -24,6 +24,7 @@ import numpy as np
 
 from slipscale.analysis.preprocessing.labels import numbers_first
 from slipscale.analysis.preprocessing.sufficiency import TINY, few
+from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inputs, Statistic
 from slipscale.analysis.tasks.similarity.reading import RATED, SORTED, TRIALS
@@ -101,7 +102,7 @@ def maps(inputs: Inputs) -> tuple[TaskMap | NotComputed, ...] | NotComputed:
     trials = inputs.data.of(TRIALS)
     if not len(trials) or trials["catch"].all():
         return NotComputed("no dissimilarity ratings")
-    return tuple(map_of(str(task), rows) for task, rows in trials.groupby("task", sort=True))
+    return tuple(map_of(task, rows) for task, rows in by_task(trials))
 
 
 def map_of(task: str, trials: pd.DataFrame) -> TaskMap | NotComputed:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.reading.answer_codes import FALSE, TRUE
+from slipscale.analysis.reading.answer_codes import TRUE, own_answers
 from slipscale.analysis.reading.cleaning import labels, numbers, told_apart
 from slipscale.analysis.reading.delimited import quantity_of
 from slipscale.analysis.reading.labelled_tasks import (
@@ -146,8 +146,7 @@ def told_choices(
     _, answer = marks
     third = f"{INTERVAL}3_surface"
     frame = frame.copy()
-    correct = frame[answer].astype("object").map(lambda value: str(value).strip().lower())
-    frame["correct"] = correct.map(dict.fromkeys(TRUE, 1.0) | dict.fromkeys(FALSE, 0.0))
+    frame["correct"] = own_answers(frame[answer])
     frame["catch"] = labels(frame, "catch", "false").astype(str).str.lower().isin(TRUE)
     if marks == FORCED_CHOICE:
         has_third = frame[third].notna() if third in frame else pd.Series(False, frame.index)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.psychometrics.thresholds import threshold_values
-from slipscale.analysis.tasks.declared.session_tables import by_task
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
 from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF
 from slipscale.experiments.dataset.schema import PARTICIPANT

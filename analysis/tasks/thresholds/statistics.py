@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.not_computed import NotComputed, computed, fold
 from slipscale.analysis.statistics.psychometrics.goodness_of_fit import (
     GoodnessOfFit,
@@ -133,8 +134,7 @@ def thresholds(
     choices = choices or AnalysisChoices()
     rules = rules_of(study_text) if trials["track"].notna().any() else {}
     return tuple(
-        _task(str(task), rows, choices, rules.get(str(task)), group_of)
-        for task, rows in trials.groupby("task", sort=True)
+        _task(task, rows, choices, rules.get(task), group_of) for task, rows in by_task(trials)
     )
 
 
