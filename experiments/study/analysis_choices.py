@@ -213,6 +213,12 @@ class AnalysisChoices(BaseModel):
         "0.5 is halfway between the asymptotes.",
         json_schema_extra={"unit": "share, 0 to 1"},
     )
+    threshold_reversals: Annotated[int, Field(strict=True, ge=2, multiple_of=2)] | None = Field(
+        default=None,
+        description="Also report thresholds of staircases as the mean of this many last reversals "
+        "per track (Levitt 1971), an even number; default: not reported.",
+        json_schema_extra={"unit": "reversals"},
+    )
     largest_lapse: Annotated[float, Field(ge=0, lt=0.5)] = Field(
         default=0.2,
         description="Upper bound of the lapse rate that participants share in the population "

@@ -109,7 +109,8 @@ class Design:
             "task": asdict(self.task),
             "steps": None if self.steps is None else asdict(self.steps),
             "declared": self.declared,
-            "choices": self.choices.model_dump(mode="json"),
+            # Does not affect power: a new key would only change the random numbers.
+            "choices": self.choices.model_dump(mode="json", exclude={"threshold_reversals"}),
             "population": self.population.model_dump(mode="json", exclude={"name"}),
             "alpha": self.alpha,
         }

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.analysis.statistics.not_computed import NotComputed, missing
+from slipscale.analysis.statistics.not_computed import NotComputed, fold, missing
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED
 from slipscale.analysis.writing.numbers import (
     bracketed,
@@ -19,6 +19,7 @@ from slipscale.experiments.protocols.adaptive.curves import CURVES
 
 if TYPE_CHECKING:
     from slipscale.analysis.tasks.thresholds.population_threshold import PopulationThreshold
+    from slipscale.analysis.tasks.thresholds.reversals import ConditionReversals, Reversals
     from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
     from slipscale.stimuli.quantity import Quantity
 
@@ -106,6 +107,32 @@ def _change(change: float, task: TaskThresholds, quantity: Quantity) -> str:
     return f"{quantity.value(significant(change))} higher"
 
 
+def _reversals(found: Reversals, confidence: float, quantity: Quantity) -> str:
+    """Return the sentence on the means of reversals, one part per condition."""
+
+    def mean(each: ConditionReversals) -> str:
+        n = sum(np.isfinite(person.mean_um_pp) for person in each.people)
+        value = fold(
+            each.mean_um_pp,
+            lambda found: (
+                f"{quantity.value(significant(found.value))}, {level_of(confidence)} CI "
+                f"{bracketed(found.interval, significant)}, n = {n}"
+            ),
+            lambda reason: f"no mean ({reason})",
+        )
+        return f"{each.condition}: {value}" if each.condition else value
+
+    left_out = sum(each.left_out for each in found.conditions)
+    tracks = sum(each.tracks for each in found.conditions)
+    short = f" {left_out} of {tracks} tracks have fewer reversals and are left out."
+    means = "; ".join(map(mean, found.conditions))
+    return (
+        f"Mean of the last {found.last} reversals per track (Levitt, 1971), which estimates the "
+        f"level with about {100 * found.proportion:.0f} % correct answers: {means}."
+        f"{short if left_out else ''}"
+    )
+
+
 def sentences(
     found: tuple[TaskThresholds, ...], confidence: float, quantity: Quantity
 ) -> list[str]:
@@ -128,6 +155,8 @@ def sentences(
             for each in task.participants
             for lacking in missing([each.function])
         ]
+        if task.reversals:
+            parts.append(_reversals(task.reversals, confidence, quantity))
         if task.population:
             joint = task.population
             parts.append(

@@ -29,6 +29,7 @@ from slipscale.analysis.tasks.thresholds.population_threshold import (
     weber_fraction,
 )
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
+from slipscale.analysis.tasks.thresholds.reversals import Reversals, reversals
 from slipscale.analysis.tasks.thresholds.rules import rules_of
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
@@ -98,6 +99,8 @@ class TaskThresholds:
     weber_fraction : Estimate or NotComputed
         Population threshold (for a comparison, the half-width of the curve) divided by the
         standard.
+    reversals : Reversals or NotComputed
+        Means of the last reversals of a staircase, if the study requests them.
     """
 
     task: str
@@ -107,6 +110,7 @@ class TaskThresholds:
     participants: tuple[ParticipantThreshold, ...]
     population: PopulationThreshold | NotComputed
     weber_fraction: Estimate | NotComputed
+    reversals: Reversals | NotComputed
 
 
 def thresholds(
@@ -163,6 +167,9 @@ def _task(
         weber_fraction=NotComputed("there is no single standard above 0")
         if standard is None
         else fold(population, lambda found: population_weber(found, method, standard), NotComputed),
+        reversals=reversals(
+            rows[~rows["catch"]], rule, choices.threshold_reversals, choices.confidence
+        ),
     )
 
 

@@ -28,6 +28,7 @@ def threshold_table(tasks: Sequence[TaskThresholds]) -> pd.DataFrame:
                 "correct": each.correct,
                 "catch_trials": each.catch_trials,
                 "catch_correct": each.catch_correct,
+                **_reversals(task, each.participant),
             }
             if isinstance(each.function, NotComputed):
                 rows.append(row | {"reason": each.function.reason})
@@ -48,3 +49,19 @@ def threshold_table(tasks: Sequence[TaskThresholds]) -> pd.DataFrame:
                 row |= {"deviance": each.fit.deviance, "fit_p": each.fit.p}
             rows.append(row)
     return pd.DataFrame(rows)
+
+
+def _reversals(task: TaskThresholds, participant: str) -> JsonObject:
+    """Return one participant's means of reversals, one cell per condition."""
+    if isinstance(task.reversals, NotComputed):
+        return {}
+    return {
+        _column(each.condition): own.mean_um_pp
+        for each in task.reversals.conditions
+        for own in each.people
+        if own.participant == participant
+    }
+
+
+def _column(condition: str) -> str:
+    return "_".join(filter(None, ("reversals", condition.replace(" ", "_"), "um_pp")))

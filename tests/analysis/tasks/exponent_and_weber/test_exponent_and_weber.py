@@ -70,6 +70,7 @@ def task(fractions, standard=1.2):
         participants=people,
         population=NONE,
         weber_fraction=of_all(fractions),
+        reversals=NONE,
     )
 
 

@@ -1,0 +1,174 @@
+"""Estimate thresholds of staircases as means of their last reversals.
+
+Source: Levitt 1971, J. Acoust. Soc. Am. 49, 467-477. Rules:
+
+- the study's rule replays the recorded answers of each track, so reversals are those of the
+  session, including after a trial was taken back;
+- each condition, session and run has its own tracks;
+- a track with fewer reversals than requested is left out and counted;
+- participants' values are means over their tracks; on a logarithmic scale, means are geometric;
+- the mean estimates the level at which steps up and down balance (`UpDown.target`), not the point
+  half-way up the fitted curve.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reading.trial_tables import FACTOR
+from slipscale.analysis.statistics.mean_over_participants import (
+    MeanOverParticipants,
+    mean_over_participants,
+)
+from slipscale.analysis.statistics.not_computed import NotComputed, fold
+from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate, estimate
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.protocols.adaptive.up_down import UpDown, UpDownTrack
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    from slipscale.experiments.protocols.adaptive.interleaved import Interleaved
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PersonReversals:
+    """One participant's mean of reversals in one condition; NaN if no track has enough."""
+
+    participant: str
+    mean_um_pp: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConditionReversals:
+    """Means of reversals in one condition.
+
+    Parameters
+    ----------
+    condition : str
+        The factors' levels; empty without factors.
+    tracks, left_out : int
+        Numbers of tracks, and of tracks with too few reversals.
+    mean_um_pp : Estimate or NotComputed
+        Mean over participants, with a t-based interval.
+    people : tuple of PersonReversals
+    """
+
+    condition: str
+    tracks: int
+    left_out: int
+    mean_um_pp: Estimate | NotComputed
+    people: tuple[PersonReversals, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reversals:
+    """Means of the last reversals of a staircase.
+
+    Parameters
+    ----------
+    last : int
+        Number of reversals per track.
+    proportion : float
+        Proportion correct at which steps up and down balance.
+    conditions : tuple of ConditionReversals
+    """
+
+    last: int
+    proportion: float
+    conditions: tuple[ConditionReversals, ...]
+
+
+def reversals(
+    main: pd.DataFrame, rule: Interleaved | None, last: int | None, confidence: float
+) -> Reversals | NotComputed:
+    """Return the means of the last reversals.
+
+    Parameters
+    ----------
+    main : DataFrame
+        Main trials of one task in the order of presentation, without catch trials.
+    rule : Interleaved or None
+        The tracks before their first trial; None if unknown.
+    last : int or None
+        Number of reversals per track; None if the study does not request them.
+    confidence : float
+        Confidence level of the intervals.
+    """
+    if last is None:
+        return NotComputed("the study does not set threshold_reversals")
+    if rule is None:
+        return NotComputed("levels followed no rule that the data state")
+    before = rule.tracks[0]
+    if not isinstance(before, UpDownTrack):
+        return NotComputed("QUEST+ has no reversals")
+    factors = [name for name in main if str(name).startswith(FACTOR)]
+    names = main[factors].astype(str).agg(" ".join, axis=1) if factors else main["task"].map(_plain)
+    return Reversals(
+        last=last,
+        proportion=before.rule.target,
+        conditions=tuple(
+            _condition(str(name), rows, before, last, confidence)
+            for name, rows in main.groupby(names, sort=True)
+        ),
+    )
+
+
+def _plain(_task: object) -> str:
+    return ""
+
+
+def _condition(
+    name: str, rows: pd.DataFrame, before: UpDownTrack, last: int, confidence: float
+) -> ConditionReversals:
+    to_axis, from_axis = _axis(before.rule)
+    own: dict[str, list[float]] = {}
+    tracks = 0
+    by = [PARTICIPANT, "session", "run", "track"]
+    for (who, *_), track in rows.groupby(by, observed=True, dropna=False, sort=True):
+        tracks += 1
+        levels = _replayed(before, track["correct"].tolist())[-last:]
+        means = own.setdefault(str(who), [])
+        if len(levels) == last:
+            means.append(float(np.mean(to_axis(np.array(levels)))))
+    values = np.array([np.mean(each) if each else np.nan for each in own.values()])
+    found = mean_over_participants(values, confidence)
+
+    def estimated(mean: MeanOverParticipants) -> Estimate | NotComputed:
+        return estimate(from_axis(np.array([mean.mean, *mean.interval])), confidence)
+
+    return ConditionReversals(
+        condition=name,
+        tracks=tracks,
+        left_out=tracks - sum(map(len, own.values())),
+        mean_um_pp=fold(found, estimated, NotComputed),
+        people=tuple(
+            PersonReversals(participant=who, mean_um_pp=float(from_axis(np.array(value))))
+            for who, value in zip(own, values, strict=True)
+        ),
+    )
+
+
+def _axis(
+    rule: UpDown,
+) -> tuple[
+    Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    Callable[[NDArray[np.float64]], NDArray[np.float64]],
+]:
+    """Return the functions to and from the axis of the rule's steps."""
+    if rule.scale == "linear":
+        return np.positive, np.positive
+    return np.log10, lambda logs: 10.0**logs
+
+
+def _replayed(track: UpDownTrack, answers: list[bool]) -> tuple[float, ...]:
+    """Return the levels of a track's reversals, given its answers in order."""
+    for correct in answers:
+        track = track.answered(correct=bool(correct))
+    return track.reversal_levels
