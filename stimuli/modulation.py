@@ -18,6 +18,8 @@ from typing import NamedTuple
 
 from slipscale.faults import UserError
 
+# Our assumption: if friction keeps less of a change, a finger feels the mean instead.
+LEAST_FOLLOWED = 0.2
 # Film under the paper's finger at 2.3 µm peak to peak, 30.5 kHz: `reynolds.time_constant_s`.
 FILM_TIME_CONSTANT_S = 0.006
 STEPS_MAX = 64  # per period: more are not felt, and load the line
@@ -36,6 +38,25 @@ class AmplitudeStep(NamedTuple):
 
     time_s: float
     level: float
+
+
+class Followed(NamedTuple):
+    """How well a plate, and friction by the film model, follow a change of amplitude.
+
+    ``change`` describes it, ``plate`` and ``friction`` are the fractions that remain of the
+    ``whole``, and ``remedy`` is what makes them larger.
+    """
+
+    change: str
+    whole: str
+    plate: float
+    friction: float
+    remedy: str
+
+    @property
+    def felt(self) -> bool:
+        """Whether friction follows well enough."""
+        return self.friction >= LEAST_FOLLOWED
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Protocol, TypeVar
 
 from slipscale.faults import UserError
-from slipscale.stimuli.modulation import DEFAULT_MODULATOR, AmplitudeStep, Loop, Modulator
+from slipscale.stimuli.modulation import DEFAULT_MODULATOR, AmplitudeStep, Followed, Loop, Modulator
 
 if TYPE_CHECKING:
     from slipscale.stimuli.quantities import Array
@@ -76,6 +76,9 @@ class Surface(Stimulus, Protocol):
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
         """Return the loop for a plate that does not track the finger; None if none is needed."""
 
+    def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
+        """Return how well plate and friction follow the surface; None if nothing changes."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VirtualSurface:
@@ -137,6 +140,13 @@ class VirtualSurface:
         modulator: Modulator = DEFAULT_MODULATOR,  # noqa: ARG002 - the same on any plate
     ) -> Loop | None:
         """Return None: there is nothing to play."""
+        return None
+
+    def followed(
+        self,
+        modulator: Modulator = DEFAULT_MODULATOR,  # noqa: ARG002 - the same on any plate
+    ) -> Followed | None:
+        """Return None: nothing changes."""
         return None
 
     def predicted_relative_friction(

@@ -9,40 +9,51 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple, NoReturn, get_args
+from typing import Annotated, ClassVar, NoReturn, get_args
 
 from slipscale.faults import UserError
 from slipscale.stimuli.modulation import (
     DEFAULT_MODULATOR,
     STEPS_MAX,
     AmplitudeStep,
+    Followed,
     Loop,
     Modulator,
 )
 from slipscale.stimuli.parameters import Parameter, declared
+from slipscale.stimuli.waves import (
+    HALF,
+    HARMONICS,
+    WAVES,
+    Harmonic,
+    Waveform,
+    added,
+    ends_of,
+)
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-_HALF = 0.5  # of a period
 # Largest displacement of a square wave's edge when played: a hundredth of a period.
 _EDGE_SHARE = 0.01
-Waveform = Literal["sine", "square", "triangle", "sawtooth"]
 
 
-class _Wave(NamedTuple):
-    """A wave: its value (-1 to 1) at a phase (0 to 1), and the fewest steps that represent it."""
+def _share(order: str) -> Parameter:
+    return Parameter(
+        name=f"{order} harmonic",
+        unit="share",
+        least=0,
+        most=1,
+        description="Depth of this harmonic of a sine, as a fraction of the depth; default: none.",
+    )
 
-    value: Callable[[float], float]
-    steps_min: int
+
+def _phase(what: str, description: str) -> Parameter:
+    return Parameter(name=what, unit="°", least=0, most=360, description=description)
 
 
-_WAVES: dict[Waveform, _Wave] = {
-    "sine": _Wave(lambda phase: math.sin(2 * math.pi * phase), 8),
-    "square": _Wave(lambda phase: 1.0 if phase < _HALF else -1.0, 2),
-    "triangle": _Wave(lambda phase: 1 - 4 * abs(((phase + 0.25) % 1) - 0.5), 8),
-    "sawtooth": _Wave(lambda phase: 2 * phase - 1, 8),
-}
+def _harmonic_phase(order: str) -> Parameter:
+    return _phase(
+        f"{order} harmonic phase",
+        "Point in its own period at which this harmonic begins, where the sine begins.",
+    )
 
 
 # A metre is longer than any plate, so that one period exceeds the whole stroke.
@@ -72,7 +83,10 @@ class Grating:
     """
 
     #: Fields that journals of earlier versions lack; records omit them if they have defaults.
-    LATER: ClassVar = frozenset({"modulation_hz", "duty_share", "phase_deg"})
+    LATER: ClassVar = frozenset(
+        {"modulation_hz", "duty_share", "phase_deg"}
+        | {f"{order}_harmonic_{what}" for order in HARMONICS for what in ("share", "phase_deg")}
+    )
 
     spatial_period_mm: Annotated[
         float | None,
@@ -141,37 +155,70 @@ class Grating:
         ),
     ] = 0.5
     phase_deg: Annotated[
-        float,
-        Parameter(
-            name="phase",
-            unit="°",
-            least=0,
-            most=360,
-            description="Point in its period at which the wave begins.",
-        ),
+        float, _phase("phase", "Point in its period at which the wave begins.")
     ] = 0.0
+    second_harmonic_share: Annotated[float, _share("second")] = 0.0
+    second_harmonic_phase_deg: Annotated[float, _harmonic_phase("second")] = 0.0
+    third_harmonic_share: Annotated[float, _share("third")] = 0.0
+    third_harmonic_phase_deg: Annotated[float, _harmonic_phase("third")] = 0.0
+    fourth_harmonic_share: Annotated[float, _share("fourth")] = 0.0
+    fourth_harmonic_phase_deg: Annotated[float, _harmonic_phase("fourth")] = 0.0
 
     def __post_init__(self) -> None:
         for field, each in PARAMETERS.items():
             if (value := getattr(self, field)) is not None:
                 each.parameter.refuse(self._where, field, value)
-        if self.depth_level > self.mean_level:
-            raise UserError(
-                f"{self._where}: depth is {self.depth_level}, expected from 0 to the mean, "
-                f"{self.mean_level}"
-            )
         if (self.spatial_period_mm is None) == (self.modulation_hz is None):
             raise UserError(f"{self._where}: expected spatial_period_mm or modulation_hz, not both")
-        if self.waveform not in _WAVES:
+        if self.waveform not in WAVES:
             known = ", ".join(get_args(Waveform))
             raise UserError(
                 f"{self._where}: waveform is '{self.waveform}', expected one of: {known}"
             )
-        if self.duty_share != _HALF and self.waveform != "square":
+        if self.duty_share != HALF and self.waveform != "square":
             raise UserError(
                 f"{self._where}: duty_share is {self.duty_share} and waveform '{self.waveform}', "
                 "expected a square wave"
             )
+        for name in HARMONICS:
+            share, phase = f"{name}_harmonic_share", f"{name}_harmonic_phase_deg"
+            if getattr(self, phase) and not getattr(self, share):
+                raise UserError(
+                    f"{self._where}: {phase} is {getattr(self, phase)} and {share} 0, "
+                    "expected a share above 0"
+                )
+        if self._harmonics and self.waveform != "sine":
+            raise UserError(
+                f"{self._where}: it has harmonics and waveform '{self.waveform}', expected a sine"
+            )
+        if self.depth_level > (most := self.mean_level / -self._ends[0]):
+            of = "the mean, " if most == self.mean_level else ""
+            raise UserError(
+                f"{self._where}: depth is {self.depth_level}, expected from 0 to {of}{most:.6g}"
+            )
+
+    @property
+    def _harmonics(self) -> tuple[Harmonic, ...]:
+        """The harmonics that are present."""
+        every = (
+            Harmonic(
+                order,
+                getattr(self, f"{name}_harmonic_share"),
+                getattr(self, f"{name}_harmonic_phase_deg") / 360,
+            )
+            for name, order in HARMONICS.items()
+        )
+        return tuple(each for each in every if each.share)
+
+    @property
+    def _ends(self) -> tuple[float, float]:
+        """The wave's smallest and largest value."""
+        return ends_of(self._harmonics)
+
+    @property
+    def _highest_order(self) -> int:
+        """The order of the highest harmonic; 1 if there is none."""
+        return max((each.order for each in self._harmonics), default=1)
 
     @property
     def _where(self) -> str:
@@ -180,12 +227,12 @@ class Grating:
     @property
     def level(self) -> float:
         """The largest amplitude, µm peak to peak."""
-        return self.mean_level + self.depth_level
+        return self.mean_level + self.depth_level * self._ends[1]
 
     @property
     def lowest_level(self) -> float:
         """The smallest amplitude, µm peak to peak."""
-        return self.mean_level - self.depth_level
+        return self.mean_level + self.depth_level * self._ends[0]
 
     @property
     def settled_level(self) -> float:
@@ -210,10 +257,11 @@ class Grating:
     def level_in(self, periods: float) -> float:
         """Return the amplitude a number of periods after the beginning."""
         phase = (periods + self.phase_deg / 360) % 1.0
-        if self.duty_share != _HALF:
+        if self.duty_share != HALF:
             # Mapped to a half; the wave is high below it.
-            phase = 0.0 if phase < self.duty_share else _HALF
-        return self.mean_level + self.depth_level * _WAVES[self.waveform].value(phase)
+            phase = 0.0 if phase < self.duty_share else HALF
+        wave = WAVES[self.waveform].value(phase) + added(phase, self._harmonics)
+        return self.mean_level + self.depth_level * wave
 
     @property
     def period(self) -> str:
@@ -228,11 +276,24 @@ class Grating:
             return self.modulation_hz or 0.0
         return abs(finger_speed_mm_s) / self.spatial_period_mm
 
+    def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
+        """Return how well plate and friction follow the highest harmonic; None without depth."""
+        if self.depth_level == 0:
+            return None
+        rate_hz = self._highest_order * self.rate_hz(self.finger_speed_mm_s)
+        return Followed(
+            change=f"{rate_hz:.3g} Hz at {self.finger_speed_mm_s:g} mm/s",
+            whole="a sinusoidal depth",
+            plate=modulator.passed(rate_hz),
+            friction=modulator.friction_passed(rate_hz),
+            remedy="a longer period, or a slower finger",
+        )
+
     @property
     def _fewest_steps(self) -> int:
         """The fewest equal steps per period that represent the wave, with a square's edges."""
         edges = (self.phase_deg / 360, self.duty_share)
-        fewest = _WAVES[self.waveform].steps_min
+        fewest = WAVES[self.waveform].steps_min * self._highest_order
         if self.waveform != "square":
             return fewest
         return next(
@@ -327,7 +388,7 @@ class Grating:
             edge_s=min(modulator.edge_s, step_s),  # equal apart from rounding, at the fastest
             # As played: a square wave's edge may be displaced by a fraction of a step.
             mean_level=self.mean_level
-            if self.duty_share == _HALF
+            if self.duty_share == HALF
             else sum(step.level for step in steps) / len(steps),
         )
 

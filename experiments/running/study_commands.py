@@ -23,7 +23,6 @@ from slipscale.experiments.study.own_language import check_own_code, template, w
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.experiments.study.schema import study_schema
 from slipscale.faults import UserError
-from slipscale.stimuli.modulation import DEFAULT_MODULATOR
 from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.steps import Trial
     from slipscale.experiments.study.model import Study
-    from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.surface import Stimulus
 
 # A longer run would take days.
@@ -117,26 +115,17 @@ def validate(name: str) -> str:
 
 def _textures(study: Study) -> Iterator[str]:
     """Describe how well plate and film follow each texture, and each level of a varied one."""
-    for grating in study.gratings:
-        yield f"texture {grating.name}: {_followed(grating, study.plate_quantity)}"
+    surfaces = [(f"texture {each.name}", each) for each in study.gratings]
     if varied := study.varied:
-        for level in study.levels:
-            made = varied.turned(level).made
-            yield f"{study.quantity.short(level)}: {_followed(made, study.plate_quantity)}"
-
-
-def _followed(grating: Grating, made: Quantity) -> str:
-    """Describe the fraction of a texture's depth reached by plate and friction."""
-    rate_hz = grating.rate_hz(grating.finger_speed_mm_s)
-    passed = DEFAULT_MODULATOR.passed(rate_hz)
-    said = (
-        f"{rate_hz:.3g} Hz at {grating.finger_speed_mm_s:g} mm/s; the "
-        f"plate passes {passed:.0%} of a sinusoidal depth"
-    )
-    if not made.in_um_pp:
-        return said  # only ultrasonic plates have a film
-    friction = DEFAULT_MODULATOR.friction_passed(rate_hz)
-    return f"{said}, friction by the film model {friction:.0%}"
+        surfaces += [
+            (study.quantity.short(level), varied.turned(level).made) for level in study.levels
+        ]
+    for name, surface in surfaces:
+        if followed := surface.followed():
+            said = f"the plate passes {followed.plate:.0%} of {followed.whole}"
+            if study.plate_quantity.in_um_pp:  # only ultrasonic plates have a film
+                said += f", friction by the film model {followed.friction:.0%}"
+            yield f"{name}: {followed.change}; {said}"
 
 
 def show(name: str, participant: str, session: str = "", run: str = "01") -> str:

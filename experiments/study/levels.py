@@ -2,8 +2,7 @@
 
 A level is a value of the quantity that the plate produces, or of the varied ``[stimulus]``
 parameter. It can be presented if the parameter is in range, the plate limit is respected, and
-plate, line and film respond fast enough: friction must keep at least `LEAST_FOLLOWED` of a
-sinusoidal depth.
+plate, line and film respond fast enough (`slipscale.stimuli.modulation.LEAST_FOLLOWED`).
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from slipscale.experiments.protocols.base import Context
 from slipscale.experiments.study.tables import StimulusTable
 from slipscale.faults import UserError
-from slipscale.stimuli.modulation import DEFAULT_MODULATOR
+from slipscale.stimuli.modulation import FILM_TIME_CONSTANT_S, LEAST_FOLLOWED
 from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.quantity import in_um
 from slipscale.stimuli.quantity_table import QuantityTable
@@ -34,9 +33,6 @@ if TYPE_CHECKING:
     from slipscale.stimuli.surface import Stimulus
     from slipscale.stimuli.texture import Grating
     from slipscale.stimuli.varied import Varied
-
-# Our assumption: below this, a finger would feel the mean rather than a wave.
-LEAST_FOLLOWED = 0.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -143,16 +139,14 @@ class Levels:
 
     def follow(self, surface: Stimulus) -> None:
         """Raise `UserError` unless plate, line and (if ultrasonic) film respond fast enough."""
-        loop = surface.made.loop()
-        if loop is None or not self.made.in_um_pp:
-            return
-        rate_hz = 1 / loop.period_s
-        if (followed := DEFAULT_MODULATOR.friction_passed(rate_hz)) < LEAST_FOLLOWED:
-            film_ms = 1000 * DEFAULT_MODULATOR.film_time_constant_s
+        surface.made.loop()
+        followed = surface.made.followed()
+        if followed and not followed.felt and self.made.in_um_pp:
+            film_ms = 1000 * FILM_TIME_CONSTANT_S
             raise UserError(
-                f"{self.quantity.short(surface.level)} makes {rate_hz:.3g} Hz, at which friction "
-                f"keeps {followed:.1%} of a sinusoidal depth (film {film_ms:g} ms); expected "
-                f"{LEAST_FOLLOWED:.0%} or more: a longer period, or a slower finger"
+                f"{self.quantity.short(surface.level)} makes {followed.change}, where friction "
+                f"keeps {followed.friction:.1%} of {followed.whole} (film {film_ms:g} ms); "
+                f"expected {LEAST_FOLLOWED:.0%} or more: {followed.remedy}"
             )
 
     def unstated(self, place: Place, table: BaseModel) -> Iterator[Fault]:

@@ -10,8 +10,9 @@ from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 from slipscale.experiments.protocols.base import Label, Positive, Seconds, Switch, Words
 from slipscale.faults import UserError
 from slipscale.hardware.limits import PlateLimits
-from slipscale.stimuli.texture import PARAMETERS, Grating, Waveform
+from slipscale.stimuli.texture import PARAMETERS, Grating
 from slipscale.stimuli.varied import Varied
+from slipscale.stimuli.waves import Waveform  # noqa: TC001 - pydantic evaluates it
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

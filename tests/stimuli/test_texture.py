@@ -128,6 +128,12 @@ def test_plate_of_high_q_limits_what_a_fast_line_could_send():
         ({"depth_level": 1.5}, "depth is 1.5, expected from 0 to the mean"),
         ({"depth_level": math.nan}, "depth is nan"),
         ({"waveform": "noise"}, "waveform is 'noise', expected one of: sine"),
+        ({"third_harmonic_share": 0.5, "waveform": "square"}, "harmonics and waveform 'square'"),
+        ({"third_harmonic_phase_deg": 9.0}, "third_harmonic_share 0, expected a share above 0"),
+        (
+            {"second_harmonic_share": 1.0, "depth_level": 0.6},
+            "depth is 0.6, expected from 0 to 0.568126",
+        ),
     ],
 )
 def test_impossible_grating_is_refused(changes, said):
@@ -147,6 +153,27 @@ def test_impossible_stroke_is_refused(speed, duration):
 def test_impossible_modulator_is_refused(name):
     with pytest.raises(UserError, match=f"{name} is 0"):
         Modulator(**{name: 0.0})
+
+
+def test_harmonics_add_to_a_sine_and_set_its_largest_and_smallest_amplitude():
+    surface = grating(second_harmonic_share=0.5, second_harmonic_phase_deg=90.0)
+    # sin x + cos(2x)/2 is 0.75 at 30° and -1.5 at 270°.
+    assert surface.level == pytest.approx(1.375)
+    assert surface.lowest_level == pytest.approx(0.25)
+    assert surface.level_at(5.0 / 12) == pytest.approx(1.375)
+    assert surface.level_at(0.75 * 5.0) == pytest.approx(0.25)
+    played = surface.loop()
+    assert len(played.levels) >= 16
+    assert sum(played.levels) / len(played.levels) == pytest.approx(surface.mean_level)
+    assert grating(second_harmonic_share=0.0) == grating()
+
+
+def test_the_highest_harmonic_decides_what_plate_and_friction_follow():
+    assert grating(finger_speed_mm_s=50.0).followed().change == "10 Hz at 50 mm/s"
+    third = grating(third_harmonic_share=0.3, finger_speed_mm_s=50.0)
+    assert third.followed().friction == pytest.approx(Modulator().friction_passed(30.0))
+    with pytest.raises(UserError, match=r"follow at most 7\.81"):  # 32 steps of 4 ms
+        grating(fourth_harmonic_share=0.1, finger_speed_mm_s=50.0).loop()
 
 
 @pytest.mark.parametrize("wave", WAVES)

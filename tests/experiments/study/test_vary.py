@@ -28,7 +28,6 @@ title = "One parameter varied"
 vary = "{vary}"
 {levels} = [{low}, {middle}, {high}]
 [stimulus]
-waveform = "square"
 {fixed}
 """
 TASKS = {
@@ -52,21 +51,27 @@ TASKS = {
 }
 # A threshold of detection is one from 0, which not every parameter can be.
 FROM_ZERO = {"detection_threshold": "{detected}"}
+EVERY_TASK = "spatial_period_mm"  # runs all protocols; each other parameter two of them
 
 
 def study_text(field, plate=PLATE_AMPLITUDE):
-    """Return a study with every protocol whose levels are a parameter's, from its declaration."""
+    """Return a study whose levels are a parameter's, from its declaration."""
     declared = PARAMETERS[field].parameter
     q = declared.quantity(plate)
     least = max(declared.above, declared.least)
     span = min(declared.most - least, 2.0)
-    fixed = {name: value for name, value in FIXED.items() if name != field}
+    fixed: dict[str, object] = {name: value for name, value in FIXED.items() if name != field}
     if field == "depth_level":
         span = 0.6
     if field == "mean_level":
         least = FIXED["depth_level"]
     if field != "modulation_hz":
         fixed |= {"spatial_period_mm": 1.0} if field != "spatial_period_mm" else {}
+    if "harmonic" in field:
+        fixed["mean_level"] = 1.5
+        fixed |= {field.replace("phase_deg", "share"): 0.5} if "phase" in field else {}
+    else:
+        fixed["waveform"] = "'square'"
     low, middle, high = (round(least + share * span, 3) for share in (0.25, 0.5, 0.75))
     step = round((high - low) / 4, 4)
     of: dict[str, object] = {
@@ -91,7 +96,11 @@ def study_text(field, plate=PLATE_AMPLITUDE):
         **of,
     )
     tasks = []
-    for name, options in (TASKS | (FROM_ZERO if field == "depth_level" else {})).items():
+    other = list(TASKS)[1 + list(PARAMETERS).index(field) % (len(TASKS) - 1)]
+    chosen = list(TASKS) if field == EVERY_TASK else ["magnitude_estimation", other]
+    chosen += FROM_ZERO if field == "depth_level" else {}
+    for name in chosen:
+        options = (TASKS | FROM_ZERO)[name]
         protocol, _, label = name.partition("#")
         given = options.format(**of)
         if protocol == "matching":
@@ -118,7 +127,7 @@ def field(request):
     return request.param
 
 
-def test_every_protocol_runs_is_resumed_and_read_in_the_parameters_quantity(
+def test_a_study_runs_is_resumed_and_read_in_the_parameters_quantity(
     field, laboratory, plan, tmp_path
 ):
     text = study_text(field)

@@ -1,0 +1,70 @@
+"""Periodic waves: their values over a period, and the harmonics that can be added to a sine."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+HALF = 0.5  # of a period
+#: Orders of a sine's harmonics, by the beginning of their parameters' names.
+HARMONICS = {"second": 2, "third": 3, "fourth": 4}
+# Phases at which a wave's peak is searched, and the width to which its place is narrowed down.
+_LOOKED_AT, _EXACT = 720, 1e-7
+Waveform = Literal["sine", "square", "triangle", "sawtooth"]
+
+
+class Harmonic(NamedTuple):
+    """A harmonic of a sine: its order (from 2), share of the depth, and phase (0 to 1)."""
+
+    order: int
+    share: float
+    phase: float
+
+
+class Wave(NamedTuple):
+    """A wave: its value (-1 to 1) at a phase (0 to 1), and the fewest steps that represent it."""
+
+    value: Callable[[float], float]
+    steps_min: int
+
+
+WAVES: dict[Waveform, Wave] = {
+    "sine": Wave(lambda phase: math.sin(2 * math.pi * phase), 8),
+    "square": Wave(lambda phase: 1.0 if phase < HALF else -1.0, 2),
+    "triangle": Wave(lambda phase: 1 - 4 * abs(((phase + 0.25) % 1) - 0.5), 8),
+    "sawtooth": Wave(lambda phase: 2 * phase - 1, 8),
+}
+
+
+def added(phase: float, harmonics: tuple[Harmonic, ...]) -> float:
+    """Return the sum of a sine's harmonics at a phase (0 to 1), relative to the depth."""
+    return sum(
+        each.share * math.sin(2 * math.pi * (each.order * phase + each.phase)) for each in harmonics
+    )
+
+
+@cache
+def ends_of(harmonics: tuple[Harmonic, ...]) -> tuple[float, float]:
+    """Return the smallest and the largest value of a wave with a sine's harmonics."""
+    if not harmonics:
+        return -1.0, 1.0
+
+    def wave(phase: float) -> float:
+        return math.sin(2 * math.pi * phase) + added(phase, harmonics)
+
+    def largest(sign: int) -> float:
+        peak = max(range(_LOOKED_AT), key=lambda place: sign * wave(place / _LOOKED_AT))
+        low, high = (peak - 1) / _LOOKED_AT, (peak + 1) / _LOOKED_AT
+        while high - low > _EXACT:
+            third = (high - low) / 3
+            if sign * wave(low + third) < sign * wave(high - third):
+                low += third
+            else:
+                high -= third
+        return wave((low + high) / 2)
+
+    return largest(-1), largest(1)
