@@ -30,9 +30,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.plan_and_progress import read_plan
-from slipscale.experiments.participants.scripted import ScriptedParticipant
 from slipscale.hardware.clock import VirtualClock
-from slipscale.hardware.emulator.process import EmulatorProcess
 from slipscale.hardware.emulator.response_faults import ANSWER_FAULTS, COMMAND_FAULTS, EMULATED_ONLY
 from slipscale.hardware.errors import PlateFault
 from tools.board_sessions import (
@@ -44,6 +42,8 @@ from tools.board_sessions import (
     rows_of,
     run_on_board,
 )
+from tools.rehearsal.emulator_process import EmulatorProcess
+from tools.rehearsal.scripted import ScriptedParticipant
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -9,7 +9,7 @@ from slipscale.faults import UserError
 
 Array = npt.NDArray[np.float64]
 
-MICRO, MILLI, KILO = 1e-6, 1e-3, 1e3
+MICRO, MILLI = 1e-6, 1e-3
 
 
 def positive(name: str, value: npt.ArrayLike, unit: str, *, maximum: float = np.inf) -> Array:

@@ -15,7 +15,7 @@ import portalocker
 import pytest
 from hypothesis import settings
 
-from slipscale.hardware.emulator.process import EmulatorProcess
+from tools.rehearsal.emulator_process import EmulatorProcess
 
 # Nothing is timed in a test: on a busy machine a deadline fails for no fault of the code.
 settings.register_profile("slipscale", deadline=None, max_examples=15)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.session.operator import Operator, Request
     from slipscale.experiments.session.session import RunOutcome
     from slipscale.hardware.clock import Clock
-    from slipscale.hardware.emulator.process import EmulatorProcess
+    from tools.rehearsal.emulator_process import EmulatorProcess
 
 STUDY = """
 name = "wire"

@@ -43,7 +43,6 @@ from slipscale.hardware.calibration.record import Device, DriveChain, Provenance
 from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.emulator.firmware import Board
-from slipscale.hardware.emulator.generator_server import LocalLine
 from slipscale.hardware.emulator.generators import MAKES
 from slipscale.hardware.errors import ConnectionLost, OverLimit, PlateFault
 from slipscale.hardware.limits import PlateLimits
@@ -51,6 +50,7 @@ from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
 from slipscale.hardware.plate.twin import Twin
 from slipscale.hardware.records import Output
 from slipscale.stimuli.surface import VirtualSurface
+from tools.rehearsal.local_line import LocalLine
 from tools.wrong_boards import VirtualLine
 
 if TYPE_CHECKING:

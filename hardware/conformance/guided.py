@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 # the largest (0.05 µm of 2.5).
 SEEN, SEEN_OF_LARGEST = 0.1, 0.02
 SWING_S = 2.0
-LIMIT_SHARE = 0.95  # of the largest voltage
 STEP_MS = 200.0
 
 

@@ -1,4 +1,4 @@
-"""Simulated generators behind a line that can drop: on a socket, or within this process."""
+"""Simulated generators behind a line that can drop, on a socket."""
 
 from __future__ import annotations
 
@@ -8,76 +8,12 @@ import time
 from contextlib import suppress
 from typing import TYPE_CHECKING, Self
 
-from slipscale.hardware.backends.generator_line import GeneratorLine
 from slipscale.hardware.emulator.generators import MAKES
-from slipscale.hardware.errors import ConnectionLost, PlateNotFound, PlateTimeout
 
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from slipscale.hardware.emulator.generators import SimulatedGenerator
-
 LOOKS_S = 0.1  # interval at which the server checks whether to end
-
-
-class LocalLine(GeneratorLine):
-    """A line to a simulated generator in this process, without delay.
-
-    Parameters
-    ----------
-    generator : SimulatedGenerator
-
-    Attributes
-    ----------
-    wire : list of str
-        Commands that were sent.
-    drop_at : int or None
-        Number of the command at which the line drops before the generator receives it; once, or
-        ``for_good``.
-    """
-
-    def __init__(self, generator: SimulatedGenerator) -> None:
-        super().__init__("SIMULATED::INSTR")
-        self.generator = generator
-        self.wire: list[str] = []
-        self.drop_at: int | None = None
-        self.for_good = False
-        self._open = False
-
-    @property
-    def opened(self) -> bool:
-        """Whether the line is open."""
-        return self._open
-
-    def open(self) -> None:
-        """Open the line."""
-        if self.for_good and self.drop_at is not None and len(self.wire) >= self.drop_at:
-            raise PlateNotFound(f"{self.resource}: cannot be opened")
-        self._open = True
-
-    def release(self) -> None:
-        """Release the line."""
-        self._open = False
-
-    def write(self, command: str) -> None:
-        """Send a command."""
-        self._hear(command)
-
-    def ask(self, query: str) -> str:
-        """Return the answer to a query."""
-        answer = self._hear(query)
-        if answer is None:
-            raise PlateTimeout(f"{self.resource}: no answer")
-        return answer
-
-    def _hear(self, line: str) -> str | None:
-        if not self._open:
-            raise ConnectionLost(f"{self.resource}: not connected")
-        self.wire.append(line)
-        if len(self.wire) == self.drop_at:
-            self._open = False
-            raise ConnectionLost(f"{self.resource}: the device went away")
-        return self.generator.hear(line)
 
 
 class GeneratorServer:
@@ -113,10 +49,6 @@ class GeneratorServer:
         self._over = False
         self._thread = threading.Thread(target=self._serve, name="generator", daemon=True)
         self._thread.start()
-
-    def vibrating(self) -> bool:
-        """Return whether an output is on."""
-        return any(channel.on for channel in self.generator.channel.values())
 
     def close(self) -> None:
         """End the server."""

@@ -175,17 +175,3 @@ def prototype_modes(
     return plate_modes(
         Layout.prototype(continuous=continuous), density=density, electrodes=electrodes
     )
-
-
-def nodal_lines_mm(found: Modes, mode: int) -> Array:
-    """Return x in mm of the nodes on the touch surface's mid line (y = 0)."""
-    parts = found.parts
-    line = np.flatnonzero(parts.at(y=0.0, z=parts.thickness_m))
-    line = line[np.argsort(parts.nodes[0, line])]
-    x, w = parts.nodes[0, line] / MILLI, found.shape[mode, 2, line]
-    change = np.flatnonzero(w[:-1] * w[1:] < 0)
-    at = x[change] - w[change] * (x[change + 1] - x[change]) / (w[change + 1] - w[change])
-    if not parts.quarter:
-        return np.asarray(at)
-    middle = [0.0] if parts.mirrors[0] == -1 else []
-    return np.concatenate([-at[::-1], middle, at])

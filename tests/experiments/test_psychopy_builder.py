@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from slipscale.hardware.emulator.process import EmulatorProcess
+from tools.rehearsal.emulator_process import EmulatorProcess
 
 pytestmark = pytest.mark.clock
 

@@ -7,8 +7,8 @@ from datetime import date
 
 import pytest
 
-from slipscale.hardware.emulator.process import EmulatorProcess
 from slipscale.hardware.plate_file import sign
+from tools.rehearsal.emulator_process import EmulatorProcess
 
 pytestmark = pytest.mark.clock
 

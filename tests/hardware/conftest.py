@@ -1,6 +1,6 @@
 import pytest
 
-from slipscale.hardware.emulator.process import EmulatorProcess
+from tools.rehearsal.emulator_process import EmulatorProcess
 
 # On a loaded machine a host or an emulator may stand still for longer than a usual watchdog waits.
 PATIENT = ("--watchdog", "2000")

@@ -10,8 +10,8 @@ import pytest
 from slipscale.experiments.dataset import withdrawal
 from slipscale.experiments.protocols.registry import protocol_names
 from slipscale.experiments.study.file import read_study
-from slipscale.hardware.emulator.process import EmulatorProcess
 from slipscale.hardware.errors import PlateTimeout
+from tools.rehearsal.emulator_process import EmulatorProcess
 from tools.torture import __main__ as torture
 from tools.torture import pilots, soak, system_calls, upkeep, windows, writers
 from tools.torture.disk_faults import FAULTS, Journal

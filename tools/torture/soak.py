@@ -28,7 +28,6 @@ from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.journal import Journal
-from slipscale.experiments.participants.scripted import ScriptedParticipant
 from slipscale.experiments.protocols.steps import (
     Ask,
     ChoiceQuestion,
@@ -39,10 +38,11 @@ from slipscale.experiments.protocols.steps import (
 from slipscale.experiments.running.begin_or_resume import run_plan
 from slipscale.experiments.session.operator import UnattendedOperator
 from slipscale.hardware.clock import VirtualClock
-from slipscale.hardware.emulator.process import EmulatorProcess
 from slipscale.hardware.errors import PlateTimeout
 from slipscale.hardware.registry import open_plate
 from tools.page_figures import put
+from tools.rehearsal.emulator_process import EmulatorProcess
+from tools.rehearsal.scripted import ScriptedParticipant
 from tools.torture.pilots import plans_of
 
 if TYPE_CHECKING:

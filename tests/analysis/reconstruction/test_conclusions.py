@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy.stats import ttest_rel
 
-from slipscale.analysis.published.biet2007 import TABLE3, agrees
 from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
 from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 from slipscale.analysis.reconstruction.inference.bounds import larger
@@ -21,7 +20,7 @@ from slipscale.analysis.reconstruction.inference.conclusions import (
 )
 from slipscale.analysis.reconstruction.inference.extreme_t import paired_t, t_of_moments
 from slipscale.analysis.reconstruction.inference.repeated_measures_f import greatest_f, least_f
-from slipscale.analysis.reproduction.allowed_datasets import columns, table3_dataset
+from slipscale.analysis.reproduction.allowed_datasets import columns
 from slipscale.analysis.statistics import batched
 
 
@@ -169,11 +168,3 @@ def test_the_least_f_is_attained_by_the_table_that_comes_with_it(of_table_3):
     assert batched.repeated_measures_f(table)[0] == pytest.approx(found.low, rel=1e-12)
     assert found.low < found.high < np.inf
     assert found.low == pytest.approx(88.36272, abs=5e-6)
-
-
-def test_a_drawn_data_set_has_table_3s_means_and_repeats_with_its_seed():
-    data = table3_dataset(4)
-    assert data == table3_dataset(4) != table3_dataset(5)
-    for row, x in zip(TABLE3, data.values(), strict=True):
-        assert agrees(row.mean, np.mean(x))
-        assert agrees(row.standard_deviation, np.std(x, ddof=1))

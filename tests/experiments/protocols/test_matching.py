@@ -6,12 +6,12 @@ from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.journal.serialisation import step_record
-from slipscale.experiments.participants.scripted import ScriptedParticipant
 from slipscale.experiments.protocols.matching import Matching
 from slipscale.experiments.protocols.simulated_answers import misfit
 from slipscale.experiments.protocols.steps import FEEL_AGAIN, Adjust, Explore, Present, Reply, Trial
 from slipscale.experiments.running.rehearsal import dry_run
 from slipscale.experiments.study.file import study_text
+from tools.rehearsal.scripted import ScriptedParticipant
 
 STUDY = (
     study_text("matching")

@@ -15,7 +15,6 @@ from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.participants.base import StopRequested
-from slipscale.experiments.participants.scripted import ScriptedParticipant
 from slipscale.experiments.running import lab_session, preflight
 from slipscale.experiments.running.lab_session import Setting, begin, go_on, make_plan
 from slipscale.experiments.running.preflight import (
@@ -34,6 +33,7 @@ from slipscale.hardware.contact.emulated_line import EmulatedLine
 from slipscale.hardware.errors import PlateFault
 from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.signals import EndedBySignal
+from tools.rehearsal.scripted import ScriptedParticipant
 
 SETTING = Setting(plate="mock")
 

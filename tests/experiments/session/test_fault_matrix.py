@@ -11,12 +11,10 @@ from dataclasses import replace
 import pytest
 
 from slipscale.experiments.journal.plan_and_progress import read_plan
-from slipscale.experiments.participants.scripted import ScriptedParticipant
 from slipscale.experiments.protocols.steps import Ask, Explore
 from slipscale.experiments.running.preflight import CHECKS, PlannedSession
 from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
-from slipscale.hardware.emulator.process import EmulatorProcess
 from slipscale.hardware.errors import PlateFault
 from tools.board_sessions import (
     STUDY,
@@ -28,6 +26,8 @@ from tools.board_sessions import (
     rows_of,
     run_on_board,
 )
+from tools.rehearsal.emulator_process import EmulatorProcess
+from tools.rehearsal.scripted import ScriptedParticipant
 
 SEED_TEXTURED = 8  # the trial with the fault presents the ridges
 LARGEST = {"n/a": [0.5, 1.2, 2.3], "ridges": [1.8], "waves": [1.8]}

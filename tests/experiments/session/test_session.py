@@ -7,7 +7,6 @@ import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.participants.base import StopRequested, Unfinished
-from slipscale.experiments.participants.scripted import ScriptedParticipant
 from slipscale.experiments.protocols.steps import (
     BACK,
     Ask,
@@ -21,6 +20,7 @@ from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.faults import UserError
 from slipscale.hardware.errors import PlateFault
 from slipscale.hardware.signals import EndedBySignal, signals_raise
+from tools.rehearsal.scripted import ScriptedParticipant
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="reads an open file by its number")
 

@@ -5,12 +5,12 @@ import json
 import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
-from slipscale.experiments.participants.scripted import ScriptedParticipant
 from slipscale.experiments.protocols.steps import Ask, ChoiceQuestion, Instruct, WholeNumberQuestion
 from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.experiments.study.file import parse_study
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
+from tools.rehearsal.scripted import ScriptedParticipant
 
 STUDY = """name = "mine"
 title = "Mine"

@@ -13,13 +13,13 @@ from slipscale.hardware.backends.drive_of_level import stated
 from slipscale.hardware.backends.function_generator import FunctionGenerator
 from slipscale.hardware.backends.sound_card.driver import SoundCard
 from slipscale.hardware.clock import VirtualClock
-from slipscale.hardware.emulator.generator_server import LocalLine
 from slipscale.hardware.emulator.generators import MAKES
 from slipscale.hardware.errors import OverLimit
 from slipscale.hardware.limits import PlateLimits
 from slipscale.stimuli.quantity import made_by_plate
 from slipscale.stimuli.surface import VirtualSurface
 from tools.output_states import Audio, AudioClock
+from tools.rehearsal.local_line import LocalLine
 
 PP, RMS = (made_by_plate("voltage", "V", each) for each in ("peak to peak", "RMS"))
 ACCELERATION = made_by_plate("acceleration", "m/s²", "RMS")

@@ -25,7 +25,6 @@ from slipscale.hardware.calibration.record import (
 )
 from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
 from slipscale.hardware.clock import SystemClock, VirtualClock
-from slipscale.hardware.emulator.generator_server import LocalLine
 from slipscale.hardware.emulator.generators import MAKES, Keysight
 from slipscale.hardware.errors import (
     ConnectionLost,
@@ -44,6 +43,7 @@ from slipscale.hardware.records import Output
 from slipscale.hardware.registry import open_plate
 from slipscale.hardware.resonance_tracking import track
 from slipscale.stimuli.surface import VirtualSurface
+from tools.rehearsal.local_line import LocalLine
 
 RESOURCE = "TCPIP0::generator::inst0::INSTR"
 
@@ -310,7 +310,7 @@ def test_every_make_gets_the_volts_on_the_channel_chosen(bench, monkeypatch, mak
         assert plate.present(surface(0)).readback.level == 0
         assert not chosen.on
         plate.present(surface(1.0))
-    assert not rig.vibrating()
+    assert not any(each.on for each in rig.generator.channel.values())
     assert other.open_vpp == 0.2
     assert rig.generator.errors == []
 

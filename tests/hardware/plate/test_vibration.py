@@ -16,7 +16,6 @@ from slipscale.hardware.plate.paper_study import (
     half_wave_for_frequency_mm,
     half_wave_frequency_hz,
     harmonic,
-    nodal_lines_mm,
     prototype_modes,
 )
 from slipscale.hardware.plate.vibration import modes, nearest_node, response_um, support
@@ -44,6 +43,20 @@ def mindlin_strip_hz(length_mm):
     """Return the exact frequency of an infinitely wide Mindlin plate, κ = 5/6 (3 mm of steel)."""
     one = BeamSection.plane_strain(PASSIVE, STEEL)
     return float(one.timoshenko_frequency_hz(length_mm))
+
+
+def nodal_lines_mm(found, mode):
+    """Return x in mm of the nodes on the touch surface's mid line (y = 0)."""
+    parts = found.parts
+    line = np.flatnonzero(parts.at(y=0.0, z=parts.thickness_m))
+    line = line[np.argsort(parts.nodes[0, line])]
+    x, w = parts.nodes[0, line] / 1e-3, found.shape[mode, 2, line]
+    change = np.flatnonzero(w[:-1] * w[1:] < 0)
+    at = x[change] - w[change] * (x[change + 1] - x[change]) / (w[change + 1] - w[change])
+    if not parts.quarter:
+        return np.asarray(at)
+    middle = [0.0] if parts.mirrors[0] == -1 else []
+    return np.concatenate([-at[::-1], middle, at])
 
 
 def test_wide_supported_plate_has_the_analytic_frequency():

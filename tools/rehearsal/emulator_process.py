@@ -29,7 +29,7 @@ class EmulatorProcess:
 
     def __init__(self, *arguments: str) -> None:
         command = [sys.executable, "-m", "slipscale", "plate", "emulate", *arguments]
-        self._process = subprocess.Popen(  # noqa: S603 - our own command
+        self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
         self.port = self._answer()

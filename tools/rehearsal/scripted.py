@@ -1,4 +1,4 @@
-"""A scripted participant for tests, who gives a list of answers in order."""
+"""A scripted participant, who gives a list of answers in order."""
 
 from __future__ import annotations
 
