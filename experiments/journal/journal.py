@@ -107,11 +107,6 @@ class Journal:
         self._stream = stream
         self._keeper: Keeper | None = None
         self._unfinished = False  # a record is being written, or was interrupted by a signal
-        try:
-            locks.take(stream, path)
-        except BaseException:  # also for signals: a stored traceback would keep the lock
-            stream.close()
-            raise
 
     @classmethod
     def create(cls, path: Path, clock: Clock, *, private: bool = True, synced: bool = True) -> Self:
@@ -122,42 +117,44 @@ class Journal:
         """
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            mode = OWNER_ONLY if private else AS_USUAL
-            stream = _new_file(path, mode)
-        except FileExistsError:
-            journal = cls.reopen(path, clock, synced=synced)
-            if not journal.records:
-                return journal
-            journal.close()
-            raise UserError(
-                f"this run already exists: {path}; name another participant, session or run, "
-                "or resume it: slipscale resume"
-            ) from None
-        except OSError as error:
-            raise UserError(f"journal {path}: {error.strerror}") from None
-        journal = cls(path, clock, stream=stream, records=[], synced=synced)
-        try:
+            _new_file(path, OWNER_ONLY if private else AS_USUAL).close()
             if synced:
                 _sync_folder(path.parent)
+        except FileExistsError:
+            pass
         except OSError as error:
-            journal.close()
             raise UserError(f"journal {path}: {error.strerror}") from None
-        return journal
+        return cls._open(path, clock, synced=synced, empty=True)
 
     @classmethod
     def reopen(cls, path: Path, clock: Clock, *, synced: bool = True) -> Self:
         """Continue an interrupted journal, without its torn last line (if any)."""
+        return cls._open(path, clock, synced=synced, empty=False)
+
+    @classmethod
+    def _open(cls, path: Path, clock: Clock, *, synced: bool, empty: bool) -> Self:
+        """Open, lock and read a journal; after an error or a signal, it is closed and unlocked."""
+        locked = False
         try:
             stream = path.open("r+b", buffering=0)
         except OSError as error:
             raise UserError(f"journal {path}: {error.strerror}") from None
-        journal = cls(path, clock, stream=stream, records=[], synced=synced)
         try:
+            locks.take(stream, path)
+            locked = True
+            journal = cls(path, clock, stream=stream, records=[], synced=synced)
             journal._take_stock()
-        except BaseException:
-            journal._let_go()
+            if empty and journal.records:
+                raise UserError(  # noqa: TRY301 - closed below
+                    f"this run already exists: {path}; name another participant, session or run, "
+                    "or resume it: slipscale resume"
+                )
+            return journal  # noqa: TRY300 - a signal can arrive before an `else`
+        except BaseException:  # also for signals: a stored traceback would keep the lock
+            if locked:
+                locks.release(path)
+            stream.close()
             raise
-        return journal
 
     def write(self, kind: str, **data: Any) -> Record:
         """Append a record and return once it is on disk."""
@@ -316,7 +313,12 @@ class Journal:
             locks.release(self.path)
 
     def close(self) -> None:
-        """Close the file and release the lock; remove the file if no record was written."""
+        """Close the file and release the lock; remove the file if no record was written.
+
+        Closing it again has no effect.
+        """
+        if self._stream.closed:
+            return
         try:
             self.wait_for(len(self.records))
             if not self.synced:

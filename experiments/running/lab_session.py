@@ -62,6 +62,7 @@ from slipscale.hardware.contact.source import Surroundings
 from slipscale.hardware.signals import signals_raise
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
     from types import TracebackType
     from typing import TypeVar
@@ -173,7 +174,7 @@ def begin(dataset: Path, plan: RunPlan, setting: Setting, *, add_study: bool = F
         dataset,
         plan,
         replace(setting, contact=setting.contact.otherwise(of_study(plan.study))),
-        Journal.create(path, SystemClock(), private=plan.study.private_files),
+        partial(Journal.create, path, SystemClock(), private=plan.study.private_files),
     )
 
 
@@ -209,7 +210,7 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
         contact=setting.contact.otherwise(of_records(records)),
         backup=setting.backup or last_backup(records),
     )
-    return _conduct(dataset, plan, setting, Journal.reopen(path, clock))
+    return _conduct(dataset, plan, setting, partial(Journal.reopen, path, clock))
 
 
 def _since_s(date: str) -> float:
@@ -220,20 +221,27 @@ def _since_s(date: str) -> float:
         return 0.0
 
 
-def _conduct(dataset: Path, plan: RunPlan, setting: Setting, journal: Journal) -> RunOutcome:
-    """Open the equipment, run, close, and build the data set.
+def _conduct(
+    dataset: Path, plan: RunPlan, setting: Setting, opened: Callable[[], Journal]
+) -> RunOutcome:
+    """Open journal and equipment, run, close, and build the data set.
 
-    Equipment is opened in the order that makes failures least costly. The journal is already open:
-    its lock prevents a second session on the plate, and an unwritable folder is reported before
+    Equipment is opened in the order that makes failures least costly. The journal is first: its
+    lock prevents a second session on the plate, and an unwritable folder is reported before
     anything moves.
     """
-    with signals_raise() as leave, ExitStack() as stack:
-        stack.push(partial(_leave, dataset, journal, setting))
-        stack.push(journal)
+    with signals_raise() as leave:
+        journal = opened()
         try:
-            return _perform(stack, dataset, plan, setting, journal)
+            with ExitStack() as stack:
+                stack.push(partial(_leave, dataset, journal, setting))
+                stack.push(journal)
+                try:
+                    return _perform(stack, dataset, plan, setting, journal)
+                finally:
+                    leave()
         finally:
-            leave()
+            journal.close()  # a signal may arrive before the stack has the journal
 
 
 def _perform(

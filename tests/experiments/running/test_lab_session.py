@@ -1,5 +1,6 @@
 """A session with a person: what is refused before anything moves, and what is said at its end."""
 
+import dis
 import os
 import signal
 import subprocess
@@ -11,6 +12,7 @@ from types import SimpleNamespace
 import pytest
 
 from slipscale.commands import main
+from slipscale.experiments.journal import journal as journal_module
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import read_plan
@@ -121,6 +123,40 @@ def test_a_run_that_another_process_writes_is_running_and_not_interrupted(window
         other.kill()
     assert main(["run", *words]) == 2
     assert f"interrupted): {path}; To continue: slipscale resume {path}" in capsys.readouterr().err
+
+
+def signalled(frame):
+    """Return whether Python can run a signal's handler at a line: not where it does nothing."""
+    return frame.f_code.co_code[frame.f_lasti] != dis.opmap["NOP"]
+
+
+def test_a_signal_at_any_line_between_lock_and_equipment_leaves_no_lock(tmp_path, monkeypatch):
+    """The error is kept, as libraries keep it: with it, Python keeps each function's variables."""
+    monkeypatch.setattr(lab_session, "_perform", lambda *_: sys.settrace(None))
+    files = (journal_module.__file__, lab_session.__file__)
+    plan, lines, last = make_plan("biet2007", participant="01"), [], 0
+    while len(lines) == last:  # the signal arrives one line later each time
+
+        def trace(frame, event, _, lines=lines, seen=[0]):  # noqa: B006 - counts this round
+            if frame.f_code.co_filename not in files:
+                return None
+            if event == "line" and signalled(frame):
+                seen[0] += 1
+                if seen[0] > len(lines):
+                    lines.append(f"{frame.f_code.co_qualname}, line {frame.f_lineno}")
+                    raise EndedBySignal
+            return trace
+
+        last += 1
+        sys.settrace(trace)
+        kept = None
+        try:
+            begin(tmp_path, plan, SETTING)
+        except EndedBySignal as error:
+            kept = error
+        sys.settrace(None)
+        assert not is_being_written(plan.journal_path(tmp_path)), (lines[-1], kept)
+    assert any(line.startswith("Journal._open,") for line in lines)
 
 
 @pytest.mark.parametrize("place", ["tell", "__enter__"])
