@@ -395,3 +395,40 @@ class Grating:
 
 #: Parameters that a study can vary, by field.
 PARAMETERS = declared(Grating)
+
+
+def bar(
+    name: str,
+    *,
+    label: str,
+    centre_mm: float,
+    width_mm: float,
+    on_level: float,
+    off_level: float,
+    period_mm: float,
+) -> Grating:
+    """Return a grating with one level on a bar and another elsewhere.
+
+    Parameters
+    ----------
+    name, label : str
+        As in `Grating`.
+    centre_mm, width_mm : float
+        The bar's position along the stroke.
+    on_level, off_level : float
+        The levels on the bar and elsewhere.
+    period_mm : float
+        Distance to the next bar, so long that the finger does not reach it.
+    """
+    share = width_mm / period_mm
+    high_mm = centre_mm + (-width_mm if on_level > off_level else width_mm) / 2
+    return Grating(
+        label=label,
+        name=name,
+        waveform="square",
+        spatial_period_mm=period_mm,
+        mean_level=(on_level + off_level) / 2,
+        depth_level=abs(on_level - off_level) / 2,
+        duty_share=round(share if on_level > off_level else 1 - share, 9),
+        phase_deg=round(-high_mm / period_mm % 1 * 360, 9),
+    )

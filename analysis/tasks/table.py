@@ -14,6 +14,7 @@ from slipscale.analysis.tasks.groups import declaration as groups
 from slipscale.analysis.tasks.identification import declaration as identification
 from slipscale.analysis.tasks.limits import declaration as limits
 from slipscale.analysis.tasks.matching import declaration as matching
+from slipscale.analysis.tasks.pointing import declaration as pointing
 from slipscale.analysis.tasks.productions import declaration as productions
 from slipscale.analysis.tasks.ratings import declaration as ratings
 from slipscale.analysis.tasks.ratios import declaration as ratios
@@ -41,6 +42,7 @@ KINDS = (
     same_different.ANALYSIS,
     limits.ANALYSIS,
     identification.ANALYSIS,
+    pointing.ANALYSIS,
 )
 #: In the order of ``inference.json``; a statistic may use the results of earlier ones.
 STATISTICS = tuple(statistic for kind in KINDS for statistic in kind.statistics)

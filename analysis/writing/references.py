@@ -263,6 +263,16 @@ REFERENCES: dict[str, Reference] = {
         volume="63",
         pages="1293-1313",
     ),
+    "soukoreff2004": Reference(
+        cited="Soukoreff & MacKenzie, 2004",
+        authors="Soukoreff, R. W. and MacKenzie, I. S.",
+        year=2004,
+        title="Towards a standard for pointing device evaluation, perspectives on 27 years of "
+        "Fitts' law research in HCI",
+        journal="International Journal of Human-Computer Studies",
+        volume="61",
+        pages="751-789",
+    ),
     "liang1986": Reference(
         cited="Liang & Zeger, 1986",
         authors="Liang, K.-Y. and Zeger, S. L.",

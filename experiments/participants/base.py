@@ -50,6 +50,8 @@ class Participant(Protocol):
     # Set before a question: the entry to start with. If `perform` raises an exception, it contains
     # the entry up to then.
     unfinished: Unfinished
+    # The finger's position as measured by a sensor, for screens that show it; set by the session.
+    cursor_mm: tuple[float, float] | None
 
     @property
     def finger(self) -> Finger | None:

@@ -273,6 +273,9 @@ class Protocol:
         its amplitude more precisely than that.
     check : callable, optional
         Raises `UserError` if options and context are incompatible.
+    needs_position : callable
+        Returns whether a surface changes at a place, from the options, so that the finger's
+        position must be measured. By default, none does.
     textures : bool
         Whether the protocol presents the study's textures. If so, ``texture`` is one of its
         columns, unless its trials have intervals.
@@ -307,6 +310,7 @@ class Protocol:
     possible_levels: Callable[[Any, Context], Iterable[float]] | None = None
     finest_level: Callable[[Any, Context], tuple[float, float]] | None = None
     check: Callable[[Any, Context], None] | None = None
+    needs_position: Callable[[Any], bool] = lambda _options: False
     textures: bool = False
     interval_columns: int = 0
     package: str = ""

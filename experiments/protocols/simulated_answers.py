@@ -17,6 +17,8 @@ from slipscale.experiments.protocols.steps import (
     ChoiceQuestion,
     ComparisonQuestion,
     NumberQuestion,
+    PointingQuestion,
+    Selection,
     TextQuestion,
     VisualAnalogueQuestion,
     WholeNumberQuestion,
@@ -49,6 +51,10 @@ class SimulatedPerson(Protocol):
     @property
     def rises(self) -> bool:
         """Whether the judged attribute increases with the level."""
+
+    @property
+    def pace(self) -> float:
+        """How much longer than the median person this person takes for an action; 1: the same."""
 
     @property
     def turned(self) -> int:
@@ -208,6 +214,7 @@ ANSWERS: Mapping[type, tuple[Callable[[Any, Any], bool], str]] = {
         ),
         "a place on the line, 0 to 100",
     ),
+    PointingQuestion: (lambda _, value: Selection.of(value) is not None, "a selection"),
     Adjust: (_notches, "a whole number of notches"),
 }
 

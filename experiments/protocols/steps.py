@@ -26,9 +26,10 @@ first interval.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
 from slipscale.experiments.protocols.adaptive.track import rounded
 
@@ -183,6 +184,56 @@ class VisualAnalogueQuestion:
         return round(round(held / self.resolution) * self.resolution, 6)
 
 
+class Selection(NamedTuple):
+    """Where a `PointingQuestion` was answered, and how long the movement from the start took."""
+
+    x_mm: float
+    y_mm: float
+    time_s: float
+
+    @classmethod
+    def of(cls, value: Value) -> Selection | None:
+        """Return the selection in a reply's value; None if there was none."""
+        return cls(*map(float, value.split())) if isinstance(value, str) else None
+
+    @property
+    def value(self) -> str:
+        """The reply's value."""
+        return " ".join(f"{number:.6f}" for number in self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PointingQuestion:
+    """A movement from a start to a target on the screen; the value is a `Selection`.
+
+    Parameters
+    ----------
+    prompt : str
+        The instruction.
+    start_mm, target_mm : tuple of float
+        Centres, from the middle of the screen to the right and up.
+    width_mm : float
+        Width of a bar or diameter of a disc.
+    bars : bool
+        Whether start and target are vertical bars, so that only the horizontal position matters.
+    screen_height_mm : float
+        Height of the screen in the plane of the movement.
+    """
+
+    prompt: str
+    start_mm: tuple[float, float]
+    target_mm: tuple[float, float]
+    width_mm: float
+    bars: bool
+    screen_height_mm: float
+
+    def holds(self, centre_mm: tuple[float, float], x_mm: float, y_mm: float) -> bool:
+        """Return whether a position is within the bar or disc around a centre."""
+        x, y = centre_mm
+        away_mm = abs(x_mm - x) if self.bars else math.hypot(x_mm - x, y_mm - y)
+        return away_mm <= self.width_mm / 2
+
+
 Question = (
     NumberQuestion
     | YesNoQuestion
@@ -191,6 +242,7 @@ Question = (
     | WholeNumberQuestion
     | ComparisonQuestion
     | VisualAnalogueQuestion
+    | PointingQuestion
 )
 
 

@@ -24,10 +24,12 @@ from slipscale.experiments.protocols.steps import (
     Feedback,
     Instruct,
     NumberQuestion,
+    PointingQuestion,
     Present,
     Presented,
     Reply,
     Rest,
+    Selection,
     Silence,
     TextQuestion,
     VisualAnalogueQuestion,
@@ -177,7 +179,7 @@ def _answer(step: Step, place: float) -> Answer:
     assert_never(step)
 
 
-def _value(question: Question, place: float) -> Value:
+def _value(question: Question, place: float) -> Value:  # noqa: PLR0911 - one per type
     if isinstance(question, YesNoQuestion):
         return place < 0.5  # noqa: PLR2004 - half of the range
     if isinstance(question, ChoiceQuestion | ComparisonQuestion):
@@ -192,6 +194,8 @@ def _value(question: Question, place: float) -> Value:
         return question.nearest(100.0 * place)
     if isinstance(question, TextQuestion):
         return "-"
+    if isinstance(question, PointingQuestion):
+        return Selection(*question.target_mm, time_s=1.0 + place).value
     assert_never(question)
 
 
@@ -242,6 +246,19 @@ def check_supported(plan: RunPlan, plate: PlateDriver) -> None:
     """Raise `UserError`, or the plate's fault, if the plate cannot present a surface of a run."""
     for surface in surfaces(plan):
         plate.check_supported(surface.made, place_known=bool(plan.study.plate.position))
+    for protocol, options in plan.tasks():
+        if not protocol.needs_position(options):
+            continue
+        if not plan.study.plate.position:
+            raise UserError(
+                f"task '{protocol.task}' changes the plate's level at a place, so the finger's "
+                "position must be measured; set position in the study's [plate] table"
+            )
+        if plate.follow_lag_s is None:
+            raise UserError(
+                f"task '{protocol.task}' changes the plate's level at a place, but this plate "
+                "cannot follow the finger; use a driver board"
+            )
     q = plan.study.quantity
     if q.unit_in_full != plan.study.plate_quantity.unit_in_full:
         return  # A period or a speed is exact: the plate's tolerance is in its own unit.

@@ -68,7 +68,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.session.question_sounds import Sounds
     from slipscale.experiments.session.resonance_tracking import ResonanceTracking
     from slipscale.hardware.clock import Clock
-    from slipscale.hardware.contact.source import ContactSource, Kind
+    from slipscale.hardware.contact.source import ContactSource, Kind, Sample
     from slipscale.hardware.driver import PlateDriver
 
 RunOutcome = Literal["complete", "stopped"]
@@ -147,7 +147,10 @@ class Session:
         following = Following(plate, clock, place_known="position" in (sources or {}))
         self._surface = SurfaceState(plate, clock, self._feel, following)
         self._tracking = tracking
-        self._contact = Contact(sources or {}, journal, self._surface.follow)
+        self._contact = Contact(sources or {}, journal, self._moved)
+        # The window shows its own pointer.
+        position = (sources or {}).get("position")
+        self._shows_finger = position is not None and position.name != "mouse"
         voided = sum(record.kind == "void" for record in journal.records)
         self._progress = Progress(
             operator,
@@ -495,6 +498,13 @@ class Session:
         if made := self._surface.take_standard_made():
             trial = step.trial.number if step.trial else None
             self._journal.write("standard_again", trial=trial, answer=answer_record(made))
+
+    def _moved(self, samples: list[Sample]) -> None:
+        """Pass on the finger's position to the surface and, if a sensor measures it, the screen."""
+        self._surface.follow(samples)
+        if samples and self._shows_finger:
+            x_mm, y_mm = samples[-1].values
+            self._participant.cursor_mm = x_mm, y_mm
 
     def _wait(self) -> None:
         """Indicate to the operator that the session is waiting for the participant."""

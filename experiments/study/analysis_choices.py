@@ -64,6 +64,7 @@ Test = Literal[
     "same_different",
     "limits",
     "identification",
+    "pointing",
     "exponent_and_weber",
 ]
 Primary = Literal["ranks", "logarithms"]

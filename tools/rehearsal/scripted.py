@@ -33,6 +33,7 @@ class ScriptedParticipant:
 
     kind: ClassVar[Kind] = "scripted"
     unfinished = Unfinished()
+    cursor_mm: tuple[float, float] | None = None
     finger = None
 
     def __init__(

@@ -16,6 +16,7 @@ from slipscale.experiments.protocols.steps import (
     ChoiceQuestion,
     ComparisonQuestion,
     NumberQuestion,
+    PointingQuestion,
     TextQuestion,
     VisualAnalogueQuestion,
     WholeNumberQuestion,
@@ -64,8 +65,8 @@ class Asking(Unmoved):
             case ComparisonQuestion():
                 self._compared = question.options
                 self._body, self._hint = self._comparison, texts["window.choose_key"]
-            case VisualAnalogueQuestion():
-                raise TypeError("a visual analogue scale uses a separate screen")
+            case VisualAnalogueQuestion() | PointingQuestion():
+                raise TypeError("this question uses a separate screen")
             case _:
                 assert_never(question)
 

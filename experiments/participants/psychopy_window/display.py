@@ -20,6 +20,7 @@ from slipscale.experiments.participants.psychopy_window.scene import (
     Area,
     Arrow,
     Box,
+    Disc,
     Item,
     Scene,
     Text,
@@ -258,7 +259,22 @@ class Display:
             return ()
         if isinstance(item, Arrow):
             return self._build_arrow(item)
+        if isinstance(item, Disc):
+            return self._build_disc(item)
         return self._build_box(item) if isinstance(item, Box) else self._build_text(item)
+
+    def _build_disc(self, disc: Disc) -> tuple[Any, ...]:
+        return (
+            self._visual.Circle(
+                self._window,
+                radius=disc.diameter / 2 * self._unit,
+                pos=(disc.x * self._unit, disc.y * self._unit),
+                fillColor=COLOURS[disc.colour],
+                lineWidth=0,
+                colorSpace="rgb255",
+                autoLog=False,
+            ),
+        )
 
     def _build_arrow(self, arrow: Arrow) -> tuple[Any, ...]:
         half = arrow.size / 2 * self._unit

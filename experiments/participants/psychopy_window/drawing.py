@@ -17,6 +17,7 @@ from slipscale.experiments.participants.psychopy_window.scene import (
     Area,
     Arrow,
     Box,
+    Disc,
     Text,
 )
 
@@ -54,6 +55,11 @@ def _parts(item: Item) -> Iterator[str]:
             yield from _letters(item)
         case Box():
             yield _box(item.x, item.y, item.width, item.height, item.colour)
+        case Disc():
+            yield (
+                f'<circle cx="{item.x:.5f}" cy="{-item.y:.5f}" r="{item.diameter / 2:.5f}" '
+                f'fill="{_rgb(item.colour)}"/>'
+            )
         case Arrow():
             half = item.size / 2 if item.up else -item.size / 2
             stem, head = 0.24 * abs(half), 0.8 * abs(half)

@@ -18,6 +18,7 @@ from slipscale.experiments.protocols.steps import (
     ChoiceQuestion,
     ComparisonQuestion,
     NumberQuestion,
+    PointingQuestion,
     Question,
     TextQuestion,
     Value,
@@ -302,8 +303,8 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
         return ListEntry(tuple(code for code, _ in question.options))
     if isinstance(question, ChoiceQuestion | ComparisonQuestion):
         return KeyEntry(choice_keys(question))
-    if isinstance(question, VisualAnalogueQuestion):
-        raise TypeError("a visual analogue scale cannot be an entry: it uses a separate screen")
+    if isinstance(question, VisualAnalogueQuestion | PointingQuestion):
+        raise TypeError("this question cannot be an entry: it uses a separate screen")
     if isinstance(question, NumberQuestion | WholeNumberQuestion | TextQuestion):
         return TypedEntry(question)
     assert_never(question)

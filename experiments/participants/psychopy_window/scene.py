@@ -63,6 +63,16 @@ class Box:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Disc:
+    """A filled circle with its centre at ``x``, ``y``."""
+
+    x: float
+    y: float
+    diameter: float
+    colour: Colour
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Arrow:
     """An arrow up or down of height ``size``, centred at ``x``, ``y``; the font has no arrows."""
 
@@ -91,7 +101,7 @@ class Area:
         return abs(x - self.x) <= self.width / 2 and abs(y - self.y) <= self.height / 2
 
 
-Item = Text | Box | Arrow | Area
+Item = Text | Box | Disc | Arrow | Area
 Scene = tuple[Item, ...]
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from slipscale.experiments.participants.psychopy_window.asking import Asking
+from slipscale.experiments.participants.psychopy_window.pointing import Pointing
 from slipscale.experiments.participants.psychopy_window.rating_line import Marking
 from slipscale.experiments.participants.psychopy_window.waiting import (
     Adjusting,
@@ -24,6 +25,7 @@ from slipscale.experiments.protocols.steps import (
     Explore,
     Feedback,
     Instruct,
+    PointingQuestion,
     Rest,
     VisualAnalogueQuestion,
 )
@@ -91,4 +93,6 @@ def screen_for(step: ParticipantStep | Adjust, texts: Texts) -> Screen:
         return Listening(step, texts)
     if isinstance(step, Ask) and isinstance(step.question, VisualAnalogueQuestion):
         return Marking(step, step.question, texts)
+    if isinstance(step, Ask) and isinstance(step.question, PointingQuestion):
+        return Pointing(step, step.question, texts)
     return SCREENS[type(step)](step, texts)

@@ -31,8 +31,12 @@ class Unmoved:
     def move(self, notches: int) -> None:
         """Do nothing."""
 
-    def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> None:
-        """Do nothing."""
+    def point(  # the pointer has no effect
+        self, _x: float, _y: float, _elapsed_s: float, *, dragged: bool
+    ) -> ScreenResult | None:
+        """Return None."""
+        del dragged
+        return None
 
 
 class Waiting(Unmoved):

@@ -12,6 +12,7 @@ from slipscale.experiments.participants.psychopy_window.asking import Stopping
 from slipscale.experiments.participants.psychopy_window.display import Display
 from slipscale.experiments.participants.psychopy_window.entry import ENTER, ERASE
 from slipscale.experiments.participants.psychopy_window.keyboard import Key, Keyboard
+from slipscale.experiments.participants.psychopy_window.pointing import Pointing
 from slipscale.experiments.participants.psychopy_window.screens import Screen, screen_for
 from slipscale.experiments.protocols.steps import Reply
 
@@ -59,6 +60,7 @@ class PsychoPyWindow:
 
     kind: ClassVar[Kind] = "person"
     unfinished = Unfinished()
+    cursor_mm: tuple[float, float] | None = None
 
     def __init__(
         self,
@@ -183,6 +185,8 @@ class PsychoPyWindow:
             if notches and turn:
                 turn(notches)
             watch()
+            if isinstance(screen, Pointing) and self.cursor_mm:
+                screen.see(*self.cursor_mm)
             self._show(screen.scene(self._clock.now() - onset_s - away_s))
 
     def _hand_over(self, key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None:

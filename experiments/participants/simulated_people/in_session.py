@@ -55,6 +55,7 @@ class SimulatedParticipant:
 
     kind: ClassVar[Kind] = "simulated"
     unfinished = Unfinished()
+    cursor_mm: tuple[float, float] | None = None
 
     def __init__(
         self,

@@ -58,6 +58,11 @@ class Behaviour:
         return self.person.scale_top
 
     @property
+    def pace(self) -> float:
+        """How much longer than the median person this person takes for an action; 1: the same."""
+        return self.person.pace
+
+    @property
     def turned(self) -> int:
         """The number of notches by which the surface was turned, in an `Adjust`."""
         return self.person.turned

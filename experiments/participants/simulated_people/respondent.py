@@ -38,10 +38,12 @@ from slipscale.experiments.protocols.steps import (
     Explore,
     Feedback,
     Instruct,
+    PointingQuestion,
     Present,
     Presented,
     Reply,
     Rest,
+    Selection,
     Value,
     WholeNumberQuestion,
     factor_level,
@@ -144,7 +146,7 @@ class Respondent:
         self.scale_top = self._stream("scale top").choice(people.scale_tops)
         self._criterion = people.criterion + people.criterion_sd * self._own("criterion")
         self._threshold = people.noise * math.exp(people.threshold_sigma * self._own("threshold"))
-        self._pace = math.exp(people.pace_sigma * self._own("pace"))
+        self.pace = math.exp(people.pace_sigma * self._own("pace"))
         self._reading = math.exp(people.reading_sigma * self._own("reading"))
         habits = people.habits
         misread = self._stream("misread").uniform() < habits.misread
@@ -231,7 +233,7 @@ class Respondent:
         self.begin(step)
         people = self._people
         deviate = self.stream("explore").normal()
-        wish_s = people.exploration_s * self._pace * math.exp(people.exploration_sigma * deviate)
+        wish_s = people.exploration_s * self.pace * math.exp(people.exploration_sigma * deviate)
         wish_s = self._own_duration_s(step, wish_s)
         longest_s = math.inf if step.maximum_s is None else step.maximum_s
         return min(max(wish_s, step.minimum_s), longest_s)
@@ -241,11 +243,14 @@ class Respondent:
         self.begin(step)
         people = self._people
         deviate = self.stream(step.name, "time").normal()
-        time_s = people.answer_s * self._pace * math.exp(people.answer_sigma * deviate)
+        time_s = people.answer_s * self.pace * math.exp(people.answer_sigma * deviate)
+        value = self._value(step)
+        if isinstance(step.question, PointingQuestion) and (moved := Selection.of(value)):
+            time_s += moved.time_s  # the usual time is spent on reaching the start
         time_s = self._own_duration_s(step, time_s)
         if step.time_limit_s is not None and time_s > step.time_limit_s:
             return Reply(response_time_s=step.time_limit_s, timed_out=True)
-        return Reply(value=self._value(step), response_time_s=time_s)
+        return Reply(value=value, response_time_s=time_s)
 
     def begin(self, step: Ask | Explore | Adjust) -> None:
         """Begin a step; in a new trial, forget the previous trial's impressions."""

@@ -48,7 +48,7 @@ def test_inference_has_its_documented_keys_in_their_order(dataset):
         "friedman rm_anova pairwise page_trend linear_trend power_law mixed_model "
         "robust_exponent growth bayesian_growth order reliability normalisation sessions groups "
         "factors difference thresholds exponent_and_weber scales matching ratings ratios "
-        "productions similarity same_different limits identification"
+        "productions similarity same_different limits identification pointing"
     )
     assert " ".join(found["rm_anova"]) == (
         "scale F df1 df2 p epsilon_gg p_gg epsilon_hf p_hf eta2_generalised eta2_generalised_ci "

@@ -28,6 +28,7 @@ from tools.torture.pilots import EVERY_OPTION
 STUDIES = {"descending_difference": "biet2007", "magnitude_estimation": "biet2007"}
 # Those that no shipped study has.
 ONLY_THERE = ("category_scale", "identification", "limits", "oddity", "same_different")
+STUDIES["pointing"] = "pointing2023"
 STUDIES |= dict.fromkeys((*ONLY_THERE, "similarity", "sorting"), str(EVERY_OPTION))
 
 

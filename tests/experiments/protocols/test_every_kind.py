@@ -20,6 +20,7 @@ from slipscale.experiments.protocols.steps import (
     ComparisonQuestion,
     NumberQuestion,
     ParticipantStep,
+    PointingQuestion,
     Question,
     Step,
     TextQuestion,
@@ -50,6 +51,14 @@ EXAMPLES = {
             key_step=1.0,
             start=50.0,
             start_shown=True,
+        ),
+        PointingQuestion(
+            prompt="Point.",
+            start_mm=(-9.0, 0.0),
+            target_mm=(9.0, 0.0),
+            width_mm=3.0,
+            bars=True,
+            screen_height_mm=300.0,
         ),
     )
 }

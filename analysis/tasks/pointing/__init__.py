@@ -1,0 +1,1 @@
+"""Pointing (Fitts): effective width, throughput, and movement time by index of difficulty."""

@@ -1,0 +1,178 @@
+"""Declare pointing."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from slipscale.analysis.statistics.not_computed import fold
+from slipscale.analysis.tasks.declared.one_statistic import of_each, of_one_statistic
+from slipscale.analysis.tasks.pointing.figures import movement_times
+from slipscale.analysis.tasks.pointing.reading import TRIALS
+from slipscale.analysis.tasks.pointing.statistics import FEWEST, POINTING, PersonPointing
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import TableColumn
+from slipscale.analysis.writing.numbers import (
+    DASH,
+    bracketed,
+    counted,
+    level_of,
+    number,
+    p_value,
+    reliable,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from markupsafe import Markup
+
+    from slipscale.analysis.tasks.pointing.statistics import (
+        FeedbackPointing,
+        MeanOrReason,
+        TaskPointing,
+    )
+    from slipscale.stimuli.quantity import Quantity
+
+#: Columns of the table, apart from the task and the condition.
+PERSON = tuple(each.name for each in fields(PersonPointing) if each.name != "cells")
+HEADS = ("Movements", "Errors", "Movement time (s)", "Throughput (bit/s)", "a (s)", "b (s/bit)")
+
+
+def _mean(found: MeanOrReason, digits: int = 2) -> str:
+    return fold(
+        found,
+        lambda mean: (
+            f"{number(mean.mean, digits)} "
+            f"{bracketed(mean.interval, lambda end: number(end, digits))}"
+        ),
+        lambda _reason: DASH,
+    )
+
+
+def _answers(found: tuple[TaskPointing, ...], confidence: float, _q: Quantity) -> list[str]:
+    """Return one sentence per condition, and one on the effect of feedback."""
+    return [
+        sentence
+        for task in found
+        for sentence in (
+            *(_throughput(task.task, each, confidence) for each in task.conditions),
+            *_gain(task, confidence),
+        )
+    ]
+
+
+def _throughput(task: str, found: FeedbackPointing, confidence: float) -> str:
+    named = f"Pointing ({task}), feedback {found.feedback}"
+    people = counted(len(found.people), "participant", "participants")
+    return fold(
+        found.throughput_bit_s,
+        lambda mean: (
+            f"{named}: throughput {number(mean.mean)} bit/s, {level_of(confidence)} CI "
+            f"{bracketed(mean.interval, number)}, from {found.movements} movements of {people}."
+        ),
+        lambda reason: f"{named}: no throughput ({reason}).",
+    )
+
+
+def _gain(task: TaskPointing, confidence: float) -> list[str]:
+    rate, time = task.throughput_gain_bit_s, task.time_gain_s
+    if not (rate and time):
+        return []
+    verb = "changed" if reliable(rate.p, confidence) else "did not change reliably"
+    return [
+        (
+            f"Pointing ({task.task}): throughput {verb} with feedback, by "
+            f"{number(rate.mean)} bit/s "
+            f"(t({rate.df}) = {number(rate.t)}, {p_value(rate.p)}), and movement time by "
+            f"{number(time.mean, 3)} s, {level_of(confidence)} CI "
+            f"{bracketed(time.interval, lambda end: number(end, 3))} ({p_value(time.p)})."
+        )
+    ]
+
+
+def _sentences(found: tuple[TaskPointing, ...], confidence: float, q: Quantity) -> list[str]:
+    """Return the answers, the regressions, and the cells left out."""
+    said = _answers(found, confidence, q)
+    for task in found:
+        for each in task.conditions:
+            said.append(
+                f"Feedback {each.feedback}: movement time = a + b × index of difficulty, with "
+                f"a = {_mean(each.intercept_s, 3)} s and b = {_mean(each.slope_s_per_bit, 3)} "
+                "s/bit."
+            )
+            if each.left_out:
+                said.append(
+                    f"{each.left_out} combinations of participant, distance and width have fewer "
+                    f"than {FEWEST} movements or no spread, and are left out."
+                )
+    return said
+
+
+def _blocks(
+    task: TaskPointing, svgs: Mapping[str, str], level: float, _quantity: Quantity
+) -> list[Markup]:
+    """Return the figure and the table of one task."""
+    rows = [
+        [
+            each.feedback,
+            str(each.movements),
+            _mean(each.error_share),
+            _mean(each.movement_time_s),
+            _mean(each.throughput_bit_s),
+            _mean(each.intercept_s, 3),
+            _mean(each.slope_s_per_bit, 3),
+        ]
+        for each in task.conditions
+    ]
+    return [
+        html.heading(task.task),
+        *html.figure_if_drawn(
+            svgs,
+            f"pointing_{task.task}",
+            "Mean movement time by index of difficulty. Pale: participants; lines: means of their "
+            "regressions.",
+            "Movement time by index of difficulty",
+        ),
+        html.table(
+            [
+                TableColumn(title="Feedback", left=True),
+                *(TableColumn(title=head) for head in HEADS),
+            ],
+            rows,
+            f"Means over participants with {level:g} % intervals. Errors: share of selections "
+            "that missed the target.",
+        ),
+    ]
+
+
+def _table(found: tuple[TaskPointing, ...]) -> pd.DataFrame:
+    """Return one row per participant and condition."""
+    return pd.DataFrame(
+        [
+            {"task": task.task, "feedback": each.feedback}
+            | {name: getattr(person, name) for name in PERSON}
+            for task in found
+            for each in task.conditions
+            for person in each.people
+        ]
+    )
+
+
+ANALYSIS = of_one_statistic(
+    "pointing",
+    TRIALS,
+    POINTING,
+    question="How fast and how precisely do people point?",
+    what="pointing",
+    title="Pointing",
+    answers=_answers,
+    sentences=_sentences,
+    blocks=of_each(_blocks),
+    figures=lambda found, _trials, _q: {
+        f"pointing_{each.task}": movement_times(each) for each in found
+    },
+    table=_table,
+)

@@ -1,0 +1,238 @@
+"""Compute throughput and the regression of movement time on the index of difficulty.
+
+Sources: ISO/TS 9241-411:2012; Soukoreff and MacKenzie 2004, Int. J. Hum.-Comput. Stud. 61, 751-789.
+Rules:
+
+- a cell contains a participant's movements with one feedback, distance and width, over all
+  sessions; cells with fewer than `FEWEST` movements, or without spread, are left out and counted;
+- the effective width is 4.133 (the root of 2 pi e) times the standard deviation of the selections
+  along the movement, the effective distance their mean, and the effective index of difficulty
+  log2(distance / width + 1) in bits (Shannon formulation);
+- a participant's throughput is the mean of index / movement time over cells;
+- movement time = a + b * index is fitted to a participant's cells with the nominal distance and
+  width; means over participants have t intervals;
+- all movements count, including those that miss.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reading.task_tables import by_task
+from slipscale.analysis.statistics.mean_over_participants import (
+    MeanOverParticipants,
+    mean_over_participants,
+)
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
+from slipscale.analysis.tasks.pointing.reading import TRIALS
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.protocols.pointing import WIDTH_IN_SD
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import pandas as pd
+    from numpy.typing import NDArray
+
+FEWEST = 3
+MeanOrReason = MeanOverParticipants | NotComputed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cell:
+    """One participant's movements with one distance and width.
+
+    Parameters
+    ----------
+    bits, effective_bits : float
+        Index of difficulty, nominal and effective.
+    movement_time_s : float
+        Mean.
+    """
+
+    bits: float
+    effective_bits: float
+    movement_time_s: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PersonPointing:
+    """Results of one participant in one condition; NaN if they cannot be computed."""
+
+    participant: str
+    movements: int
+    error_share: float
+    movement_time_s: float
+    throughput_bit_s: float
+    intercept_s: float
+    slope_s_per_bit: float
+    cells: tuple[Cell, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FeedbackPointing:
+    """Results of one condition of feedback.
+
+    Parameters
+    ----------
+    feedback : str
+    movements, left_out : int
+        Numbers of movements, and of cells that are left out.
+    throughput_bit_s, movement_time_s, error_share : MeanOverParticipants or NotComputed
+    intercept_s, slope_s_per_bit : MeanOverParticipants or NotComputed
+        Of movement time on the index of difficulty.
+    people : tuple of PersonPointing
+    """
+
+    feedback: str
+    movements: int
+    left_out: int
+    throughput_bit_s: MeanOrReason
+    movement_time_s: MeanOrReason
+    error_share: MeanOrReason
+    intercept_s: MeanOrReason
+    slope_s_per_bit: MeanOrReason
+    people: tuple[PersonPointing, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskPointing:
+    """Results of one task.
+
+    Parameters
+    ----------
+    task : str
+    conditions : tuple of FeedbackPointing
+        Without feedback first.
+    throughput_gain_bit_s, time_gain_s : MeanOverParticipants or NotComputed
+        Second condition minus first, within participants.
+    """
+
+    task: str
+    conditions: tuple[FeedbackPointing, ...]
+    throughput_gain_bit_s: MeanOrReason
+    time_gain_s: MeanOrReason
+
+
+def pointing(inputs: Inputs) -> tuple[TaskPointing, ...] | NotComputed:
+    """Return the results of each task."""
+    trials = inputs.data.of(TRIALS)
+    if not len(trials):
+        return NotComputed("no movements")
+    confidence = inputs.data.choices.confidence
+    return tuple(of_task(task, rows, confidence) for task, rows in by_task(trials))
+
+
+def of_task(task: str, rows: pd.DataFrame, confidence: float) -> TaskPointing:
+    """Return the results of a task, given its movements as read by `TRIALS`."""
+    conditions = tuple(
+        _condition(str(feedback), own, confidence)
+        for feedback, own in rows.groupby("feedback", sort=True)
+    )
+
+    def gain(name: str) -> MeanOrReason:
+        if len(conditions) != 2:  # noqa: PLR2004
+            return NotComputed("there is one condition of feedback")
+        first, second = (
+            {each.participant: float(getattr(each, name)) for each in condition.people}
+            for condition in conditions
+        )
+        both = [second[who] - value for who, value in first.items() if who in second]
+        return mean_over_participants(np.array(both, np.float64), confidence)
+
+    return TaskPointing(
+        task=task,
+        conditions=conditions,
+        throughput_gain_bit_s=gain("throughput_bit_s"),
+        time_gain_s=gain("movement_time_s"),
+    )
+
+
+def _condition(feedback: str, rows: pd.DataFrame, confidence: float) -> FeedbackPointing:
+    found = [_person(str(who), own) for who, own in rows.groupby(PARTICIPANT, observed=True)]
+    people = tuple(each for each, _ in found)
+
+    def mean(name: str) -> MeanOrReason:
+        values = np.array([getattr(each, name) for each in people], np.float64)
+        return mean_over_participants(values, confidence)
+
+    return FeedbackPointing(
+        feedback=feedback,
+        movements=len(rows),
+        left_out=sum(left_out for _, left_out in found),
+        throughput_bit_s=mean("throughput_bit_s"),
+        movement_time_s=mean("movement_time_s"),
+        error_share=mean("error_share"),
+        intercept_s=mean("intercept_s"),
+        slope_s_per_bit=mean("slope_s_per_bit"),
+        people=people,
+    )
+
+
+def _person(who: str, rows: pd.DataFrame) -> tuple[PersonPointing, int]:
+    """Return the results of a participant, and the number of cells left out."""
+    cells, left_out = [], 0
+    for _, own in rows.groupby(["distance_mm", "width_mm"], sort=True):
+        width = WIDTH_IN_SD * float(np.std(own["moved_mm"], ddof=1)) if len(own) > 1 else 0.0
+        moved_mm = float(own["moved_mm"].mean())
+        ratio = float((own["distance_mm"] / own["width_mm"]).iloc[0])
+        if len(own) < FEWEST or not width or moved_mm <= 0:
+            left_out += 1
+            continue
+        cells.append(
+            Cell(
+                bits=float(np.log2(ratio + 1)),
+                effective_bits=float(np.log2(moved_mm / width + 1)),
+                movement_time_s=float(own["movement_time"].mean()),
+            )
+        )
+    line = fit_lines(_of(cells, lambda c: c.bits), _of(cells, lambda c: c.movement_time_s))
+    rates = _of(cells, lambda c: c.effective_bits / c.movement_time_s)
+    return PersonPointing(
+        participant=who,
+        movements=len(rows),
+        error_share=float(1 - rows["hit"].mean()),
+        movement_time_s=float(rows["movement_time"].mean()),
+        throughput_bit_s=float(rates.mean()) if len(rates) else float("nan"),
+        intercept_s=float(line.intercept),
+        slope_s_per_bit=float(line.slope),
+        cells=tuple(cells),
+    ), left_out
+
+
+def _of(cells: list[Cell], value: Callable[[Cell], float]) -> NDArray[np.float64]:
+    return np.array([value(each) for each in cells], np.float64)
+
+
+POINTING: Statistic[tuple[TaskPointing, ...]] = Statistic(
+    key="pointing",
+    meaning="pointing: throughput, and movement time by index of difficulty",
+    compute=pointing,
+    families=(
+        Family(
+            name="feedback, t tests of throughput and of movement time",
+            read=lambda tasks: [
+                gain.p
+                for task in tasks
+                for gain in (task.throughput_gain_bit_s, task.time_gain_s)
+                if gain
+            ],
+        ),
+    ),
+    methods="Throughput of pointing is the mean of the effective index of difficulty (Shannon "
+    "formulation) over movement time [[soukoreff2004]], with an effective width of 4.133 standard "
+    "deviations of the selections along the movement.",
+    conclusions={
+        r"(.+)\.throughput_gain_bit_s\.p": "{0}: throughput differs with feedback (t test)",
+        r"(.+)\.time_gain_s\.p": "{0}: movement time differs with feedback (t test)",
+    },
+    headlines={
+        r"(.+)\.conditions\.0\.throughput_bit_s\.mean": "{0}: throughput, bit/s",
+        r"(.+)\.throughput_gain_bit_s\.mean": "{0}: gain of throughput by feedback, bit/s",
+    },
+)

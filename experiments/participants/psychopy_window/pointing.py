@@ -1,0 +1,100 @@
+"""The screen of a pointing task: a start and a target, selected by click, touch or key."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.participants.psychopy_window import scene
+from slipscale.experiments.participants.psychopy_window.scene import Box, Disc, Scene, Text
+from slipscale.experiments.participants.psychopy_window.screen_texts import (
+    ScreenResult,
+    naming_key,
+    remaining,
+)
+from slipscale.experiments.participants.psychopy_window.waiting import Waiting
+from slipscale.experiments.protocols.steps import Selection
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from slipscale.experiments.participants.psychopy_window.scene import Colour, Item
+    from slipscale.experiments.protocols.steps import Ask, PointingQuestion
+
+BAR_HEIGHT, CURSOR = 0.4, 0.012
+
+
+class Pointing(Waiting):
+    """A movement that begins with the selection of the start and ends with the next selection.
+
+    A click or touch selects its own position. If a sensor measures the finger, the screen shows
+    the finger's position, and the key to continue selects it.
+    """
+
+    pointed = True
+
+    def __init__(self, step: Ask, question: PointingQuestion, texts: Mapping[str, str]) -> None:
+        super().__init__(texts)
+        self._question = question
+        self._texts = texts
+        self._limit_s = step.time_limit_s
+        self._began_s: float | None = None
+        self._cursor_mm: tuple[float, float] | None = None
+
+    def scene(self, elapsed_s: float) -> Scene:
+        """Return the instruction, start, target and cursor; what to select next is coloured."""
+        question, moving = self._question, self._began_s is not None
+        start = self._mark(question.start_mm, "field" if moving else "accent")
+        target = self._mark(question.target_mm, "accent" if moving else "field")
+        foot = "window.point" if self._cursor_mm is None else "window.point_key"
+        return (
+            Text(content=question.prompt.strip(), y=0.42, width=1.2, height=0.1),
+            start,
+            target,
+            *self._cursor(),
+            scene.hint(naming_key(self._texts, foot)),
+            *remaining(self._limit_s, elapsed_s, self._texts, y=0.34),
+        )
+
+    def see(self, x_mm: float, y_mm: float) -> None:
+        """Move the cursor to the finger's measured position."""
+        self._cursor_mm = x_mm, y_mm
+
+    def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
+        """Select the cursor's position on the key to continue."""
+        if self._cursor_mm is None or super().press(character, elapsed_s) is None:
+            return None
+        return self._select(*self._cursor_mm, elapsed_s)
+
+    def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> ScreenResult | None:
+        """Select the position of a click or touch."""
+        height_mm = self._question.screen_height_mm
+        return None if dragged else self._select(x * height_mm, y * height_mm, elapsed_s)
+
+    def expire(self, elapsed_s: float) -> ScreenResult | None:
+        """Return the outcome if the time limit is over."""
+        over = self._limit_s is not None and elapsed_s >= self._limit_s
+        return ScreenResult(timed_out=True) if over else None
+
+    def _select(self, x_mm: float, y_mm: float, elapsed_s: float) -> ScreenResult | None:
+        """Begin the movement at the start, or end it anywhere."""
+        if self.expire(elapsed_s):
+            return None
+        if self._began_s is not None:
+            return ScreenResult(value=Selection(x_mm, y_mm, elapsed_s - self._began_s).value)
+        if self._question.holds(self._question.start_mm, x_mm, y_mm):
+            self._began_s = elapsed_s
+        return None
+
+    def _mark(self, centre_mm: tuple[float, float], colour: Colour) -> Item:
+        height_mm = self._question.screen_height_mm
+        x, y = (each / height_mm for each in centre_mm)
+        size = self._question.width_mm / height_mm
+        if self._question.bars:
+            return Box(x=x, y=y, width=size, height=BAR_HEIGHT, colour=colour)
+        return Disc(x=x, y=y, diameter=size, colour=colour)
+
+    def _cursor(self) -> Scene:
+        if self._cursor_mm is None:
+            return ()
+        x, y = (each / self._question.screen_height_mm for each in self._cursor_mm)
+        return (Disc(x=x, y=0.0 if self._question.bars else y, diameter=CURSOR, colour="text"),)

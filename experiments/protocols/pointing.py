@@ -1,0 +1,414 @@
+"""Pointing (Fitts): fast movements from a start to a target, of different width and distance.
+
+Sequences follow ISO/TS 9241-411:2012. In one dimension, targets alternate between two bars; in
+two dimensions, they are opposite discs on a ring. Each movement begins with the selection of the
+start, so that an interruption never lengthens a movement time.
+
+With feedback, the plate has one level within the target bar and another elsewhere, along the
+stroke. The finger's position must be measured. `slipscale.analysis.tasks.pointing` computes the
+throughput.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise, product
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+
+from pydantic import Field
+
+from slipscale.experiments.protocols.base import (
+    Amplitude,
+    AtLeastOne,
+    Column,
+    Count,
+    Options,
+    Positive,
+    Protocol,
+    Seconds,
+    Switch,
+)
+from slipscale.experiments.protocols.building_blocks.repeating import Repeating, part_over
+from slipscale.experiments.protocols.steps import (
+    Ask,
+    EndTrial,
+    Instruct,
+    Phase,
+    PointingQuestion,
+    Present,
+    Reply,
+    Rest,
+    Selection,
+    Silence,
+    Trial,
+    Voided,
+)
+from slipscale.faults import UserError
+from slipscale.stimuli.surface import UNLISTED
+from slipscale.stimuli.texture import bar
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from slipscale.experiments.protocols.base import Context, TrialRecord
+    from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
+    from slipscale.experiments.protocols.steps import Answer, Step, Steps, Value
+    from slipscale.stimuli.surface import Stimulus
+    from slipscale.stimuli.texture import Grating
+
+PLAIN, ON_TARGET, OUTSIDE = "none", "target", "outside"
+#: The room for targets, in screen heights, from the middle; texts are above and below.
+HALF_WIDTH, HALF_HEIGHT = 0.63, 0.33
+#: Simulated people: movement time = INTERCEPT_S + SLOPE_S_PER_BIT * index of difficulty, close to
+#: the throughput of 6.95 bit/s by touch (MacKenzie 2015, INTERACT, LNCS 9297). Feedback shortens
+#: it by 9 % (Casiez and others 2011, CHI, Surfpad). The spread is our assumption.
+INTERCEPT_S, SLOPE_S_PER_BIT, SPREAD = 0.05, 0.125, 0.15
+WITH_FEEDBACK = 0.91
+#: Ratio of effective width to standard deviation, so that 4 % of the selections miss.
+WIDTH_IN_SD = math.sqrt(2 * math.pi * math.e)
+
+FeedbackKind = Literal["none", "target"]
+Lengths = Annotated[tuple[Positive, ...], Field(min_length=1, max_length=10)]
+
+
+class Pointing(Options):
+    """Options for pointing."""
+
+    dimensions: Literal[1, 2] = Field(
+        default=1,
+        description="1: two bars, reached by turns; 2: discs on a ring, each opposite the last.",
+        json_schema_extra={"unit": "dimensions"},
+    )
+    distances_mm: Lengths = Field(
+        default=(40.0, 80.0), description="Distances between the centres of start and target."
+    )
+    widths_mm: Lengths = Field(default=(4.0, 10.0), description="Widths of the targets.")
+    movements: AtLeastOne = Field(
+        default=15,
+        description="Number of movements in a sequence, with one distance and width; in two "
+        "dimensions an odd number, which is also the number of discs.",
+        json_schema_extra={"unit": "movements"},
+    )
+    practice: Count = Field(
+        default=5,
+        description="Number of practice movements to the easiest target; recorded but not "
+        "analysed.",
+        json_schema_extra={"unit": "movements"},
+    )
+    feedback: Annotated[tuple[FeedbackKind, ...], Field(min_length=1)] = Field(
+        default=("none",),
+        description="Conditions, each with every distance and width. none: the plate has "
+        "ground_level everywhere; target: it has target_level on the target, which requires a "
+        "measured position.",
+    )
+    ground_level: Amplitude = Field(
+        default=0.0, description="Level outside the target, and everywhere without feedback."
+    )
+    target_level: Amplitude = Field(default=0.0, description="Level on the target, with feedback.")
+    screen_height_mm: Positive = Field(
+        default=300.0,
+        description="Height of the participant's screen; with a position sensor, the finger's "
+        "movement that corresponds to this height.",
+    )
+    response_time_limit_s: Positive | None = Field(
+        default=None,
+        description="Time after which a movement counts as timed out; default: no limit.",
+    )
+    repeat_timed_out: Switch = Field(
+        default=True, description="Whether a timed-out trial is repeated once."
+    )
+    rest_minimum_s: Seconds = Field(default=0.0, description="Shortest rest between sequences.")
+
+    @property
+    def sequences(self) -> list[tuple[str, float, float]]:
+        """All conditions: feedback, distance and width."""
+        return list(product(self.feedback, self.distances_mm, self.widths_mm))
+
+
+class Movement(NamedTuple):
+    """The definition of a trial."""
+
+    sequence: int
+    phase: Phase
+    feedback: str
+    distance_mm: float
+    width_mm: float
+    start_mm: tuple[float, float]
+    target_mm: tuple[float, float]
+
+
+def check(options: Pointing, context: Context) -> None:
+    """Raise `UserError` if a target cannot be shown or presented."""
+    if context.varied is not None:
+        raise UserError("pointing: expected levels of the plate, not a study with vary")
+    if options.dimensions == 2 and not options.movements % 2:  # noqa: PLR2004
+        raise UserError(
+            f"pointing: movements is {options.movements}, expected an odd number in two dimensions"
+        )
+    widest_mm = max(options.widths_mm)
+    if widest_mm > min(options.distances_mm):
+        raise UserError(
+            f"pointing: a width of {widest_mm:g} mm overlaps a start at "
+            f"{min(options.distances_mm):g} mm, expected widths up to the smallest distance"
+        )
+    room = (HALF_WIDTH if options.dimensions == 1 else HALF_HEIGHT) * options.screen_height_mm
+    farthest_mm = _radius_mm(options, max(options.distances_mm)) + widest_mm / 2
+    if farthest_mm > room:
+        raise UserError(
+            f"pointing: targets reach {farthest_mm:.4g} mm from the middle, but the screen has "
+            f"room for {room:.4g} mm; use shorter distances or a larger screen_height_mm"
+        )
+    if len(set(options.feedback)) < len(options.feedback):
+        raise UserError("pointing: feedback names a condition twice, expected different ones")
+    if ON_TARGET in options.feedback:
+        if options.dimensions != 1:
+            raise UserError(
+                "pointing: feedback on the target follows the stroke only, expected dimensions = 1"
+            )
+        if options.target_level == options.ground_level:
+            raise UserError(
+                f"pointing: {context.quantity.named('target_level')} equals "
+                f"{context.quantity.named('ground_level')}, expected different levels for "
+                "feedback on the target"
+            )
+
+
+def trials(options: Pointing, _context: Context) -> int:
+    """Return the number of trials in a run, practice included."""
+    return options.practice + options.movements * len(options.sequences)
+
+
+def steps(options: Pointing, context: Context) -> Steps:
+    """Yield the steps of a run."""
+    texts = context.texts
+    yield Instruct(title=texts["pointing.title"], text=texts["pointing.instructions"])
+    run = _Run(options, context)
+    if options.practice:
+        easiest = (options.feedback[0], min(options.distances_mm), max(options.widths_mm))
+        yield Instruct(text=texts["pointing.practice"])
+        yield from run.block(_movements(options, "practice", 1, easiest, options.practice))
+        yield from run.close(lambda: Instruct(text=texts["pointing.main"]))
+    order = context.stream(context.task, "sequences").shuffled(options.sequences)
+    for number, condition in enumerate(order, start=1 + bool(options.practice)):
+        yield from run.block(_movements(options, "main", number, condition, options.movements))
+        last = number == len(order) + bool(options.practice)
+        yield from run.close((lambda: part_over(texts)) if last else run.rest)
+
+
+def _radius_mm(options: Pointing, distance_mm: float) -> float:
+    """Return the distance of targets from the middle; opposite discs are ``distance_mm`` apart."""
+    if options.dimensions == 1:
+        return distance_mm / 2
+    return distance_mm / (2 * math.cos(math.pi / (2 * options.movements)))
+
+
+def _movements(
+    options: Pointing, phase: Phase, number: int, condition: tuple[str, float, float], count: int
+) -> list[Movement]:
+    """Return the movements of a sequence; each one starts at the previous target."""
+    feedback, distance_mm, width_mm = condition
+    radius_mm, ring = _radius_mm(options, distance_mm), options.movements
+    if options.dimensions == 1:
+        sides = [((-1) ** (place + 1) * radius_mm, 0.0) for place in range(count + 1)]
+    else:
+        turns = [place * (ring // 2) * 2 * math.pi / ring for place in range(count + 1)]
+        sides = [
+            (round(radius_mm * math.sin(turn), 6), round(radius_mm * math.cos(turn), 6))
+            for turn in turns
+        ]
+    return [
+        Movement(number, phase, feedback, distance_mm, width_mm, start, target)
+        for start, target in pairwise(sides)
+    ]
+
+
+def target_surface(options: Pointing, movement: Movement) -> Grating:
+    """Return the surface of a movement with feedback; the finger meets one bar only."""
+    return bar(
+        ON_TARGET,
+        label=UNLISTED,
+        centre_mm=movement.target_mm[0],
+        width_mm=movement.width_mm,
+        on_level=options.target_level,
+        off_level=options.ground_level,
+        period_mm=2 * (movement.distance_mm + movement.width_mm),
+    )
+
+
+class _Run(Repeating[Movement]):
+    """The numbered trials of a run."""
+
+    def __init__(self, options: Pointing, context: Context) -> None:
+        super().__init__(trials(options, context))
+        self.options = options
+        self.context = context
+
+    def rest(self) -> Rest:
+        """Return the break between sequences."""
+        return Rest(
+            text=self.context.texts["session.rest"],
+            done=self.number,
+            total=self.total,
+            minimum_s=self.options.rest_minimum_s,
+        )
+
+    def trial(
+        self, condition: Movement, number: int, repeats: int | None
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield one movement; return the numbers of the trials to be repeated."""
+        options, texts = self.options, self.context.texts
+        trial = Trial(
+            task=self.context.task,
+            number=number,
+            total=self.total,
+            phase=condition.phase,
+            factors={
+                "sequence": condition.sequence,
+                "feedback": condition.feedback,
+                "distance_mm": condition.distance_mm,
+                "width_mm": condition.width_mm,
+                "bars": options.dimensions == 1,
+                **_places("start", condition.start_mm),
+                **_places("target", condition.target_mm),
+            },
+            repeats=repeats,
+        )
+        yield Present(surface=self._surface(condition), trial=trial)
+        question = PointingQuestion(
+            prompt=texts["pointing.question"],
+            start_mm=condition.start_mm,
+            target_mm=condition.target_mm,
+            width_mm=condition.width_mm,
+            bars=options.dimensions == 1,
+            screen_height_mm=options.screen_height_mm,
+        )
+        reply = yield Ask(
+            name="selection",
+            question=question,
+            trial=trial,
+            time_limit_s=options.response_time_limit_s,
+        )
+        yield Silence(trial=trial)
+        told = yield EndTrial(trial=trial)
+        again = told.trials if isinstance(told, Voided) else ()
+        missed = isinstance(reply, Reply) and reply.timed_out and number not in again
+        return (
+            (*again, number) if missed and options.repeat_timed_out and repeats is None else again
+        )
+
+    def _surface(self, condition: Movement) -> Stimulus:
+        if condition.feedback == PLAIN:
+            return self.context.surface(self.options.ground_level)
+        return target_surface(self.options, condition)
+
+
+def _places(name: str, centre_mm: tuple[float, float]) -> dict[str, Value]:
+    return {f"{name}_{axis}_mm": value for axis, value in zip("xy", centre_mm, strict=True)}
+
+
+def possible_levels(options: Pointing, _context: Context) -> tuple[float, ...]:
+    """Return the levels on and off the target."""
+    shown = options.target_level if ON_TARGET in options.feedback else options.ground_level
+    return options.ground_level, shown
+
+
+def _answer(step: Ask, person: SimulatedPerson) -> str:
+    """Move as Fitts's law predicts, and hit with the spread that people's own pace produces."""
+    question, stream = step.question, person.stream("movement")
+    if not (isinstance(question, PointingQuestion) and step.trial):
+        raise TypeError(f"'{step.name}' is not a movement")
+    distance_mm = math.dist(question.start_mm, question.target_mm)
+    bits = math.log2(distance_mm / question.width_mm + 1)
+    feedback = WITH_FEEDBACK if step.trial.factors["feedback"] == ON_TARGET else 1.0
+    spread = math.exp(SPREAD * stream.normal())
+    time_s = (INTERCEPT_S + SLOPE_S_PER_BIT * bits) * person.pace * feedback * spread
+    x_mm, y_mm = (
+        each + question.width_mm / WIDTH_IN_SD * stream.normal() for each in question.target_mm
+    )
+    return Selection(x_mm, y_mm, time_s).value
+
+
+def _factor(name: str, description: str) -> Column:
+    return Column(
+        value=lambda record: record.trial.factors[name],
+        kind="number",
+        description=description,
+        units="mm" if name.endswith("_mm") else "",
+    )
+
+
+def _selected(name: str, description: str, units: str) -> Column:
+    def value(record: TrialRecord) -> float | None:
+        found = Selection.of(record.answer("selection"))
+        return None if found is None else float(getattr(found, name))
+
+    return Column(value=value, kind="number", description=description, units=units)
+
+
+def _hit(record: TrialRecord) -> str | None:
+    found, told = Selection.of(record.answer("selection")), record.trial.factors
+    if found is None:
+        return None
+    x_mm, y_mm, width_mm = (
+        float(told[name] or 0.0) for name in ("target_x_mm", "target_y_mm", "width_mm")
+    )
+    along_mm, across_mm = found.x_mm - x_mm, found.y_mm - y_mm
+    away_mm = abs(along_mm) if told["bars"] else math.hypot(along_mm, across_mm)
+    return ON_TARGET if away_mm <= width_mm / 2 else OUTSIDE
+
+
+PROTOCOL = Protocol(
+    task="pointing",
+    title="Pointing",
+    description=(
+        "The participant moves as fast as possible from a start to a target and selects it. Widths "
+        "and distances of the targets differ between sequences."
+    ),
+    options=Pointing,
+    trials=trials,
+    steps=steps,
+    answer="selection",
+    instructions="pointing.instructions",
+    simulated={"selection": _answer},
+    design={
+        "sequence": _factor("sequence", "Sequence of movements, including practice, from 1"),
+        "feedback": Column(
+            value=lambda record: record.trial.factors["feedback"],
+            kind="label",
+            description="Feedback by the plate",
+            levels={
+                PLAIN: "the same {q.name} everywhere",
+                ON_TARGET: "another {q.name} on the target",
+            },
+        ),
+    },
+    stimulus={
+        "distance_mm": _factor("distance_mm", "Distance between the centres of start and target"),
+        "width_mm": _factor("width_mm", "Width of the target"),
+        **{
+            f"{name}_{axis}_mm": _factor(
+                f"{name}_{axis}_mm",
+                f"Centre of the {name}, from the middle of the screen to the {way}",
+            )
+            for name in ("start", "target")
+            for axis, way in (("x", "right"), ("y", "top"))
+        },
+    },
+    response={
+        "selection": Column(
+            value=_hit,
+            kind="label",
+            description="Whether the participant selected the target",
+            levels={ON_TARGET: "a position on the target", OUTSIDE: "another position"},
+        ),
+        "movement_time": _selected(
+            "time_s", "Time from the selection of the start to the next selection", "s"
+        ),
+        "selection_x_mm": _selected("x_mm", "Selected position, to the right", "mm"),
+        "selection_y_mm": _selected("y_mm", "Selected position, to the top", "mm"),
+    },
+    amplitudes=("target_level", "ground_level"),
+    possible_levels=possible_levels,
+    check=check,
+    needs_position=lambda options: ON_TARGET in options.feedback,
+)
