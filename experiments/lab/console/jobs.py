@@ -7,6 +7,7 @@ would end the session.
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -42,6 +43,9 @@ LONGEST = 20_000  # characters read from the end of a job's output
 # Prefixes of the warnings at a session's end; earlier warnings are in its status.
 WARNS = (f"{NO_BACKUP}:", MOVED)
 HOLDING = "slipscale.experiments.lab.console.held"
+ERROR = re.compile(
+    r"^slipscale [a-z]+: ", re.MULTILINE
+)  # prefix of the error with which a command ends
 STEP = "step: "  # prefix of a line with which a command reports its current step
 LOOK_S = 0.2
 HOLD_S = 5.0  # a bench job ends after this long without renewal
@@ -117,9 +121,10 @@ class Job:
         return _text(self.output)
 
     def complained(self) -> str:
-        """Return the last line of the human-readable messages."""
+        """Return the error, with all its lines, or the last of other messages."""
         lines = [line for line in self._lines() if not line.startswith(STEP)]
-        return lines[-1] if lines else ""
+        _, *errors = ERROR.split("\n".join(lines))
+        return (errors or lines or [""])[-1]
 
     def warnings(self) -> list[str]:
         """Return the warnings in a session's human-readable messages."""

@@ -24,45 +24,70 @@ LANGUAGES = ("en", "fr")
 def page_texts(language: str) -> Mapping[str, str]:
     """Return the texts of a language by key."""
     source = files(PACKAGE).joinpath("texts", f"{language}.toml")
-    return flatten(tomllib.loads(source.read_text(encoding="utf-8")))
+    texts = flatten(tomllib.loads(source.read_text(encoding="utf-8")))
+    return {key: _typeset(text) for key, text in texts.items()}
 
 
 @cache
 def sentences(language: str) -> dict[str, str]:
-    """Return Slipscale's sentences with their translations, longest first.
+    """Return Slipscale's sentences with their translations, the most specific first.
 
-    Notices, replies, remedies and descriptions are generated elsewhere, in English, and translated
+    Notices, replies, errors and descriptions are generated elsewhere, in English, and translated
     when a page is rendered.
     """
     known: dict[str, str] = {}
-    for name in ("sentences", "study"):
-        source = files(PACKAGE).joinpath("texts", f"{name}.{language}.toml")
-        if source.is_file():
+    for source in files(PACKAGE).joinpath("texts").iterdir():
+        if source.name.endswith(f".{language}.toml"):
             known |= tomllib.loads(source.read_text(encoding="utf-8"))
-    return {each: known[each] for each in sorted(known, key=len, reverse=True)}
+    # What begins with a placeholder fits most: "{} is missing" fits "line 4: key is missing".
+    order = sorted(known, key=lambda each: (each.startswith("{}"), -len(each)))
+    return {each: _typeset(known[each]) for each in order}
+
+
+def _typeset(text: str) -> str:
+    r"""Return a text with the spaces of French punctuation unbreakable.
+
+    >>> _typeset("prêt ? « oui »")
+    'prêt\xa0? «\xa0oui\xa0»'
+    """
+    return re.sub(r" (?=[:;?!%»])|(?<=«) ", "\N{NO-BREAK SPACE}", text)
 
 
 @cache
 def _patterns(language: str) -> tuple[tuple[re.Pattern[str], str], ...]:
     """Return patterns for the sentences with placeholders, with their translations."""
     return tuple(
-        (re.compile(re.escape(each).replace(r"\{\}", "(.*?)"), re.DOTALL), text)
+        (re.compile(re.escape(each).replace(r"\{\}", "(.*?)")), text)
         for each, text in sentences(language).items()
         if "{}" in each
     )
+
+
+# What joins sentences that are translated one by one, in English and in French.
+LINES = {"\n  ": "\n  ", "\n": "\n"}
+JOINTS = {"; ": _typeset(" ; "), ". ": ". ", ": ": _typeset(" : ")}
 
 
 @lru_cache(maxsize=2000)
 def _translated(sentence: str, language: str) -> str:
     if text := sentences(language).get(sentence):
         return text
+    if "\n" in sentence:
+        return _each_translated(sentence, LINES, language)
     for pattern, text in _patterns(language):
         if found := pattern.fullmatch(sentence):
             return text.format(*(_translated(each, language) for each in found.groups()))
-    first, several, rest = sentence.partition("; ")
-    if not several or not sentences(language):
-        return sentence
-    return f"{_translated(first, language)} ; {_translated(rest, language)}"
+    return _each_translated(sentence, JOINTS, language)
+
+
+def _each_translated(sentence: str, joints: Mapping[str, str], language: str) -> str:
+    """Translate the parts between the first kind of joint that separates any known part."""
+    for joint, typeset in joints.items():
+        parts = sentence.split(joint) if joint in sentence else []
+        translated = [_translated(each, language) for each in parts]
+        if translated != parts:  # other people's own words keep their punctuation
+            return typeset.join(translated)
+    return sentence
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,14 +101,18 @@ class Words:
         return page_texts(self.language)[key].format(**blanks)
 
     def say(self, sentence: str) -> str:
-        """Return one of Slipscale's sentences in this language; unknown sentences are unchanged.
+        r"""Return one of Slipscale's sentences in this language; unknown sentences are unchanged.
 
-        If sentences are joined by semicolons, each is translated.
+        Sentences that are joined by punctuation or line feeds are translated one by one.
 
-        >>> Words("fr").say("copied 2 runs to disk"), Words("en").say("saved: a.toml")
-        ('2 passages copiés vers disk', 'saved: a.toml')
+        >>> Words("fr").say("copied 2 runs to disk; excluded"), Words("en").say("saved: a.toml")
+        ('2 passages copiés vers disk\xa0; exclu', 'saved: a.toml')
         """
         return _translated(sentence, self.language)
+
+    def exact(self, words: str) -> str:
+        """Return a sentence of Slipscale's in this language, and people's own words unchanged."""
+        return sentences(self.language).get(words, words)
 
     def task(self, options: Options, protocol: Protocol) -> str:
         """Return a task's title, which is the same in every language for external protocols."""

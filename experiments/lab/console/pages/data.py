@@ -136,10 +136,7 @@ def _work(view: View, kind: Kind) -> dict[str, Any]:
         "kind": kind,
         "state": state,
         "when": when_over(job),
-        "problems": [
-            " ".join(str(each.get(key, "")) for key in ("file", "place", "what"))
-            for each in problems or ()
-        ],
+        "problems": problems or (),
         "failed": stopped,
     }
 

@@ -1,0 +1,143 @@
+"""A French page shows no English sentence."""
+
+import re
+from typing import get_args
+
+from slipscale.experiments.lab.console.actions import sessions
+from slipscale.experiments.lab.console.page_texts import Words, page_texts, sentences
+from slipscale.experiments.lab.folder import LabFile
+from slipscale.experiments.study.schema import study_schema
+from slipscale.faults.validation import OTHER, SENTENCES
+from slipscale.hardware.conformance import contract, table
+from slipscale.hardware.errors import FAULTS, PlateFault
+from tests.experiments.lab.console.spoken import Sentences, reached_from, text_of
+
+CONSOLE = "slipscale.experiments.lab.console"
+COMMANDS = (
+    *(f"slipscale.experiments.cli.{name}" for name in ("sessions", "lab", "data", "plate")),
+    *(
+        f"slipscale.analysis.cli.{name}"
+        for name in ("analyse", "export", "power", "study", "pilot")
+    ),
+)
+# Modules of which pages show more than the errors.
+SHOWN = tuple(
+    f"slipscale.experiments.{name}"
+    for name in (
+        *(f"lab.console.{each}" for each in ("actions", "notices", "jobs", "presence")),
+        *(f"dataset.{each}" for each in ("verification", "former_tables", "withdrawn")),
+        *("running.preflight", "session.interruptions", "session.operator_answers"),
+        "participants.psychopy_window.layout",
+    )
+)
+# Parts of commands that the console does not use: tables from other programs, plans for many
+# studies, the design of plates, emulated and guided boards, and PsychoPy's own programs.
+UNUSED = tuple(
+    f"slipscale.{name}"
+    for name in (
+        *("analysis.reading.", "analysis.statistics.", "analysis.planning.distribution."),
+        *("analysis.planning.protocols.", "analysis.cli.pilot_times", "stimuli.periodic_film"),
+        *("analysis.cli.compare_protocols", "hardware.plate.", "hardware.cli.design"),
+        *("hardware.emulator.", "hardware.conformance.guided", "experiments.psychopy_builder"),
+    )
+)
+WORD = re.compile(r"(?<![\w./\[-])[A-Za-zÀ-ÿ]{2,}(?![\w./\]-])")
+
+
+def words_of(text):
+    return {word.lower() for word in WORD.findall(text)}
+
+
+def options():
+    """Return the options of commands that the console, or a folder's settings, can give."""
+    used = (text_of(name) for name in reached_from([f"{CONSOLE}.app"]) if CONSOLE in name)
+    given = {option for text in used for option in re.findall(r'"(--[a-z-]+)"', text)}
+    return given | {f"--{key.replace('_', '-')}" for key in LabFile.model_fields} | {"--{}"}
+
+
+def possible(sentence, given):
+    """Return whether a sentence is about an option that the console gives, if about any."""
+    option = re.match(r"--[\w{}-]+", sentence)
+    return not option or option[0] in given
+
+
+def shown_sentences():
+    given, names = options(), reached_from([f"{CONSOLE}.app", f"{CONSOLE}.serve", *COMMANDS])
+    for name in names:
+        if not name.startswith(UNUSED):
+            found = Sentences(name, everything=name.startswith(SHOWN)).found
+            yield from (each for each in found if possible(each, given))
+    yield from (f"{{}}. {kind.remedy}" for kind in (PlateFault, *FAULTS.values()))
+    asked = get_args(sessions.Ask.model_fields["what"].annotation)
+    yield from (what.replace("_", " ") for what in asked)
+    # The values that a literal allows are in quotation marks.
+    faults = (each.replace("{expected}", "'{}'") for each in (*SENTENCES.values(), OTHER))
+    yield from (re.sub(r"\{\w+\}", "{}", each) for each in faults)
+    yield from (rule for rule, _ in (*table.RULES, *contract.RULES))
+
+
+def test_no_english_is_left_in_what_a_french_page_shows():
+    french, known = Words("fr"), sentences("fr")
+    vocabulary = set().union(*map(words_of, (*known.values(), *page_texts("fr").values())))
+    said = {each: french.say(each) for each in shown_sentences() if each not in known}
+    left = {each: (words_of(each) & words_of(said[each])) - vocabulary for each in said}
+    assert {each: words for each, words in left.items() if words} == {}
+
+
+def test_every_key_of_a_study_is_described_in_french():
+    def described(schema):
+        tables = schema.values() if isinstance(schema, dict) else schema
+        if isinstance(schema, dict) and isinstance(schema.get("description"), str):
+            yield schema["description"]
+        for inner in tables if isinstance(schema, dict | list) else ():
+            yield from described(inner)
+
+    schema = study_schema()
+    wanted = {each for part in (schema["properties"], schema["$defs"]) for each in described(part)}
+    assert wanted - set(sentences("fr")) == set()
+
+
+def test_a_translation_has_the_placeholders_of_its_sentence():
+    for english, french in sentences("fr").items():
+        places = [f"{{{number}}}" for number in range(english.count("{}"))]
+        assert sorted(re.findall(r"\{\d\}", french)) == places
+
+
+def test_a_french_page_answers_in_french(visitor, recorded):
+    visitor.client.cookies.set("lang", "fr")
+    assert visitor.ask("unblind", word="voir") == (
+        200,
+        "noté\N{NBSP}: les résultats sont visibles désormais",
+    )
+    asked = {"participant": "01", "excluded": True, "reason": "gants"}
+    said = visitor.ask("exclude", **asked)[1]
+    assert said == "le participant 01 est exclu\N{NBSP}; la prochaine analyse en tient compte"
+    assert "glissance" in visitor.see("/study")
+    assert visitor.ask("resume", participant="09", session="", run="01") == (
+        409,
+        "le participant 09 n’a pas de tel passage interrompu",
+    )
+
+
+def test_an_error_of_several_sentences_is_translated_sentence_by_sentence():
+    said = "a.toml has 2 faults:\n  line 3, seed: expected 0 or more, got -7\n  line 4: is missing"
+    assert Words("fr").say(said).replace("\N{NBSP}", " ") == (
+        "a.toml : 2 erreurs :\n"
+        "  ligne 3, seed : 0 ou plus est attendu ; reçu : -7\n"
+        "  ligne 4 : manque"
+    )
+
+
+def test_an_operator_s_own_words_are_not_translated():
+    words = "glove: changed; it is torn"
+    assert (Words("fr").say(words), Words("fr").exact("the glove is missing")) == (
+        words,
+        "the glove is missing",
+    )
+
+
+def test_a_plate_s_error_is_french(visitor, lab):
+    text = (lab / "slipscale.toml").read_text()
+    changed = re.sub("(?m)^plate = .*", 'plate = "serial:/dev/ttyACM9,plate=none.toml"', text)
+    (lab / "slipscale.toml").write_text(changed)
+    assert "none.toml : ne peut pas être lu" in visitor.see("/bench?lang=fr").replace("\xa0", " ")
