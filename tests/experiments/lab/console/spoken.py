@@ -28,12 +28,13 @@ INTERNAL |= {"SystemExit", "TypeError"}
 @cache
 def sources():
     """Return the path of every module by name."""
-    folders = ((package, (ROOT / package).resolve()) for package in PACKAGES)
-    return {
-        ".".join(("slipscale", package, *path.relative_to(folder).with_suffix("").parts)): path
-        for package, folder in folders
-        for path in folder.rglob("*.py")
-    }
+    found = {}
+    for package in PACKAGES:
+        folder = (ROOT / package).resolve()
+        for path in folder.rglob("*.py"):
+            parts = path.relative_to(folder).with_suffix("").parts
+            found[".".join(("slipscale", package, *parts)).removesuffix(".__init__")] = path
+    return found
 
 
 @cache
@@ -49,8 +50,8 @@ def reached_from(names):
         name = todo.pop()
         if name in sources() and name not in found:
             found.add(name)
-            for both in IMPORTS.findall(text_of(name)):
-                todo += both
+            todo += (each for both in IMPORTS.findall(text_of(name)) for each in both)
+            todo += (f"{origin}.{word}" for word, origin in origins_in(name).items())
     return found
 
 
