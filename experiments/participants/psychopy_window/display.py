@@ -268,6 +268,7 @@ class Display:
             self._visual.Circle(
                 self._window,
                 radius=disc.diameter / 2 * self._unit,
+                edges=64,  # PsychoPy cannot choose a number without a line width
                 pos=(disc.x * self._unit, disc.y * self._unit),
                 fillColor=COLOURS[disc.colour],
                 lineWidth=0,
