@@ -43,8 +43,8 @@ class Pointing(Waiting):
     def scene(self, elapsed_s: float) -> Scene:
         """Return the instruction, start, target and cursor; what to select next is coloured."""
         question, moving = self._question, self._began_s is not None
-        start = self._mark(question.start_mm, "field" if moving else "accent")
-        target = self._mark(question.target_mm, "accent" if moving else "field")
+        start = self._mark(question.start_mm, "quiet" if moving else "accent")
+        target = self._mark(question.target_mm, "accent" if moving else "quiet")
         foot = "window.point" if self._cursor_mm is None else "window.point_key"
         return (
             Text(content=question.prompt.strip(), y=0.42, width=1.2, height=0.1),

@@ -134,9 +134,9 @@ def test_what_comes_next_is_coloured_and_the_limit_ends_it(question):
     screen = shown(question, time_limit_s=2.0)
     colours = [item.colour for item in screen.scene(0.0) if isinstance(item, Box)][:2]
     screen.point(-0.1, 0.0, 1.0, dragged=False)
-    assert colours == ["accent", "field"]
+    assert colours == ["accent", "quiet"]
     after = [item.colour for item in screen.scene(1.1) if isinstance(item, Box)][:2]
-    assert after == ["field", "accent"]
+    assert after == ["quiet", "accent"]
     assert screen.point(0.1, 0.0, 2.5, dragged=False) is None
     assert screen.expire(2.0).timed_out
 
