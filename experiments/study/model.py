@@ -18,7 +18,7 @@ from pydantic import (
     field_validator,
 )
 
-from slipscale.experiments.languages.texts import CODE, ENGLISH, languages, text_faults
+from slipscale.experiments.languages.texts import ENGLISH, languages
 from slipscale.experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
@@ -28,21 +28,27 @@ from slipscale.experiments.protocols.base import (
     Seed,
     Switch,
     Words,
-    protocol_texts,
 )
 from slipscale.experiments.protocols.registry import load_protocol, protocol_names
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.experiments.study.checks_across_keys import (
+    impossible,
+    named_twice,
+    unpresented,
+    unreadable,
+    unspoken,
+)
 from slipscale.experiments.study.factors import (
     MOST_CONDITIONS,
     Factor,
     conditions_of,
     uncrossable,
 )
-from slipscale.experiments.study.headphone_test import HEADPHONES, HeadphoneTest
+from slipscale.experiments.study.headphone_test import HeadphoneTest
 from slipscale.experiments.study.levels import Levels
 from slipscale.experiments.study.participant_keys import ParticipantKeys
-from slipscale.experiments.study.person_questions import PersonQuestion, unanswerable
-from slipscale.experiments.study.questionnaires import Questionnaire, unusable
+from slipscale.experiments.study.person_questions import PersonQuestion
+from slipscale.experiments.study.questionnaires import Questionnaire
 from slipscale.experiments.study.tables import (
     Cost,
     MaskingNoise,
@@ -52,7 +58,6 @@ from slipscale.experiments.study.tables import (
     StimulusTable,
     Texture,
 )
-from slipscale.faults import UserError
 from slipscale.faults.suggestions import expected_one_of
 from slipscale.faults.validation import faults_in, refuse
 from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS, AttributeWords
@@ -61,9 +66,6 @@ from slipscale.stimuli.quantity_table import QuantityTable
 from slipscale.stimuli.texture import PARAMETERS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from slipscale.faults.toml_lines import Place
     from slipscale.faults.validation import Fault
     from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.texture import Grating
@@ -294,7 +296,7 @@ class Study(BaseModel):
     @field_validator("textures")
     @classmethod
     def _playable(cls, value: tuple[Texture, ...], info: ValidationInfo) -> tuple[Texture, ...]:
-        faults = list(_named_twice("textures", [texture.name for texture in value]))
+        faults = list(named_twice("textures", [texture.name for texture in value]))
         for number, texture in enumerate(value):
             faults += _levels(info).beyond(("textures", number), texture.grating())
         if value and info.data.get("stimulus"):
@@ -307,7 +309,7 @@ class Study(BaseModel):
     @field_validator("factors")
     @classmethod
     def _crossable(cls, value: tuple[Factor, ...], info: ValidationInfo) -> tuple[Factor, ...]:
-        faults = list(_named_twice("factors", [factor.name for factor in value]))
+        faults = list(named_twice("factors", [factor.name for factor in value]))
         for number, factor in enumerate(value):
             faults += uncrossable(("factors", number), factor, info.data)
         count = len(conditions_of(value)) if value else 1
@@ -336,9 +338,9 @@ class Study(BaseModel):
                 faults.append(((*place, "protocol"), {"msg": str(error)}))
             else:
                 faults += _levels(info).unstated(place, task)
-                faults += _impossible(place, task, tasks, info)
+                faults += impossible(place, task, tasks, info.data)
                 tasks.append(task)
-        refuse(faults or _unpresented(tasks, info))
+        refuse(faults or unpresented(tasks, info.data))
         return tasks
 
     @field_validator("sessions")
@@ -353,7 +355,7 @@ class Study(BaseModel):
     def _readable(
         cls, value: dict[str, dict[str, Any]], info: ValidationInfo
     ) -> dict[str, dict[str, Any]]:
-        refuse([*_unreadable(value, info.data.get("tasks", ())), *_unspoken(value, info)])
+        refuse([*unreadable(value, info.data.get("tasks", ())), *unspoken(value, info.data)])
         return value
 
     def __repr__(self) -> str:
@@ -423,101 +425,8 @@ class Study(BaseModel):
         return tuple(t.grating(f"T{number}") for number, t in enumerate(self.textures, start=1))
 
 
-# Checks across keys. They are skipped if the other key is invalid, because `info.data` contains
-# only valid keys.
-
-
-def _named_twice(table: str, names: list[str]) -> Iterator[Fault]:
-    for number, name in enumerate(names):
-        if name in names[:number]:
-            yield (table, number, "name"), {"msg": f"there is already a '{name}'"}
-
-
 def _levels(info: ValidationInfo) -> Levels:
     return Levels.of(info.data)
-
-
-def _impossible(
-    place: Place, task: Options, before: list[Options], info: ValidationInfo
-) -> Iterator[Fault]:
-    """Yield the reasons why a task is impossible in this study."""
-    protocol, own = load_protocol(task.protocol), _levels(info)
-    labels = [load_protocol(other.protocol).for_task(other).task for other in before]
-    if (label := protocol.for_task(task).task) in labels:
-        # Their trials would be in the same table, under the same numbers.
-        said = f"there is already a '{label}': set another label"
-        yield (*place, "label" if task.label else "protocol"), {"msg": said}
-    for key in protocol.amplitudes:
-        given = getattr(task, key, None) or ()
-        each = given if isinstance(given, tuple) else (given,)
-        if own.vary and protocol.possible_levels:
-            continue  # some are differences between levels
-        yield from own.unpresentable((*place, key), *each)
-    try:
-        texts = protocol_texts(protocol, info.data.get("language", "en"))
-    except UserError as error:
-        yield (*place, "protocol"), {"msg": str(error)}
-        return
-    if protocol.texts and protocol.instructions not in texts:
-        said = f"its instructions '{protocol.instructions}' are not among its texts"
-        yield (*place, "protocol"), {"msg": said}
-    columns = {*protocol.design, *protocol.stimulus, *protocol.response}
-    doubled = columns & {factor.name for factor in info.data.get("factors", ())}
-    yield from ((place, {"msg": f"has a column '{name}', as a factor"}) for name in doubled)
-    levels, textures = info.data.get("levels"), info.data.get("textures")
-    if levels is None or textures is None:
-        return
-    context = own.context(levels, tuple(texture.grating() for texture in textures), label)
-    try:
-        if protocol.check:
-            protocol.check(task, context)
-        possible = protocol.possible_levels(task, context) if protocol.possible_levels else ()
-        yield from own.unpresentable(place, *sorted(set(possible)))
-        if not protocol.trials(task, context):
-            yield place, {"msg": f"has no trials with these {own.quantity.levels}"}
-    except UserError as error:
-        yield place, {"msg": str(error)}
-
-
-def _unpresented(tasks: list[Options], info: ValidationInfo) -> Iterator[Fault]:
-    presented = any(load_protocol(task.protocol).textures for task in tasks)
-    if info.data.get("textures") and not presented:
-        yield ("textures", 0), {"msg": "no task presents them; magnitude_estimation would"}
-
-
-def _unreadable(texts: dict[str, dict[str, Any]], tasks: tuple[Options, ...]) -> Iterator[Fault]:
-    protocols = [load_protocol(task.protocol) for task in tasks]
-    for language, own in texts.items():
-        place = ("texts", language)
-        if not CODE.fullmatch(language):
-            yield place, {"msg": "expected a language code, such as de or pt-BR"}
-            continue
-        if language in languages():
-            brought = {k: t for each in protocols for k, t in each.texts.get(language, {}).items()}
-        else:
-            brought = {k: t for p in protocols for k, t in protocol_texts(p, language).items()}
-        for key, sentence in text_faults(language, own, brought):
-            yield (*place, *key.split(".")), {"msg": sentence}
-
-
-def _unspoken(texts: dict[str, dict[str, Any]], info: ValidationInfo) -> Iterator[Fault]:
-    """Yield questions that cannot be asked in the study's language, and any unknown language."""
-    known = [*languages(), *sorted(set(texts) - set(languages()))]
-    language, asked = info.data.get("language"), info.data.get("about_you", ())
-    yield from _named_twice("about_you", [question.name for question in asked])
-    if language is not None and language not in known:
-        said = {"msg": f"expected one of {', '.join(known)}", "input": language}
-        yield ("language",), said
-    elif language is not None:
-        yield from unanswerable(asked, language, known)
-        tasks = [load_protocol(t.protocol).for_task(t).task for t in info.data.get("tasks", ())]
-        if info.data.get("headphone_test") and HEADPHONES in tasks:
-            said = {
-                "msg": (f"expected another label: '{HEADPHONES}' is used by the headphone test")
-            }
-            yield ("tasks", tasks.index(HEADPHONES), "label"), said
-        taken = [HEADPHONES, *tasks, *(question.name for question in asked)]
-        yield from unusable(info.data.get("questionnaires", ()), language, known, taken)
 
 
 def _task(table: Any, info: ValidationInfo) -> Options:

@@ -1,0 +1,117 @@
+"""Check keys of a study against each other.
+
+Each check yields faults, with their places in the file. It receives the valid keys only, so it is
+skipped if a key that it needs is invalid.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from slipscale.experiments.languages.texts import CODE, languages, text_faults
+from slipscale.experiments.protocols.base import protocol_texts
+from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.experiments.study.headphone_test import HEADPHONES
+from slipscale.experiments.study.levels import Levels
+from slipscale.experiments.study.person_questions import unanswerable
+from slipscale.experiments.study.questionnaires import unusable
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from slipscale.experiments.protocols.base import Options
+    from slipscale.faults.toml_lines import Place
+    from slipscale.faults.validation import Fault
+
+
+def named_twice(table: str, names: list[str]) -> Iterator[Fault]:
+    """Yield names that occur twice in a table."""
+    for number, name in enumerate(names):
+        if name in names[:number]:
+            yield (table, number, "name"), {"msg": f"there is already a '{name}'"}
+
+
+def impossible(
+    place: Place, task: Options, before: list[Options], data: Mapping[str, Any]
+) -> Iterator[Fault]:
+    """Yield the reasons why a task is impossible in this study."""
+    protocol, own = load_protocol(task.protocol), Levels.of(data)
+    labels = [load_protocol(other.protocol).for_task(other).task for other in before]
+    if (label := protocol.for_task(task).task) in labels:
+        # Their trials would be in the same table, under the same numbers.
+        said = f"there is already a '{label}': set another label"
+        yield (*place, "label" if task.label else "protocol"), {"msg": said}
+    for key in protocol.amplitudes:
+        given = getattr(task, key, None) or ()
+        each = given if isinstance(given, tuple) else (given,)
+        if own.vary and protocol.possible_levels:
+            continue  # some are differences between levels
+        yield from own.unpresentable((*place, key), *each)
+    try:
+        texts = protocol_texts(protocol, data.get("language", "en"))
+    except UserError as error:
+        yield (*place, "protocol"), {"msg": str(error)}
+        return
+    if protocol.texts and protocol.instructions not in texts:
+        said = f"its instructions '{protocol.instructions}' are not among its texts"
+        yield (*place, "protocol"), {"msg": said}
+    columns = {*protocol.design, *protocol.stimulus, *protocol.response}
+    doubled = columns & {factor.name for factor in data.get("factors", ())}
+    yield from ((place, {"msg": f"has a column '{name}', as a factor"}) for name in doubled)
+    levels, textures = data.get("levels"), data.get("textures")
+    if levels is None or textures is None:
+        return
+    context = own.context(levels, tuple(texture.grating() for texture in textures), label)
+    try:
+        if protocol.check:
+            protocol.check(task, context)
+        possible = protocol.possible_levels(task, context) if protocol.possible_levels else ()
+        yield from own.unpresentable(place, *sorted(set(possible)))
+        if not protocol.trials(task, context):
+            yield place, {"msg": f"has no trials with these {own.quantity.levels}"}
+    except UserError as error:
+        yield place, {"msg": str(error)}
+
+
+def unpresented(tasks: list[Options], data: Mapping[str, Any]) -> Iterator[Fault]:
+    """Yield a texture if no task presents textures."""
+    presented = any(load_protocol(task.protocol).textures for task in tasks)
+    if data.get("textures") and not presented:
+        yield ("textures", 0), {"msg": "no task presents them; magnitude_estimation would"}
+
+
+def unreadable(texts: dict[str, dict[str, Any]], tasks: tuple[Options, ...]) -> Iterator[Fault]:
+    """Yield faults of the texts that a study states."""
+    protocols = [load_protocol(task.protocol) for task in tasks]
+    for language, own in texts.items():
+        place = ("texts", language)
+        if not CODE.fullmatch(language):
+            yield place, {"msg": "expected a language code, such as de or pt-BR"}
+            continue
+        if language in languages():
+            brought = {k: t for each in protocols for k, t in each.texts.get(language, {}).items()}
+        else:
+            brought = {k: t for p in protocols for k, t in protocol_texts(p, language).items()}
+        for key, sentence in text_faults(language, own, brought):
+            yield (*place, *key.split(".")), {"msg": sentence}
+
+
+def unspoken(texts: dict[str, dict[str, Any]], data: Mapping[str, Any]) -> Iterator[Fault]:
+    """Yield questions that cannot be asked in the study's language, and any unknown language."""
+    known = [*languages(), *sorted(set(texts) - set(languages()))]
+    language, asked = data.get("language"), data.get("about_you", ())
+    yield from named_twice("about_you", [question.name for question in asked])
+    if language is not None and language not in known:
+        said = {"msg": f"expected one of {', '.join(known)}", "input": language}
+        yield ("language",), said
+    elif language is not None:
+        yield from unanswerable(asked, language, known)
+        tasks = [load_protocol(t.protocol).for_task(t).task for t in data.get("tasks", ())]
+        if data.get("headphone_test") and HEADPHONES in tasks:
+            said = {
+                "msg": (f"expected another label: '{HEADPHONES}' is used by the headphone test")
+            }
+            yield ("tasks", tasks.index(HEADPHONES), "label"), said
+        taken = [HEADPHONES, *tasks, *(question.name for question in asked)]
+        yield from unusable(data.get("questionnaires", ()), language, known, taken)
