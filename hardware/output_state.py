@@ -27,7 +27,6 @@ from slipscale.hardware.records import Output
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from types import TracebackType
 
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.limits import PlateLimits
@@ -171,10 +170,5 @@ class GuardedOutput(ABC):
     def _check(self) -> None:  # noqa: B027 - most backends learn of faults by commands alone
         """Raise the pending fault since the last command, if there is one; must be fast."""
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.close()

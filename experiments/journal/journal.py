@@ -43,7 +43,6 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Callable
     from io import FileIO
-    from types import TracebackType
 
     from slipscale.hardware.clock import Clock
 
@@ -334,12 +333,7 @@ class Journal:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.close()
 
 

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal, Protocol, Self
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     from slipscale.experiments.protocols.steps import Adjust, ParticipantStep, Reply
     from slipscale.hardware.contact.source import Finger
 
@@ -85,9 +83,4 @@ class Participant(Protocol):
 
     def __enter__(self) -> Self: ...
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None: ...
+    def __exit__(self, *_error: object) -> None: ...

@@ -26,6 +26,7 @@ from slipscale.experiments.participants.simulated_people.in_session import (
     SimulatedParticipant,
 )
 from slipscale.experiments.participants.simulated_people.population import Population
+from slipscale.experiments.participants.simulated_people.respondent import respondent_of
 from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.running.contact_sources import (
     NOT_NAMED,
@@ -257,16 +258,9 @@ def run_simulated(
     ):
         contact = contact.otherwise(simulated(of_plate(plate.plate_file)))
         person = SimulatedParticipant(
-            seed=plan.seed,
-            participant=plan.participant,
-            visit=plan.visit,
+            respondent_of(plan, population),
             feel=plate.vibration_level,
             clock=clock,
-            language=plan.language,
-            population=population,
-            planned=plan.planned_trials(),
-            answers=plan.simulated_answers(),
-            words=plan.study.words_of(plan.language),
             frame_s=FRAME_S if contact.used else None,
         )
         if plan.visit and person.respondent.drops_out:

@@ -24,7 +24,6 @@ from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from pathlib import Path
-    from types import TracebackType
 
     from slipscale.experiments.protocols.steps import Ask, Trial
 
@@ -231,12 +230,7 @@ class Mailbox:
         self.tell(self._status)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self._open = False
         shutil.rmtree(self._folder, ignore_errors=True)
 

@@ -23,7 +23,6 @@ from slipscale.faults import harmless
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
-    from types import TracebackType
 
     from rich.console import Console
 
@@ -295,12 +294,7 @@ class TerminalOperator:
         self._live.start()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self._live.stop()
         if not self._console.is_terminal:
             self._console.print()  # when writing to a file, Live ends in the middle of a line
@@ -323,12 +317,7 @@ class Keys:
             self._read = self._windows() if os.name == "nt" else self._posix(self._stream.fileno())
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self._stack.close()
 
     def _posix(self, descriptor: int) -> Callable[[], str]:

@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Self
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from types import TracebackType
 
 STROKE_MM, STROKES_HZ = 40.0, 1.0  # back and forth
 NORMAL_N, FRICTION = 0.5, 0.6
@@ -86,12 +85,7 @@ class EmulatedLine:
             with suppress(OSError):
                 os.close(end)
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.unplug()
 
 

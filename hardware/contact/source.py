@@ -14,7 +14,6 @@ from slipscale.hardware.errors import PlateFault
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from types import TracebackType
 
     from slipscale.hardware.clock import Clock
 
@@ -136,10 +135,5 @@ class ContactSource(ABC):
             raise
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.close()

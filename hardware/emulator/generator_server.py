@@ -6,12 +6,9 @@ import socket
 import threading
 import time
 from contextlib import suppress
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 from slipscale.hardware.emulator.generators import MAKES
-
-if TYPE_CHECKING:
-    from types import TracebackType
 
 LOOKS_S = 0.1  # interval at which the server checks whether to end
 
@@ -93,10 +90,5 @@ class GeneratorServer:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.close()

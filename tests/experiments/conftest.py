@@ -13,6 +13,7 @@ from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.journal.plan_and_progress import elapsed_s, read_plan
 from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
 from slipscale.experiments.participants.simulated_people.population import Population
+from slipscale.experiments.participants.simulated_people.respondent import respondent_of
 from slipscale.experiments.running.begin_or_resume import run_plan
 from slipscale.experiments.session.operator import UnattendedOperator
 from slipscale.experiments.session.question_sounds import ImaginedSounds
@@ -110,13 +111,7 @@ class Laboratory:
 
     def simulated(self, plan):
         return SimulatedParticipant(
-            seed=plan.seed,
-            participant=plan.participant,
-            feel=self.plate.vibration_level,
-            clock=self.clock,
-            language=plan.language,
-            answers=plan.simulated_answers(),
-            words=plan.study.words_of(plan.language),
+            respondent_of(plan), feel=self.plate.vibration_level, clock=self.clock
         )
 
     def records(self, plan=None, kind=None):

@@ -9,7 +9,6 @@ from slipscale.experiments.protocols.steps import FEEL_AGAIN, Ask, Reply
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
-    from types import TracebackType
 
     from slipscale.experiments.participants.base import Kind, Turn, Watch
     from slipscale.experiments.protocols.steps import Adjust, ParticipantStep, Value
@@ -96,10 +95,5 @@ class ScriptedParticipant:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         return None

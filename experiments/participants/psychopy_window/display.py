@@ -32,7 +32,6 @@ from slipscale.hardware.signals import raise_if_ended
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from types import TracebackType
 
     from slipscale.hardware.clock import Clock
 
@@ -192,12 +191,7 @@ class Display:
         self.pointer.appears(self._window)
         self._load_fonts()
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         if not self.connection.lost:
             self._shown.clear()
             self._window.close()

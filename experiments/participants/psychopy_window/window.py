@@ -18,7 +18,6 @@ from slipscale.experiments.protocols.steps import Reply
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-    from types import TracebackType
 
     from slipscale.experiments.languages.texts import Texts
     from slipscale.experiments.participants.base import Turn
@@ -94,12 +93,7 @@ class PsychoPyWindow:
             self._open = opening.pop_all()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self._open.close()
 
     def _close_keyboard(self) -> None:

@@ -14,7 +14,7 @@ from slipscale.experiments.participants.simulated_people.in_session import (
     FELT_DIGITS,
     turned_until_content,
 )
-from slipscale.experiments.participants.simulated_people.respondent import Respondent
+from slipscale.experiments.participants.simulated_people.respondent import respondent_of
 from slipscale.experiments.protocols.steps import (
     FEEL_AGAIN,
     Adjust,
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from slipscale.experiments.participants.simulated_people.population import Population
+    from slipscale.experiments.participants.simulated_people.respondent import Respondent
     from slipscale.experiments.protocols.steps import Answer, Step
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.stimuli.surface import Stimulus
@@ -64,7 +65,7 @@ def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[Ba
     population : Population, optional
         Replaces the default population.
     """
-    person = _person(plan, population)
+    person = respondent_of(plan, population)
     run = _Bare(person)
     steps = plan.steps()
     try:
@@ -85,20 +86,7 @@ def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[Ba
 
 def drops_out(plan: RunPlan, population: Population | None = None) -> bool:
     """Return whether the plan's participant gives up in any of their runs."""
-    return _person(plan, population).drops_out
-
-
-def _person(plan: RunPlan, population: Population | None) -> Respondent:
-    return Respondent(
-        seed=plan.seed,
-        participant=plan.participant,
-        visit=plan.visit,
-        planned=plan.planned_trials(),
-        language=plan.language,
-        population=population,
-        answers=plan.simulated_answers(),
-        words=plan.study.words_of(plan.language),
-    )
+    return respondent_of(plan, population).drops_out
 
 
 class _Bare:

@@ -8,21 +8,16 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 from slipscale.experiments.participants.base import StopRequested, Unfinished
 from slipscale.experiments.participants.simulated_people.finger import SimulatedFinger
-from slipscale.experiments.participants.simulated_people.respondent import Respondent
-from slipscale.experiments.protocols.ordering.randomisation import Stream
 from slipscale.experiments.protocols.steps import FEEL_AGAIN, Ask, Explore, Present, Reply
 from slipscale.stimuli.varied import Varied
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-    from types import TracebackType
+    from collections.abc import Callable
 
     from slipscale.experiments.participants.base import Kind, Turn, Watch
-    from slipscale.experiments.participants.simulated_people.population import Population
-    from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer
+    from slipscale.experiments.participants.simulated_people.respondent import Respondent
     from slipscale.experiments.protocols.steps import Adjust, ParticipantStep, Step, Steps
     from slipscale.hardware.clock import Clock
-    from slipscale.stimuli.attributes import AttributeWords
     from slipscale.stimuli.surface import Stimulus
 
 # The plate's reading varies by a fraction of a micrometre; a finger cannot distinguish 2.298 from
@@ -41,8 +36,8 @@ class SimulatedParticipant:
 
     Parameters
     ----------
-    seed, participant, language, population, visit, planned, answers, words
-        As for `slipscale.experiments.participants.simulated_people.respondent.Respondent`.
+    respondent : Respondent
+        The person who answers.
     feel : callable
         Returns the plate's current vibration, µm peak to peak. The participant feels the plate
         itself, not the amplitude that the protocol commanded.
@@ -59,35 +54,19 @@ class SimulatedParticipant:
 
     def __init__(
         self,
+        respondent: Respondent,
         *,
-        seed: int,
-        participant: str,
         feel: Callable[[], float],
         clock: Clock,
-        language: str = "en",
-        population: Population | None = None,
-        visit: int = 0,
-        planned: int = 0,
-        answers: Mapping[tuple[str, str], SimulatedAnswer] | None = None,
-        words: AttributeWords | None = None,
         frame_s: float | None = None,
     ) -> None:
-        self.respondent = Respondent(
-            seed=seed,
-            participant=participant,
-            visit=visit,
-            planned=planned,
-            language=language,
-            population=population,
-            answers=answers,
-            words=words,
-        )
+        self.respondent = respondent
         self._feel = feel
         self._shown: dict[tuple[int | None, int | None], Stimulus] = {}
         self._turned_level = 0.0
         self._clock = clock
         self._frame_s = frame_s
-        self.finger = SimulatedFinger(Stream(seed, participant, "simulated", "finger"))
+        self.finger = SimulatedFinger(respondent.constant_stream("finger"))
 
     def attend(self, steps: Steps) -> Steps:
         """Yield a protocol's steps; the respondent processes each finished one, even if replayed.
@@ -197,12 +176,7 @@ class SimulatedParticipant:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         return None
 
 

@@ -58,6 +58,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer, SimulatedPerson
     from slipscale.experiments.protocols.steps import Answer, Step, Trial
+    from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.stimuli.attributes import AttributeWords
 
 # Answers to the question of what has been removed, for slipperiness; the first is from the paper
@@ -143,15 +144,15 @@ class Respondent:
         self._reports = _reports(language, words)
         self._people = people
         self._curves = curves(people)
-        self.scale_top = self._stream("scale top").choice(people.scale_tops)
+        self.scale_top = self.constant_stream("scale top").choice(people.scale_tops)
         self._criterion = people.criterion + people.criterion_sd * self._own("criterion")
         self._threshold = people.noise * math.exp(people.threshold_sigma * self._own("threshold"))
         self.pace = math.exp(people.pace_sigma * self._own("pace"))
         self._reading = math.exp(people.reading_sigma * self._own("reading"))
         habits = people.habits
-        misread = self._stream("misread").uniform() < habits.misread
+        misread = self.constant_stream("misread").uniform() < habits.misread
         self._sensation = Sensation(people, self._own, misread=misread)
-        dropout = self._stream("dropout")
+        dropout = self.constant_stream("dropout")
         self.drops_out = dropout.uniform() < habits.dropout
         self._last_trial = int(dropout.uniform() * planned) if self.drops_out else None
         self._distorts = distorts(habits)
@@ -370,7 +371,7 @@ class Respondent:
     def stream(self, *purpose: str | int) -> Stream:
         """Return a random number stream for one purpose, different for each repeated trial."""
         place = (self._trial.task, self._trial.number) if self._trial else ("", 0)
-        return self._stream(*self._visit, *place, *purpose, *self._again)
+        return self.constant_stream(*self._visit, *place, *purpose, *self._again)
 
     # ----------------------------------------------------------------------------------------------
 
@@ -443,10 +444,25 @@ class Respondent:
 
     def _own(self, what: str) -> float:
         """Return the person's standard normal deviate for a parameter."""
-        return self._stream(what).normal()
+        return self.constant_stream(what).normal()
 
-    def _stream(self, *purpose: str | int) -> Stream:
+    def constant_stream(self, *purpose: str | int) -> Stream:
+        """Return this person's random number stream for one purpose, the same in every run."""
         return Stream(*self._key, "simulated", *purpose)
+
+
+def respondent_of(plan: RunPlan, population: Population | None = None) -> Respondent:
+    """Return the person of a planned run; a population replaces the default one."""
+    return Respondent(
+        seed=plan.seed,
+        participant=plan.participant,
+        visit=plan.visit,
+        planned=plan.planned_trials(),
+        language=plan.language,
+        population=population,
+        answers=plan.simulated_answers(),
+        words=plan.study.words_of(plan.language),
+    )
 
 
 def _reports(language: str, words: AttributeWords | None) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ import pytest
 
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
+from slipscale.experiments.participants.simulated_people.respondent import respondent_of
 from slipscale.experiments.protocols.steps import Explore
 from slipscale.experiments.study.file import study_text
 from slipscale.hardware.clock import SystemClock, VirtualClock
@@ -31,11 +32,9 @@ class TouchingParticipant(SimulatedParticipant):
 
     def __init__(self, board, plan):
         super().__init__(
-            seed=1,
-            participant="01",
+            respondent_of(plan),
             feel=lambda: board.state()["amplitude_um_pp"],
             clock=VirtualClock(),  # does not let anybody wait
-            answers=plan.simulated_answers(),
         )
         self.board, self.machine = board, SystemClock()
         self.touched = 0

@@ -17,6 +17,7 @@ from slipscale.experiments.journal.record_shapes import checked
 from slipscale.experiments.participants.base import StopRequested
 from slipscale.experiments.participants.simulated_people.finger import SimulatedFinger
 from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
+from slipscale.experiments.participants.simulated_people.respondent import respondent_of
 from slipscale.experiments.running.begin_or_resume import run_plan
 from slipscale.experiments.running.contact_sources import ContactSpecs, NamedSource
 from slipscale.experiments.running.pilot import run_pilot, run_simulated
@@ -272,12 +273,7 @@ def followed_errors(laboratory, a_plan, looks, pairs):
     path = a_plan.journal_path(laboratory.folder)
     with Journal.create(path, clock) as journal, plate:
         person = SimulatedParticipant(
-            seed=3,
-            participant="01",
-            feel=plate.vibration_level,
-            clock=clock,
-            frame_s=0.002,
-            answers=a_plan.simulated_answers(),
+            respondent_of(a_plan), feel=plate.vibration_level, clock=clock, frame_s=0.002
         )
         source = looks(Surroundings(clock=clock, finger=person.finger), rate_hz=500.0, noise=0.0)
         run_plan(
@@ -379,9 +375,8 @@ def tracked_run(laboratory, a_plan, plate, every_s):
     path = a_plan.journal_path(laboratory.folder)
     with Journal.create(path, plate.clock) as journal, plate:
         person = SimulatedParticipant(
-            seed=3, participant="01", feel=plate.vibration_level, clock=plate.clock,
-            answers=a_plan.simulated_answers(),
-        )  # fmt: skip
+            respondent_of(a_plan), feel=plate.vibration_level, clock=plate.clock
+        )
         run_plan(
             a_plan, spec="mock", plate=plate, participant=person, journal=journal,
             clock=plate.clock, operator=UnattendedOperator(),
