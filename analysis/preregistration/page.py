@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
@@ -47,9 +46,6 @@ def render(
     people : str
         The population's name.
     """
-    css = (
-        files("slipscale.analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
-    )
     sections = [
         _participants(plan, people),
         *_hypotheses(contents),
@@ -59,22 +55,19 @@ def render(
         _design(study),
         _provenance(plan),
     ]
-    return (
-        html.environment("slipscale.analysis.preregistration")
-        .get_template("plan.html")
-        .render(
-            title=plan.title,
-            version=plan.software.get("slipscale", ""),
-            css=Markup(css),  # noqa: S704 - our own file
-            facts=[
-                ("Study", plan.name),
-                ("Frozen", plan.frozen_utc),
-                ("Participants planned", str(plan.participants)),
-                ("Sessions", ", ".join(plan.sessions) or "1"),
-                ("Study file, SHA-256", next(f.sha256 for f in plan.files if f.path == STUDY)),
-            ],
-            sections=html.numbered(sections),
-        )
+    return html.page(
+        "plan.html",
+        "slipscale.analysis.preregistration",
+        title=plan.title,
+        version=plan.software.get("slipscale", ""),
+        facts=[
+            ("Study", plan.name),
+            ("Frozen", plan.frozen_utc),
+            ("Participants planned", str(plan.participants)),
+            ("Sessions", ", ".join(plan.sessions) or "1"),
+            ("Study file, SHA-256", next(f.sha256 for f in plan.files if f.path == STUDY)),
+        ],
+        sections=html.numbered(sections),
     )
 
 
@@ -142,7 +135,7 @@ def _power(plan: Manifest, contents: Mapping[str, bytes]) -> list[html.ReportSec
         for each in told.get("conditions", [])
     ]
     titles = ("Participants", "Ratings of each surface", "Effect", "Power of the weakest")
-    columns = [html.TableColumn(title=title) for title in titles]
+    columns = html.columns(*titles)
     section.blocks += [html.paragraph(each) for each in _remarks(told, plan.participants)]
     section.blocks.append(
         html.table(
@@ -188,15 +181,12 @@ def _design(study: str) -> html.ReportSection:
 def _provenance(plan: Manifest) -> html.ReportSection:
     section = html.ReportSection("Versions and files")
     software = [(name, version) for name, version in plan.software.items()]
-    two = [
-        html.TableColumn(title="Software", left=True),
-        html.TableColumn(title="Version", left=True),
-    ]
+    two = html.columns("Software", "Version", left=2)
     listed = [
         (file.path, file.role + (f" ({file.named_by})" if file.named_by else ""), file.sha256)
         for file in plan.files
     ]
-    three = [html.TableColumn(title=title, left=True) for title in ("File", "What", "SHA-256")]
+    three = html.columns("File", "What", "SHA-256", left=3)
     section.blocks += [
         html.table(
             two,

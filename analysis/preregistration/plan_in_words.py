@@ -92,7 +92,7 @@ def _tests(analysis: Analysis) -> Markup:
     quantity = analysis.dataset.quantity
     meanings = {each.key: each.meaning.format(q=quantity) for each in analysis.inference.declared}
     rows = [(name, meanings[name]) for name in with_results(analysis)]
-    columns = [html.TableColumn(title="Key", left=True), html.TableColumn(title="What", left=True)]
+    columns = html.columns("Key", "What", left=2)
     return html.table(columns, rows, "What is computed, in the order of inference.json.")
 
 
@@ -128,11 +128,7 @@ def _choices(choices: AnalysisChoices) -> Markup:
     rows += [
         (f"thresholds.{key}", _value(value), _whose(key, of_flags)) for key, value in inner.items()
     ]
-    columns = [
-        html.TableColumn(title="Choice", left=True),
-        html.TableColumn(title="Value", left=True),
-        html.TableColumn(title="Set by", left=True),
-    ]
+    columns = html.columns("Choice", "Value", "Set by", left=3)
     return html.table(columns, rows, "Every choice of the study's [analysis] table.")
 
 

@@ -6,8 +6,6 @@ import csv
 import io
 from base64 import b64encode
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
-from importlib.resources import files
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,11 +39,6 @@ if TYPE_CHECKING:
 DRAWN = 2000
 WITH_THE_PAGE = 100
 
-try:
-    VERSION = version("slipscale")
-except PackageNotFoundError:  # a checkout that is not installed
-    VERSION = "unknown"
-
 
 @dataclass(frozen=True, kw_only=True)
 class Source:
@@ -75,9 +68,6 @@ class Source:
 
 def render(source: Source) -> str:
     """Return the page."""
-    css = (
-        files("slipscale.analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
-    )
     sections = [_verdict(source)]
     sections += [_column(source, place) for place in range(len(source.columns))]
     if source.tests:
@@ -86,16 +76,12 @@ def render(source: Source) -> str:
         sections.append(_across(source.across))
     if samples := long_samples(source):
         sections.append(_samples(samples))
-    return (
-        html.environment("slipscale.analysis.reconstruction_page")
-        .get_template("page.html")
-        .render(
-            title=source.title or "Published table",
-            version=VERSION,
-            css=Markup(css),  # noqa: S704 - our own file
-            facts=_facts(source),
-            sections=sections,
-        )
+    return html.page(
+        "page.html",
+        "slipscale.analysis.reconstruction_page",
+        title=source.title or "Published table",
+        facts=_facts(source),
+        sections=sections,
     )
 
 
@@ -159,12 +145,7 @@ def _column(source: Source, place: int) -> html.ReportSection:
     if answer.order_statistics:
         section.blocks.append(
             html.table(
-                [
-                    html.TableColumn(title="Rank"),
-                    html.TableColumn(title="Smallest"),
-                    html.TableColumn(title="Mean"),
-                    html.TableColumn(title="Largest"),
-                ],
+                html.columns("Rank", "Smallest", "Mean", "Largest"),
                 [
                     (str(row.rank), f"{row.minimum:g}", f"{row.mean:.2f}", f"{row.maximum:g}")
                     for row in answer.order_statistics
@@ -250,11 +231,7 @@ def _printed_tests(found: Sequence[PrintedTestAnswer]) -> html.ReportSection:
     section = html.ReportSection("Printed tests")
     section.blocks.append(
         html.table(
-            [
-                html.TableColumn(title="Test", left=True),
-                html.TableColumn(title="Printed", left=True),
-                html.TableColumn(title="Verdict", left=True),
-            ],
+            html.columns("Test", "Printed", "Verdict", left=3),
             [(one.question, one.printed, one.verdict) for one in found],
             "Whether some data set, and some pairing, gives the printed value of each test.",
         )
@@ -279,13 +256,7 @@ def _across(found: Across) -> html.ReportSection:
         if bounds:
             section.blocks.append(
                 html.table(
-                    [
-                        html.TableColumn(title="Question", left=True),
-                        html.TableColumn(title="Smallest"),
-                        html.TableColumn(title="Largest"),
-                        html.TableColumn(title="p"),
-                        html.TableColumn(title="Attained"),
-                    ],
+                    html.columns("Question", "Smallest", "Largest", "p", "Attained", left=1),
                     [_row(bound) for bound in bounds],
                     caption,
                 )
@@ -296,14 +267,9 @@ def _across(found: Across) -> html.ReportSection:
     if found.distributions:
         section.blocks.append(
             html.table(
-                [
-                    html.TableColumn(title="Statistic", left=True),
-                    html.TableColumn(title="Pairing", left=True),
-                    html.TableColumn(title="Median"),
-                    html.TableColumn(title="2.5 %"),
-                    html.TableColumn(title="97.5 %"),
-                    html.TableColumn(title="p < 0.05"),
-                ],
+                html.columns(
+                    "Statistic", "Pairing", "Median", "2.5 %", "97.5 %", "p < 0.05", left=2
+                ),
                 [_distribution(row) for row in found.distributions],
                 f"Over {found.distributions[0].samples:,} uniform samples, by pairing; "
                 "how often a test has p < 0.05.",

@@ -16,6 +16,7 @@ from slipscale.analysis.reporting import page
 from slipscale.analysis.reporting.latex import latex_tables
 from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.reporting.tables import quality_table, tables
+from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import with_tips
 from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.analysis.writing.output_folder import make_folder
@@ -156,7 +157,7 @@ def derivative_description(analysis: Analysis) -> dict[str, object]:
         "Name": f"Slipscale's analysis of {analysis.dataset.name}",
         "BIDSVersion": "1.10.0",
         "DatasetType": "derivative",
-        "GeneratedBy": [{"Name": "Slipscale", "Version": page.VERSION}],
+        "GeneratedBy": [{"Name": "Slipscale", "Version": html.VERSION}],
     }
 
 

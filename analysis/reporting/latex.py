@@ -9,7 +9,7 @@ import pandas as pd
 
 from slipscale.analysis.statistics.not_computed import computed
 from slipscale.analysis.tasks.estimation.statistics import PAIRWISE
-from slipscale.analysis.writing.numbers import p_value
+from slipscale.analysis.writing.numbers import p_cell
 
 MICRO = r"$\mu$"
 
@@ -63,7 +63,7 @@ def _p(p: float) -> str | None:
     """Format a p-value for print, never as 0.000."""
     if math.isnan(p):
         return None
-    text = p_value(p).removeprefix("p ").removeprefix("= ")
+    text = p_cell(p)
     return text.replace("< ", "$<$").replace("> ", "$>$")
 
 

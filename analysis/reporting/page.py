@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from importlib.metadata import PackageNotFoundError, version
-from importlib.resources import files
 from typing import TYPE_CHECKING
 
 import pandas as pd
-from markupsafe import Markup
 
 from slipscale.analysis.reporting.sections.assumptions import assumptions
 from slipscale.analysis.reporting.sections.methods import methods, normalisations
@@ -22,11 +19,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from slipscale.analysis.tasks.kind import Analysis
-
-try:
-    VERSION = version("slipscale")
-except PackageNotFoundError:  # a checkout that is not installed
-    VERSION = "unknown"
 
 #: Answers to a question are counted if there are at most this many different ones.
 ANSWERS_LISTED = 8
@@ -43,22 +35,12 @@ def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, s
     software : Mapping
         Name -> version of the software used.
     """
-    css = (
-        files("slipscale.analysis.reporting")
-        .joinpath("templates", "report.css")
-        .read_text(encoding="utf-8")
-    )
-    return (
-        html.environment()
-        .get_template("report.html")
-        .render(
-            title=analysis.dataset.name,
-            version=VERSION,
-            css=Markup(css),  # noqa: S704 - our own file
-            pilot=analysis.dataset.mode == "pilot",
-            facts=facts(analysis),
-            sections=sections(analysis, svgs, software),
-        )
+    return html.page(
+        "report.html",
+        title=analysis.dataset.name,
+        pilot=analysis.dataset.mode == "pilot",
+        facts=facts(analysis),
+        sections=sections(analysis, svgs, software),
     )
 
 

@@ -9,6 +9,8 @@ import re
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
 from typing import TYPE_CHECKING, Literal
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -18,6 +20,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
 
+try:
+    VERSION = version("slipscale")
+except PackageNotFoundError:  # a checkout that is not installed
+    VERSION = "unknown"
+REPORTING = "slipscale.analysis.reporting"
 #: Start tag of a caption -> what is counted.
 KINDS = {"<figcaption>": "Figure", "<caption>": "Table"}
 #: Tables with up to this many rows are not broken across pages.
@@ -61,8 +68,23 @@ class TableColumn:
         return " ".join(name for name, on in names if on)
 
 
+def columns(*titles: str | tuple[str, str], left: int = 0) -> list[TableColumn]:
+    """Return columns with these headings, or headings and units.
+
+    The first ``left`` columns contain words.
+
+    >>> [each.unit for each in columns("Group", ("p", "Holm"), left=1)]
+    ['', 'Holm']
+    """
+    pairs = [(title, "") if isinstance(title, str) else title for title in titles]
+    return [
+        TableColumn(title=title, unit=unit, left=place < left)
+        for place, (title, unit) in enumerate(pairs)
+    ]
+
+
 @cache
-def environment(package: str = "slipscale.analysis.reporting") -> Environment:
+def environment(package: str = REPORTING) -> Environment:
     """Return a package's template environment, which escapes text and rejects undefined names."""
     return Environment(
         loader=PackageLoader(package),
@@ -72,6 +94,13 @@ def environment(package: str = "slipscale.analysis.reporting") -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+
+
+def page(template: str, package: str = REPORTING, **content: object) -> str:
+    """Return a self-contained page: a package's template, with our styles and version."""
+    css = files(REPORTING).joinpath("templates", "report.css").read_text(encoding="utf-8")
+    ours = {"version": VERSION, "css": Markup(css)}  # noqa: S704 - our own file
+    return environment(package).get_template(template).render(ours | content)
 
 
 def paragraph(text: str, kind: str = "") -> Markup:

@@ -109,6 +109,15 @@ def p_value(p: float | None) -> str:
     return f"p = {unit_number(p, 3)}"
 
 
+def p_cell(p: float | None) -> str:
+    """Return a p-value for a column headed p.
+
+    >>> p_cell(0.02), p_cell(0.0001)
+    ('.020', '< .001')
+    """
+    return p_value(p).removeprefix("p ").removeprefix("= ")
+
+
 def unit_number(value: float, decimals: int = 2) -> str:
     """Format a number that cannot exceed 1, without its leading zero.
 

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from importlib.metadata import PackageNotFoundError, version
-from importlib.resources import files
 from typing import TYPE_CHECKING
 
 import pandas as pd
-from markupsafe import Markup
 
 from slipscale.analysis import json_form
 from slipscale.analysis.planning.distribution.figures import (
@@ -28,14 +25,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from markupsafe import Markup
     from matplotlib.figure import Figure
 
     from slipscale.analysis.planning.distribution.distribution import Distribution
-
-try:
-    VERSION = version("slipscale")
-except PackageNotFoundError:  # a checkout that is not installed
-    VERSION = "unknown"
 
 PAGE = "distribution.html"
 
@@ -134,19 +127,12 @@ def _record(found: Distribution) -> dict[str, object]:
 
 
 def _page(found: Distribution, figures: dict[str, Figure]) -> str:
-    css = (
-        files("slipscale.analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
-    )
-    return (
-        html.environment("slipscale.analysis.planning")
-        .get_template("distribution.html")
-        .render(
-            title=f"{found.title}, simulated {len(found.results)} times",
-            version=VERSION,
-            css=Markup(css),  # noqa: S704 - our own file
-            sentences=sentences(found),
-            sections=html.numbered(_sections(found, figures)),
-        )
+    return html.page(
+        "distribution.html",
+        "slipscale.analysis.planning",
+        title=f"{found.title}, simulated {len(found.results)} times",
+        sentences=sentences(found),
+        sections=html.numbered(_sections(found, figures)),
     )
 
 
@@ -184,10 +170,10 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
 
 
 def _cells(found: Distribution) -> Markup:
-    columns = [html.TableColumn(title=found.quantity.title, unit=found.quantity.unit_in_short)]
-    columns += [
-        html.TableColumn(title=title, unit="median (5 to 95 %)") for title in STATISTICS.values()
-    ]
+    columns = html.columns(
+        (found.quantity.title, found.quantity.unit_in_short),
+        *((title, "median (5 to 95 %)") for title in STATISTICS.values()),
+    )
     rows = []
     for amplitude in found.amplitudes_um_pp:
         cells = [found.cell(amplitude, statistic) for statistic in STATISTICS]
@@ -200,10 +186,7 @@ def _range(studies: str, median: str, p5: str, p95: str) -> str:  # noqa: ARG001
 
 
 def _spreads(rows: Sequence[tuple[str, ...]], which: str) -> Markup:
-    columns = [
-        html.TableColumn(title="Number", left=True),
-        *(html.TableColumn(title=title) for title in ("Studies", "Median", "5 %", "95 %")),
-    ]
+    columns = html.columns("Number", "Studies", "Median", "5 %", "95 %", left=1)
     return html.table(columns, rows, f"{which} numbers over the studies that have them.")
 
 
@@ -215,11 +198,7 @@ def _conclusions(found: Distribution) -> html.ReportSection:
         [c.words, percent(c.share.value), f"{percent(c.share.low)} to {percent(c.share.high)}"]
         for c in found.conclusions
     ]
-    columns = [
-        html.TableColumn(title="Conclusion", left=True),
-        html.TableColumn(title="Studies"),
-        html.TableColumn(title="95 % Monte Carlo interval"),
-    ]
+    columns = html.columns("Conclusion", "Studies", "95 % Monte Carlo interval", left=1)
     caption = (
         "Proportion of studies in which each conclusion holds: p is below the study's level "
         "after the stated correction. Studies that could not be analysed count as not meeting it."

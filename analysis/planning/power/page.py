@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from importlib.metadata import PackageNotFoundError, version
-from importlib.resources import files
 from typing import TYPE_CHECKING
-
-from markupsafe import Markup
 
 from slipscale.analysis.planning.power.answers import as_json, varying
 from slipscale.analysis.planning.power.figures import catch_figure, power_figure, precision_figure
@@ -22,13 +18,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from markupsafe import Markup
+
     from slipscale.analysis.planning.power.answers import Row
     from slipscale.analysis.planning.power.design import Design
-
-try:
-    VERSION = version("slipscale")
-except PackageNotFoundError:  # a checkout that is not installed
-    VERSION = "unknown"
 
 
 def write_power(folder: Path, design: Design, found: Sequence[Row], target: float) -> Path:
@@ -86,9 +79,6 @@ def _csv(found: Sequence[Row]) -> list[list[str]]:
 
 
 def _page(design: Design, found: Sequence[Row], target: float) -> str:
-    css = (
-        files("slipscale.analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
-    )
     blocks = [
         html.figure(
             svg(power_figure(found, target), salt="power"),
@@ -113,16 +103,12 @@ def _page(design: Design, found: Sequence[Row], target: float) -> str:
             )
         )
     blocks.append(_table(found))
-    return (
-        html.environment("slipscale.analysis.planning")
-        .get_template("power.html")
-        .render(
-            title=f"Power of {design.name}",
-            version=VERSION,
-            css=Markup(css),  # noqa: S704 - our own file
-            sentences=summary(design, found, target),
-            blocks=blocks,
-        )
+    return html.page(
+        "power.html",
+        "slipscale.analysis.planning",
+        title=f"Power of {design.name}",
+        sentences=summary(design, found, target),
+        blocks=blocks,
     )
 
 
@@ -130,7 +116,7 @@ def _table(found: Sequence[Row]) -> Markup:
     axes, tests = varying(found), found[0].power
     steps = found[0].steps
     names = (*(axis.replace("_", " ") for axis in axes), *tests, "exponent ±", *steps)
-    columns = [html.TableColumn(title=name) for name in names]
+    columns = html.columns(*names)
     rows = [
         [
             *(row.condition.told(axis) for axis in axes),

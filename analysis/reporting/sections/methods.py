@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.reporting import methods_text
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.html import ReportSection, TableColumn
+from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import grouped
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
@@ -43,10 +43,7 @@ def normalisations(analysis: Analysis) -> ReportSection:
         rules.setdefault(tuple(cells), []).append(row)
     section.blocks.append(
         html.table(
-            [
-                TableColumn(title="Rule", left=True),
-                *(TableColumn(title=value(a), unit="mean (SD)") for a in amplitudes),
-            ],
+            html.columns("Rule", *((value(a), "mean (SD)") for a in amplitudes), left=1),
             [[", ".join(row.rule for row in same), *cells] for cells, same in rules.items()],
             "Means under every rule that the data allow; the rule in use is highlighted.",
             marked=next(
@@ -107,7 +104,7 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
     ]
     section.blocks.append(
         html.table(
-            [TableColumn(title="What", left=True), TableColumn(title="Value", left=True)],
+            html.columns("What", "Value", left=2),
             rows,
             "For repeating the analysis.",
         )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.html import ReportSection, TableColumn
+from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import unit_number
 
 if TYPE_CHECKING:
@@ -29,14 +29,15 @@ def tests_made(analysis: Analysis) -> ReportSection:
     )
     section.blocks.append(
         html.table(
-            [
-                TableColumn(title="Family", left=True),
-                TableColumn(title="Analysis", left=True),
-                TableColumn(title="Corrected", left=True),
-                TableColumn(title="Tests"),
-                TableColumn(title=f"p < {level}", unit="corrected"),
-                TableColumn(title=f"p < {level}", unit="over all"),
-            ],
+            html.columns(
+                "Family",
+                "Analysis",
+                "Corrected",
+                "Tests",
+                (f"p < {level}", "corrected"),
+                (f"p < {level}", "over all"),
+                left=3,
+            ),
             [
                 [
                     family.name[:1].upper() + family.name[1:],

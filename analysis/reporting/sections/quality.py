@@ -83,11 +83,7 @@ def quality(analysis: Analysis) -> ReportSection:
         more = len(flagged) - len(rows)
         section.blocks.append(
             html.table(
-                [
-                    TableColumn(title="Participant", left=True),
-                    TableColumn(title="Flags (measure)", left=True),
-                    TableColumn(title="Analysis", left=True),
-                ],
+                html.columns("Participant", "Flags (measure)", "Analysis", left=3),
                 rows,
                 f"Flagged: {len(flagged)} of {len(flags)} participants. {meanings}."
                 + (f" {more} more are in quality.csv." if more else ""),
@@ -198,14 +194,15 @@ def _measure(analysis: Analysis, who: str, name: str) -> str:
 def _with_and_without(analysis: Analysis) -> Markup:
     amplitudes, value = list(analysis.robustness[0].means), analysis.dataset.quantity.value
     return html.table(
-        [
-            TableColumn(title="Participants", left=True),
-            TableColumn(title="n"),
-            *(TableColumn(title="Mean", unit=value(a)) for a in amplitudes),
-            TableColumn(title="Exponent"),
-            TableColumn(title="Interval"),
-            TableColumn(title="Friedman χ²"),
-        ],
+        html.columns(
+            "Participants",
+            "n",
+            *(("Mean", value(a)) for a in amplitudes),
+            "Exponent",
+            "Interval",
+            "Friedman χ²",
+            left=1,
+        ),
         [_subset(subset, amplitudes) for subset in analysis.robustness],
         "Main results with and without flagged participants.",
     )

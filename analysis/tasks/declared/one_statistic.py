@@ -4,119 +4,124 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
+import pandas as pd
+
 from slipscale.analysis.tasks.kind import TaskAnalysis
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import counted
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    import pandas as pd
     from markupsafe import Markup
     from matplotlib.figure import Figure
 
+    from slipscale.analysis.json_form import JsonObject
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
     from slipscale.analysis.statistics.statistic import Statistic
     from slipscale.analysis.tasks.kind import Analysis
     from slipscale.stimuli.quantity import Quantity
 
+R = TypeVar("R")
 T = TypeVar("T")
-TaskBlocks: TypeAlias = "Callable[[T, Mapping[str, str], float, Quantity], list[Markup]]"
 TaskTexts: TypeAlias = "Callable[[T, float, Quantity], list[str]]"
 
 
-def of_each(
-    blocks: Callable[[T, Mapping[str, str], float, Quantity], list[Markup]],
-) -> TaskBlocks[tuple[T, ...]]:
-    """Return a function that writes the blocks of each task of a result, one task after another."""
-
-    def every(
-        tasks: tuple[T, ...], svgs: Mapping[str, str], level: float, quantity: Quantity
-    ) -> list[Markup]:
-        return [block for task in tasks for block in blocks(task, svgs, level, quantity)]
-
-    return every
+def _none(_task: object, _level: float, _quantity: Quantity) -> list[str]:
+    return []
 
 
 def of_one_statistic(
     name: str,
     trials: TaskTrials,
-    statistic: Statistic[T],
+    statistic: Statistic[R],
     *,
+    tasks: Callable[[R], Iterable[T]] = tuple,  # type: ignore[assignment]  # of a tuple
     question: str,
     what: str,
     title: str,
     answers: TaskTexts[T],
-    sentences: TaskTexts[T],
+    sentences: TaskTexts[T] | None = None,
+    doubts: TaskTexts[T] = _none,
     heading: str = "",
-    blocks: TaskBlocks[T],
+    blocks: Callable[[T, Mapping[str, str], float, Quantity], list[Markup]],
     figures: Callable[[T, pd.DataFrame, Quantity], Mapping[str, Figure]],
-    table: Callable[[T], pd.DataFrame],
-    doubts: TaskTexts[T] | None = None,
+    rows: Callable[[T], Sequence[JsonObject]],
     **others: Any,
 ) -> TaskAnalysis:
-    """Return the declaration of a kind whose texts and figures are based on one result.
+    """Return the declaration of a kind whose texts and figures are based on one result per task.
 
-    Every callable also receives the quantity of the levels; texts have placeholders for it.
+    Every callable is called once per task and also receives the quantity of the levels; texts have
+    placeholders for it.
 
     Parameters
     ----------
+    tasks : callable
+        Splits the statistic's result into one result per task. Default: it is a tuple of them.
     question, what, title : str
         Question in the summary, name of the trials, and heading of the sentences.
     answers, sentences, doubts : callable
-        Return texts, given the result and the confidence level.
+        Return texts, given the result and the confidence level. Default sentences: the answers.
     heading : str
         Heading of the section; default: as for the sentences.
     blocks : callable
         Returns the section's blocks, given the result, the figures and the confidence level in %.
     figures : callable
-        Returns figures, keyed by file name, given the result and the trials.
-    table : callable
-        Returns the CSV table for the result, with the column names of a file in µm.
+        Returns figures, keyed by file name, given the result and the trials of every task.
+    rows : callable
+        Returns rows of the CSV table, with the column names of a file in µm.
     others
         Further fields of `TaskAnalysis`.
     """
 
+    def results(analysis: Analysis) -> Iterable[T]:
+        found = analysis.inference.found(statistic)
+        return () if found is None else tasks(found)
+
+    def asked(analysis: Analysis) -> list[str]:
+        found = analysis.inference.found(statistic)
+        return [] if found is None else [question.format(q=analysis.dataset.quantity)]
+
     def design(analysis: Analysis) -> list[str]:
-        rows = len(analysis.dataset.of(trials))
-        return [f"{counted(rows, 'trial', 'trials')} of {what}"] if rows else []
+        count = len(analysis.dataset.of(trials))
+        return [f"{counted(count, 'trial', 'trials')} of {what}"] if count else []
 
     def written(analysis: Analysis, write: TaskTexts[T]) -> list[str]:
-        found, data = analysis.inference.found(statistic), analysis.dataset
-        return [] if found is None else write(found, data.choices.confidence, data.quantity)
-
-    def asked(_found: T, _level: float, quantity: Quantity) -> list[str]:
-        return [question.format(q=quantity)]
+        level, quantity = analysis.dataset.choices.confidence, analysis.dataset.quantity
+        return [text for task in results(analysis) for text in write(task, level, quantity)]
 
     def drawn(analysis: Analysis) -> Mapping[str, Figure]:
-        found, data = analysis.inference.found(statistic), analysis.dataset
-        return {} if found is None else figures(found, data.of(trials), data.quantity)
+        own, quantity = analysis.dataset.of(trials), analysis.dataset.quantity
+        return {
+            name: figure
+            for task in results(analysis)
+            for name, figure in figures(task, own, quantity).items()
+        }
 
     def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
-        found = analysis.inference.found(statistic)
-        named = analysis.dataset.quantity.columns
-        return {} if found is None else {name: named(table(found))}
+        if analysis.inference.found(statistic) is None:
+            return {}
+        table = pd.DataFrame([row for task in results(analysis) for row in rows(task)])
+        return {name: analysis.dataset.quantity.columns(table)}
 
     def section(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         closed = analysis.prepared is not None  # magnitude estimates come first in the report
-        found, data = analysis.inference.found(statistic), analysis.dataset
-        head = (heading or title).format(q=data.quantity)
+        quantity, level = analysis.dataset.quantity, 100 * analysis.dataset.choices.confidence
+        head = (heading or title).format(q=quantity)
         written = ReportSection(head, shown="closed" if closed else "open")
-        if found is not None:
-            written.blocks += blocks(found, svgs, 100 * data.choices.confidence, data.quantity)
+        for task in results(analysis):
+            written.blocks += blocks(task, svgs, level, quantity)
         return written
 
     return TaskAnalysis(
         name=name,
         trials=trials,
         statistics=(statistic,),
-        questions=lambda analysis: written(
-            analysis, lambda _found, _level, q: [question.format(q=q)]
-        ),
+        questions=asked,
         design=design,
         answers=lambda analysis: written(analysis, answers),
-        doubts=lambda analysis: written(analysis, doubts) if doubts else [],
-        sentences=lambda analysis: {title: written(analysis, sentences)},
+        doubts=lambda analysis: written(analysis, doubts),
+        sentences=lambda analysis: {title: written(analysis, sentences or answers)},
         sections=(section,),
         figures=drawn,
         tables=tables,

@@ -5,8 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.html import TableColumn
-from slipscale.analysis.writing.numbers import grouped, number, p_value, reliable, unit_number
+from slipscale.analysis.writing.numbers import (
+    grouped,
+    number,
+    p_cell,
+    p_value,
+    reliable,
+    unit_number,
+)
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -20,20 +26,19 @@ if TYPE_CHECKING:
 def anova_table(factor: str, effects: Effects, n: int, quantity: Quantity) -> Markup:
     """Return the table for a factor, the level and their interaction."""
     names = (factor, quantity.name, f"{factor} x {quantity.name}")
-    titles = ("F", "df 1", "df 2", "p", "partial η²")
     rows = [
         [
             name,
             grouped(effect.F),
             grouped(effect.df1),
             grouped(effect.df2),
-            p_value(effect.p).removeprefix("p ").removeprefix("= "),
+            p_cell(effect.p),
             unit_number(effect.eta2_partial),
         ]
         for name, effect in zip(names, effects, strict=True)
     ]
     return html.table(
-        [TableColumn(title="Effect", left=True), *(TableColumn(title=title) for title in titles)],
+        html.columns("Effect", "F", "df 1", "df 2", "p", "partial η²", left=1),
         rows,
         f"Mean log estimates of {n} participants: {factor} and {quantity.name} within "
         "participants, degrees of freedom corrected after Greenhouse and Geisser.",

@@ -17,6 +17,7 @@ from slipscale.analysis.writing.numbers import (
     grouped,
     interval,
     level_of,
+    p_cell,
     p_value,
     reliable,
 )
@@ -39,11 +40,6 @@ CONCLUSIONS = {
     (False, True): "equal within the bound",
     (False, False): "undecided",
 }
-
-
-def _bare_p(p: float | None) -> str:
-    """Format a p-value for a column headed p: ".023", "< .001"."""
-    return p_value(p).removeprefix("p ").removeprefix("= ")
 
 
 def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
@@ -110,7 +106,7 @@ def _equivalence(
                 f"{pair.from_um_pp:g} → {pair.to_um_pp:g}",
                 grouped(logs.ratio),
                 interval(*logs.equivalence.interval),
-                _bare_p(logs.equivalence_p_holm),
+                p_cell(logs.equivalence_p_holm),
                 apa.bayes_of_none(logs.bayes_factor).removeprefix("= "),
                 str(pair.n_logs),
                 conclusion,
@@ -149,14 +145,14 @@ def _equivalence(
 def _row(pair: PairComparison) -> list[str]:
     logs, ranks = pair.logs, pair.ranks
     tested = (
-        [DASH, DASH, DASH, DASH, _bare_p(None), DASH, DASH]
+        [DASH, DASH, DASH, DASH, p_cell(None), DASH, DASH]
         if not logs
         else [
             grouped(logs.ratio),
             interval(*logs.ratio_interval),
             grouped(logs.t),
             str(logs.df),
-            _bare_p(logs.p_holm),
+            p_cell(logs.p_holm),
             grouped(logs.d_z),
             interval(*(logs.d_z_interval or (None, None))),
         ]
@@ -166,7 +162,7 @@ def _row(pair: PairComparison) -> list[str]:
         *tested,
         f"{ranks.up} / {ranks.down}",
         f"{pair.n_logs} / {pair.n}",
-        _bare_p(ranks.p_holm),
+        p_cell(ranks.p_holm),
     ]
 
 

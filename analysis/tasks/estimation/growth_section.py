@@ -9,7 +9,7 @@ from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.analysis.tasks.estimation.growth.statistics import FrictionGrowth
 from slipscale.analysis.tasks.estimation.statistics import GROWTH
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.html import ReportSection, TableColumn
+from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import grouped
 
 if TYPE_CHECKING:
@@ -119,13 +119,7 @@ def _models(found: GrowthComparison, quantity: Quantity) -> Markup:
             ]
         )
     return html.table(
-        [
-            TableColumn(title="Model", left=True),
-            TableColumn(title="Parameters", left=True),
-            TableColumn(title="Residual SD", unit="log"),
-            TableColumn(title="ΔAICc"),
-            TableColumn(title="Weight"),
-        ],
+        html.columns("Model", "Parameters", ("Residual SD", "log"), "ΔAICc", "Weight", left=2),
         rows,
         f"{quantity.headed(f'Against {quantity.name}')}: growth functions of {found.n} "
         "participants' mean log estimates."

@@ -51,13 +51,13 @@ def _geometric(analysis: Analysis) -> Markup:
     """Return the table of geometric means with both intervals."""
     quantity, level = analysis.dataset.quantity, 100 * analysis.dataset.choices.confidence
     return html.table(
-        [
-            TableColumn(title=quantity.title, unit=quantity.short_unit),
-            TableColumn(title="Geometric mean"),
-            TableColumn(title="n", unit="above 0"),
-            TableColumn(title="Within-participant", unit=f"{level:g} % interval"),
-            TableColumn(title="t-based", unit=f"{level:g} % interval"),
-        ],
+        html.columns(
+            (quantity.title, quantity.short_unit),
+            "Geometric mean",
+            ("n", "above 0"),
+            ("Within-participant", f"{level:g} % interval"),
+            ("t-based", f"{level:g} % interval"),
+        ),
         [
             [
                 f"{row['amplitude_um_pp']:g}",
@@ -77,11 +77,7 @@ def textures(analysis: Analysis) -> Markup:
     """Return the same statistics for textures, which have no single amplitude."""
     titles = ("Mean", "Max. dev.", "SD")
     return html.table(
-        [
-            TableColumn(title="Texture", left=True),
-            TableColumn(title="n"),
-            *(TableColumn(title=title) for title in titles),
-        ],
+        html.columns("Texture", "n", *titles, left=1),
         [
             [name, str(n), *(grouped(value) for value in values)]
             for name, n, *values in analysis.textures.itertuples(index=False)
@@ -99,10 +95,8 @@ def table3(analysis: Analysis) -> Markup:
         amplitude in paper for amplitude in analysis.table3["amplitude_um_pp"]
     )
     titles, level = ("Mean", "Max. dev.", "SD"), 100 * analysis.dataset.choices.confidence
-    columns = [TableColumn(title=quantity.title, unit=quantity.short_unit), TableColumn(title="n")]
-    columns += [TableColumn(title=title) for title in titles]
-    columns += [TableColumn(title="t-based", unit=f"{level:g} % interval")]
-    columns += [TableColumn(title="Median")]
+    first, interval_of = (quantity.title, quantity.short_unit), ("t-based", f"{level:g} % interval")
+    columns = html.columns(first, "n", *titles, interval_of, "Median")
     if beside:
         columns += [TableColumn(title=title, paper=True) for title in titles]
     rows = []

@@ -2,21 +2,113 @@
 
 from __future__ import annotations
 
-from slipscale.analysis.tasks.exponent_and_weber import figures, section, sentences
-from slipscale.analysis.tasks.exponent_and_weber.statistics import EXPONENT_AND_WEBER
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.exponent_and_weber import figures
+from slipscale.analysis.tasks.exponent_and_weber.statistics import (
+    EKMAN,
+    EXPONENT_AND_WEBER,
+    PUBLISHED,
+)
 from slipscale.analysis.tasks.kind import TaskAnalysis
+from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import ReportSection
+from slipscale.analysis.writing.numbers import bracketed, counted, level_of, unit_number
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate
+    from slipscale.analysis.tasks.exponent_and_weber.statistics import ExponentAndWeber
+    from slipscale.analysis.tasks.kind import Analysis
+    from slipscale.stimuli.quantity import Quantity
+
+#: Text of each verdict, after "The exponent".
+VERDICTS = {
+    "agrees": "agrees with the Weber fraction",
+    "does not agree": "does not agree with the Weber fraction",
+    "undecided": "neither differs reliably from the Weber fraction's prediction nor is shown to "
+    "equal it: the interval is too wide",
+}
+
+
+def _sentences(analysis: Analysis) -> list[str]:
+    found, data = analysis.inference.found(EXPONENT_AND_WEBER) or (), analysis.dataset
+    return [sentence(one, data.choices.confidence, data.quantity) for one in found]
+
+
+def sentence(one: ExponentAndWeber, confidence: float, quantity: Quantity) -> str:
+    """Return the measured and expected values, and whether they agree."""
+    level = level_of(confidence)
+    low, high = PUBLISHED
+    people = counted(len(one.participants), "participant has", "participants have")
+    weber = f"{unit_number(one.weber_fraction.value, 3)}, CI {_bracketed(one.weber_fraction)}"
+    expected = one.expected_exponent
+    text = (
+        f"{people} both: exponent {one.exponent.value:.2f}, {level} CI "
+        f"{bracketed(one.exponent.interval)}; Weber fraction at "
+        f"{quantity.value(one.standard_um_pp)} ({one.task}) {weber}. By Ekman's law with "
+        f"{unit_number(EKMAN, 2)} (Teghtsoonian, 1971) that Weber fraction goes with an "
+        f"exponent of {expected.value:.2f}, CI "
+        f"{bracketed(expected.interval)}. Here a just noticeable difference is "
+        f"{unit_number(one.ekman_fraction.value, 3)} of the sensation, CI "
+        f"{_bracketed(one.ekman_fraction)} (published: {unit_number(low, 3)} to "
+        f"{unit_number(high, 3)}). The exponent {VERDICTS[one.verdict]}."
+    )
+    if one.grows:
+        return text
+    return (
+        f"{text} Its interval contains 0, so an increase of sensation with the "
+        f"{quantity.level} is not shown."
+    )
+
+
+def _bracketed(found: Estimate) -> str:
+    return bracketed(found.interval, lambda value: unit_number(value, 3))
+
+
+def section_of(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
+    """Return the section; if a study has both measures but no comparison, it states why."""
+    section = ReportSection("Exponent and Weber fraction")
+    found = analysis.inference[EXPONENT_AND_WEBER]
+    if isinstance(found, NotComputed):
+        # A study with only one of the two has nothing to report.
+        if analysis.prepared is not None and not isinstance(
+            analysis.inference[THRESHOLDS], NotComputed
+        ):
+            section.blocks.append(html.paragraph(f"Not compared: {found.reason}.", "note"))
+        return section
+    confidence, quantity = analysis.dataset.choices.confidence, analysis.dataset.quantity
+    section.gist = " ".join(_sentences(analysis))
+    for one in found:
+        if (svg := svgs.get(f"exponent_and_weber_{one.task}")) is not None:
+            section.blocks.append(
+                html.figure(
+                    svg,
+                    "Each participant's exponent against their Weber fraction, and the means "
+                    f"with {100 * confidence:g} % intervals. Line: Ekman's law with 0.03; "
+                    "band: 0.025 to 0.035, as found for nine continua (Teghtsoonian 1971).",
+                    f"Exponents and Weber fractions of {len(one.participants)} participants",
+                )
+            )
+    section.blocks.append(
+        html.paragraph(
+            "The law describes a whole sense and its just noticeable differences, but the "
+            f"exponent describes the {quantity.levels} rated here, and falls if they span a "
+            "wide range.",
+            "note",
+        )
+    )
+    return section
+
 
 ANALYSIS = TaskAnalysis(
     name="exponent_and_weber",
     statistics=(EXPONENT_AND_WEBER,),
-    sentences=lambda analysis: {
-        "Exponent and Weber fraction": sentences.sentences(
-            analysis.inference.found(EXPONENT_AND_WEBER) or (),
-            analysis.dataset.choices.confidence,
-            analysis.dataset.quantity,
-        )
-    },
-    sections=(section.exponent_and_weber,),
+    sentences=lambda analysis: {"Exponent and Weber fraction": _sentences(analysis)},
+    sections=(section_of,),
     figures=lambda analysis: {
         f"exponent_and_weber_{one.task}": figures.exponent_and_weber(one)
         for one in analysis.inference.found(EXPONENT_AND_WEBER) or ()

@@ -2,22 +2,141 @@
 
 from __future__ import annotations
 
-from slipscale.analysis.tasks.factors import section, sentences
+from math import exp
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.declared.two_way_texts import anova_sentence, anova_table
 from slipscale.analysis.tasks.factors.statistics import FACTORS
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import ReportSection
+from slipscale.analysis.writing.numbers import (
+    bracketed,
+    cell,
+    grouped,
+    interval,
+    level_of,
+    number,
+    p_value,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from markupsafe import Markup
+
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.tasks.factors.statistics import ConditionChange, FactorEffects
+    from slipscale.stimuli.quantity import Quantity
+
+    Change = MeanOverParticipants | NotComputed
 
 
-def _sentences(analysis: Analysis) -> list[str]:
-    data = analysis.dataset
-    return sentences.factor_sentences(
-        analysis.inference[FACTORS], data.choices.confidence, data.quantity
+def sentences(analysis: Analysis) -> list[str]:
+    """Return the sentences on every factor, in APA style (7th edition); empty without factors."""
+    confidence, quantity = analysis.dataset.choices.confidence, analysis.dataset.quantity
+    texts = []
+    for each in analysis.inference[FACTORS] or ():
+        anova = each.anova
+        if isinstance(anova, NotComputed):
+            texts.append(
+                f"The analysis of variance with {each.factor} was not computed: {anova.reason}."
+            )
+        else:
+            names = (each.factor, f"conditions of {each.factor}")
+            texts.append(anova_sentence(names, anova.effects, anova.n, confidence, quantity))
+        first = each.conditions[0].condition
+        for change in each.changes:
+            parts = "; ".join(_parts(change, confidence))
+            if parts:
+                texts.append(f"{each.factor} {change.condition} against {first}: {parts}.")
+    return texts
+
+
+def _parts(change: ConditionChange, confidence: float) -> Iterator[str]:
+    level = level_of(confidence)
+
+    def ratio(value: float) -> str:
+        return number(exp(value))
+
+    parts: tuple[tuple[str, Change, float | None, Callable[[float], str]], ...] = (
+        ("geometric means in a ratio of", change.log_ratio, change.log_ratio_p_holm, ratio),
+        ("exponents differing by", change.exponent, change.exponent_p_holm, number),
     )
+    for words, part, p, write in parts:
+        if isinstance(part, MeanOverParticipants) and p is not None:
+            yield (
+                f"{words} {write(part.mean)}, {level} CI {bracketed(part.interval, write)}, "
+                f"t({part.df}) = {number(part.t)}, {p_value(p)} after Holm's correction"
+            )
+
+
+def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
+    """Return the section; empty without factors."""
+    section = ReportSection("Factors")
+    quantity, level = analysis.dataset.quantity, level_of(analysis.dataset.choices.confidence)
+    for found in analysis.inference[FACTORS] or ():
+        section.blocks += [html.heading(found.factor), _means(found, quantity)]
+        if isinstance(found.anova, NotComputed):
+            reason = f"Analysis of variance: {found.anova.reason}."
+            section.blocks.append(html.paragraph(reason, "note"))
+        else:
+            anova = found.anova
+            section.blocks.append(anova_table(found.factor, anova.effects, anova.n, quantity))
+        section.blocks.append(_changes(found, level))
+    return section
+
+
+def _means(found: FactorEffects, quantity: Quantity) -> Markup:
+    levels = list(found.conditions[0].geometric_means)
+    return html.table(
+        html.columns(found.factor, "n", *map(quantity.value, levels), left=1),
+        [
+            [
+                each.condition,
+                str(each.n),
+                *(grouped(each.geometric_means[level]) for level in levels),
+            ]
+            for each in found.conditions
+        ],
+        "Geometric means by condition, averaged over other factors.",
+    )
+
+
+def _changes(found: FactorEffects, level: str) -> Markup:
+    heads = ("Ratio of geometric means", "the same, mixed model", "Exponent", "mixed model")
+    return html.table(
+        html.columns(
+            f"Against {found.conditions[0].condition}",
+            *((head, f"{level} CI") for head in heads),
+            left=1,
+        ),
+        [
+            [
+                each.condition,
+                cell(each.log_ratio, lambda one: _written(one.mean, one.interval, exp)),
+                cell(each.mixed_log_ratio, lambda one: _written(one.value, one.interval, exp)),
+                cell(each.exponent, lambda one: _written(one.mean, one.interval, float)),
+                cell(each.mixed_exponent, lambda one: _written(one.value, one.interval, float)),
+            ]
+            for each in found.changes
+        ],
+        "Participants' own changes from the first condition (t-based interval), and the mixed "
+        "model of all trials, whose ratio is at the mean logarithmic level. The model assumes that "
+        "exponents change equally for everybody: if they do not, its intervals are too short.",
+    )
+
+
+def _written(value: float, ends: ConfidenceInterval, read: Callable[[float], float]) -> str:
+    return f"{grouped(read(value))} {interval(read(ends.low), read(ends.high))}"
 
 
 ANALYSIS = TaskAnalysis(
     name="factors",
     statistics=(FACTORS,),
-    answers=_sentences,
-    sentences=lambda analysis: {"Factors": _sentences(analysis)},
-    sections=(section.factors,),
+    answers=sentences,
+    sentences=lambda analysis: {"Factors": sentences(analysis)},
+    sections=(_section,),
 )

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.preprocessing import normalisation
+from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.declared.flat_table import flat
-from slipscale.analysis.tasks.friction import figures, section
+from slipscale.analysis.tasks.friction import figures
 from slipscale.analysis.tasks.kind import TaskAnalysis
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import ReportSection, TableColumn
+from slipscale.analysis.writing.numbers import grouped, number
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,7 +20,93 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+    from slipscale.analysis.statistics.measured_friction import MeanCorrelation, MeasuredFriction
     from slipscale.analysis.tasks.kind import Analysis
+
+LESS_FRICTION = 0.1
+
+
+def measured_friction(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
+    """Return the section; empty if no friction was measured."""
+    section = ReportSection("Ratings against measured friction")
+    found = analysis.friction
+    if found is None:
+        return section
+    section.blocks.append(html.paragraph(sentence(found), "sentence"))
+    if "rating_friction" in svgs:
+        section.blocks.append(
+            html.figure(
+                svgs["rating_friction"],
+                "Estimates against the coefficient of friction measured in the same trial. Dots: "
+                "trials; thin lines: participants' means for each amplitude; thick line: means "
+                "across participants (estimates: geometric).",
+                "Chart of estimates of slipperiness against the measured coefficient of friction, "
+                "with a line for each participant and their mean",
+            )
+        )
+    level = f"{analysis.dataset.choices.confidence:.0%} interval"
+    section.blocks.append(
+        html.table(
+            [
+                TableColumn(title="participant", left=True, whole=True),
+                *html.columns("trials", "slope", level, "correlation", level),
+            ],
+            [
+                [
+                    line.participant_id,
+                    grouped(line.trials, 0),
+                    number(line.slope),
+                    _interval(line.slope_interval),
+                    number(line.correlation),
+                    _interval(line.correlation_interval),
+                ]
+                for line in found.participants
+            ],
+            "Participants' lines: logarithm of the estimate against the coefficient of "
+            "friction. Intervals assume independent trials within each participant.",
+        )
+    )
+    if found.left_out:
+        names = ", ".join(found.left_out)
+        section.blocks.append(
+            html.paragraph(f"No line (too few trials, or no spread): {names}.", "note")
+        )
+    return section
+
+
+def sentence(found: MeasuredFriction) -> str:
+    """Return the sentence on all participants' lines."""
+    if isinstance(found.slope, NotComputed):
+        return f"Ratings against measured friction: {found.slope.reason}."
+    if not found.correlation:
+        return f"{_slope(found.slope)}."
+    return f"{_slope(found.slope)}; {_correlation(found.correlation)}."
+
+
+def _slope(found: MeanOverParticipants) -> str:
+    low, high = found.interval
+    less = [math.exp(-LESS_FRICTION * bound) for bound in (found.mean, high, low)]
+    return (
+        f"The logarithm of the estimate changed by {number(found.mean)} for a measured coefficient "
+        f"of friction larger by 1 (mean of {found.df + 1} participants' slopes, "
+        f"{found.interval.confidence:.0%} CI {_interval(found.interval)}, t({found.df}) = "
+        f"{number(found.t)}): friction lower by {LESS_FRICTION:g} multiplied the estimate by "
+        f"{number(less[0])} [{number(less[1])}, {number(less[2])}]"
+    )
+
+
+def _correlation(found: MeanCorrelation) -> str:
+    return (
+        f"the mean correlation within participants was {number(found.correlation)} "
+        f"{_interval(found.interval)}"
+    )
+
+
+def _interval(bounds: ConfidenceInterval) -> str:
+    low, high = bounds
+    return f"[{number(low)}, {number(high)}]"
 
 
 def _figures(analysis: Analysis) -> Mapping[str, Figure]:
@@ -34,5 +125,5 @@ def _tables(analysis: Analysis) -> Mapping[str, pd.DataFrame]:
 
 
 ANALYSIS = TaskAnalysis(
-    name="friction", sections=(section.measured_friction,), figures=_figures, tables=_tables
+    name="friction", sections=(measured_friction,), figures=_figures, tables=_tables
 )

@@ -2,22 +2,227 @@
 
 from __future__ import annotations
 
-from slipscale.analysis.tasks.groups import section, sentences
+from math import exp
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.reading.cells import listed
+from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.groups.statistics import GROUPS
 from slipscale.analysis.tasks.kind import TaskAnalysis
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import ReportSection
+from slipscale.analysis.writing.numbers import (
+    DASH,
+    bracketed,
+    grouped,
+    interval,
+    level_of,
+    number,
+    p_cell,
+    p_value,
+    reliable,
+    unit_number,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from markupsafe import Markup
+
+    from slipscale.analysis.statistics.two_way import Effect
+    from slipscale.analysis.tasks.groups.statistics import GroupComparison
+    from slipscale.analysis.tasks.groups.welch import GroupDifference, Welch
+    from slipscale.analysis.tasks.kind import Analysis
+    from slipscale.stimuli.quantity import Quantity
+
+
+def group_sentences(
+    found: GroupComparison | NotComputed, confidence: float, quantity: Quantity
+) -> list[str]:
+    """Return the sentences on groups; empty if the participants are in no groups."""
+    if not found:
+        return []
+    sizes = ", ".join(f"{name} (n = {n})" for name, n in found.n.items())
+    texts = [f"Groups compared, by {found.column}: {sizes}{_left_out(found)}."]
+    texts += answers(found, confidence)
+    anova = found.anova
+    if isinstance(anova, NotComputed):
+        texts.append(f"The mixed analysis of variance was not computed: {anova.reason}.")
+        return texts
+    corrected = f"; Greenhouse-Geisser ε = {unit_number(anova.epsilon_gg)}"
+    texts.append(
+        "In a mixed analysis of variance of log estimates, group "
+        f"{_effect(anova.group, confidence)}; the effect of {quantity.name} "
+        f"{_verb(anova.interaction, confidence)} between groups (interaction), "
+        f"{_statistics(anova.interaction, confidence)}{corrected}."
+    )
+    return texts
+
+
+def answers(found: GroupComparison | NotComputed, confidence: float) -> list[str]:
+    """Return whether exponents and levels differ; empty if the participants are in no groups."""
+    if not found:
+        return []
+    texts = []
+    if isinstance(found.exponents, NotComputed):
+        texts.append(f"Exponents were not compared: {found.exponents.reason}.")
+    else:
+        texts.append(_welch("Exponents", "differing by", number, found.exponents, confidence))
+    if isinstance(found.levels, NotComputed):
+        texts.append(f"Mean log estimates were not compared: {found.levels.reason}.")
+    else:
+        texts.append(
+            _welch(
+                "Mean log estimates",
+                "geometric means in a ratio of",
+                lambda value: number(exp(value)),
+                found.levels,
+                confidence,
+            )
+        )
+    return texts
+
+
+def _left_out(found: GroupComparison) -> str:
+    parts = [f"too small to compare: {listed(found.left_out)}"] if found.left_out else []
+    parts += [f"{found.without_group} in no group"] if found.without_group else []
+    return f"; {'; '.join(parts)}" if parts else ""
+
+
+def _welch(
+    what: str, by: str, write: Callable[[float], str], found: Welch, confidence: float
+) -> str:
+    verb = "differed" if reliable(found.p, confidence) else "did not differ reliably"
+    test = (
+        f"{what} {verb} between groups, Welch's F({found.df1:g}, {found.df2:.2f}) = "
+        f"{number(found.F)}, {p_value(found.p)}, η² = {unit_number(found.eta2)}"
+    )
+    if found.eta2_interval is not None:
+        test += f", {level_of(confidence)} CI {bracketed(found.eta2_interval, unit_number)}"
+    if len(found.pairs) == 1:
+        return f"{test}; {_pair(found.pairs[0], by, write, confidence)}."
+    apart = [pair for pair in found.pairs if reliable(pair.p_holm, confidence)]
+    listing = "; ".join(
+        f"{_pair(pair, by, write, confidence)}, {p_value(pair.p_holm)}" for pair in apart
+    )
+    told = f": {listing}" if apart else ""
+    return (
+        f"{test}; {len(apart) or 'none'} of {len(found.pairs)} pairs of groups differed "
+        f"(Welch's t, Holm-corrected){told}."
+    )
+
+
+def _pair(pair: GroupDifference, by: str, write: Callable[[float], str], confidence: float) -> str:
+    size = "" if pair.hedges_g_interval is None else f" {bracketed(pair.hedges_g_interval)}"
+    return (
+        f"{pair.first} against {pair.second}, {by} {write(pair.difference)}, "
+        f"{level_of(confidence)} CI {bracketed(pair.interval, write)}, Hedges' g = "
+        f"{number(pair.hedges_g)}{size}"
+    )
+
+
+def _effect(found: Effect, confidence: float) -> str:
+    verb = "had an effect" if reliable(found.p, confidence) else "had no reliable effect"
+    return f"{verb}, {_statistics(found, confidence)}"
+
+
+def _verb(found: Effect, confidence: float) -> str:
+    return "differed" if reliable(found.p, confidence) else "did not differ reliably"
+
+
+def _statistics(found: Effect, confidence: float) -> str:
+    text = (
+        f"F({found.df1:.3g}, {found.df2:.4g}) = {number(found.F)}, {p_value(found.p)}, partial "
+        f"η² = {unit_number(found.eta2_partial)}"
+    )
+    bounds = found.eta2_partial_interval
+    if bounds is None:
+        return text
+    return f"{text}, {level_of(confidence)} CI {bracketed(bounds, unit_number)}"
+
+
+#: Fields of `GroupComparison` -> description of the numbers, for a quantity ``q``, and format of a
+#: value.
+COMPARED: dict[str, tuple[str, str, Callable[[float], float]]] = {
+    "exponents": ("Exponent", "difference", float),
+    "levels": ("Geometric mean over all {q.levels}", "ratio", exp),
+}
+
+
+def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
+    """Return the groups' means and pairs; empty if the participants are in no groups."""
+    section = ReportSection("Groups")
+    found = analysis.inference[GROUPS]
+    if not found:
+        return section
+    for name, (template, how, read) in COMPARED.items():
+        title = template.format(q=analysis.dataset.quantity)
+        part = getattr(found, name)
+        if isinstance(part, NotComputed):
+            section.blocks.append(html.paragraph(f"{title}: {part.reason}.", "note"))
+        else:
+            level = level_of(analysis.dataset.choices.confidence)
+            section.blocks += [
+                _means(part, title, level, read),
+                _pairs(part, title, how, level, read),
+            ]
+    return section
+
+
+def _means(found: Welch, title: str, level: str, read: Callable[[float], float]) -> Markup:
+    return html.table(
+        html.columns("Group", "n", "Mean", f"{level} CI", left=1),
+        [
+            [
+                group.group,
+                str(group.n),
+                grouped(read(group.mean)),
+                interval(read(group.interval.low), read(group.interval.high)),
+            ]
+            for group in found.groups
+        ],
+        f"{title}, by group: t-based intervals across the group's participants.",
+    )
+
+
+def _pairs(
+    found: Welch, title: str, how: str, level: str, read: Callable[[float], float]
+) -> Markup:
+    return html.table(
+        html.columns(
+            *("Groups", how.capitalize(), f"{level} CI", "t", "df", ("p", "Holm")),
+            *(("g", "Hedges"), (f"{level} CI", "of g")),
+            left=1,
+        ),
+        [
+            [
+                f"{pair.first} – {pair.second}",
+                grouped(read(pair.difference)),
+                interval(read(pair.interval.low), read(pair.interval.high)),
+                grouped(pair.t),
+                grouped(pair.df, 1),
+                p_cell(pair.p_holm),
+                grouped(pair.hedges_g),
+                DASH if pair.hedges_g_interval is None else interval(*pair.hedges_g_interval),
+            ]
+            for pair in found.pairs
+        ],
+        f"{title}: every two groups by Welch's t test.",
+    )
+
 
 ANALYSIS = TaskAnalysis(
     name="groups",
     statistics=(GROUPS,),
-    answers=lambda analysis: sentences.answers(
+    answers=lambda analysis: answers(
         analysis.inference[GROUPS], analysis.dataset.choices.confidence
     ),
     sentences=lambda analysis: {
-        "Groups": sentences.group_sentences(
+        "Groups": group_sentences(
             analysis.inference[GROUPS],
             analysis.dataset.choices.confidence,
             analysis.dataset.quantity,
         )
     },
-    sections=(section.groups,),
+    sections=(_section,),
 )

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import pandas as pd
-
 from slipscale.analysis.statistics.not_computed import fold
-from slipscale.analysis.tasks.declared.one_statistic import of_each, of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.identification.figures import named
 from slipscale.analysis.tasks.identification.reading import TRIALS
 from slipscale.analysis.tasks.identification.statistics import IDENTIFICATION, TRIALS_PER_CELL
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.html import TableColumn
 from slipscale.analysis.writing.numbers import bracketed, counted, level_of, number
 
 if TYPE_CHECKING:
@@ -24,14 +21,7 @@ if TYPE_CHECKING:
     from slipscale.stimuli.quantity import Quantity
 
 
-def _sentences(
-    found: tuple[TaskIdentification, ...], confidence: float, quantity: Quantity
-) -> list[str]:
-    """Return one paragraph per task."""
-    return [_paragraph(task, confidence, quantity) for task in found]
-
-
-def _paragraph(task: TaskIdentification, confidence: float, quantity: Quantity) -> str:
+def _answer(task: TaskIdentification, confidence: float, quantity: Quantity) -> str:
     share = fold(
         task.share_right,
         lambda mean: (
@@ -50,16 +40,15 @@ def _paragraph(task: TaskIdentification, confidence: float, quantity: Quantity) 
     )
 
 
-def _doubts(
-    found: tuple[TaskIdentification, ...], _confidence: float, _quantity: Quantity
-) -> list[str]:
-    return [
+def _doubts(task: TaskIdentification, _confidence: float, _quantity: Quantity) -> list[str]:
+    if task.trials_per_cell >= TRIALS_PER_CELL:
+        return []
+    text = (
         f"Identification ({task.task}): each participant has {task.trials_per_cell:.1f} trials per "
         f"cell of the table; with fewer than {TRIALS_PER_CELL}, their own information is "
         "overestimated despite the correction."
-        for task in found
-        if task.trials_per_cell < TRIALS_PER_CELL
-    ]
+    )
+    return [text]
 
 
 def _blocks(
@@ -80,26 +69,12 @@ def _blocks(
             "Table of presented and named surfaces: " + ", ".join(task.items),
         ),
         html.table(
-            [
-                TableColumn(title="Presented", left=True),
-                *(TableColumn(title=item) for item in task.items),
-            ],
+            html.columns("Presented", *task.items, left=1),
             [[item, *map(str, row)] for item, row in zip(task.items, task.table, strict=True)],
             f"Counts of named {quantity.stimuli} (columns). Mean of participants' own information: "
             f"{own}.",
         ),
     ]
-
-
-def _table(found: tuple[TaskIdentification, ...]) -> pd.DataFrame:
-    return pd.DataFrame(
-        [
-            {"task": task.task, "presented": item, "named": other, "answers": count}
-            for task in found
-            for item, row in zip(task.items, task.table, strict=True)
-            for other, count in zip(task.items, row, strict=True)
-        ]
-    )
 
 
 ANALYSIS = of_one_statistic(
@@ -109,12 +84,13 @@ ANALYSIS = of_one_statistic(
     question="How many {q.stimuli} can be identified?",
     what="identification",
     title="Identification",
-    answers=_sentences,
-    sentences=_sentences,
+    answers=lambda task, level, q: [_answer(task, level, q)],
     doubts=_doubts,
-    blocks=of_each(_blocks),
-    figures=lambda found, _trials, _q: {
-        f"identification_{each.task}": named(each) for each in found
-    },
-    table=_table,
+    blocks=_blocks,
+    figures=lambda task, _trials, _q: {f"identification_{task.task}": named(task)},
+    rows=lambda task: [
+        {"task": task.task, "presented": item, "named": other, "answers": count}
+        for item, row in zip(task.items, task.table, strict=True)
+        for other, count in zip(task.items, row, strict=True)
+    ],
 )

@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.declared.flat_table import flat_under
-from slipscale.analysis.tasks.declared.one_statistic import of_each, of_one_statistic
+from slipscale.analysis.tasks.declared.flat_table import flat_rows
+from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.limits.figures import transitions
 from slipscale.analysis.tasks.limits.reading import TRIALS
 from slipscale.analysis.tasks.limits.statistics import LIMITS
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.html import TableColumn
 from slipscale.analysis.writing.numbers import (
     bracketed,
     counted,
@@ -29,12 +28,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.limits.statistics import TaskLimits
     from slipscale.stimuli.quantity import Quantity
 
-HEADS = ("Ascending", "Descending", "Threshold", "Transitions")
-
-
-def _answers(found: tuple[TaskLimits, ...], confidence: float, quantity: Quantity) -> list[str]:
-    """Return one sentence per task: the threshold."""
-    return [_threshold(task, confidence, quantity) for task in found]
+HEADS = ("Participant", "Ascending", "Descending", "Threshold", "Transitions")
 
 
 def _threshold(task: TaskLimits, confidence: float, quantity: Quantity) -> str:
@@ -51,12 +45,10 @@ def _threshold(task: TaskLimits, confidence: float, quantity: Quantity) -> str:
     )
 
 
-def _sentences(found: tuple[TaskLimits, ...], confidence: float, quantity: Quantity) -> list[str]:
-    """Return one paragraph per task, with the constant error."""
-    return [
-        " ".join([_threshold(task, confidence, quantity), *_remarks(task, confidence, quantity)])
-        for task in found
-    ]
+def _sentences(task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
+    """Return one paragraph, with the constant error."""
+    parts = [_threshold(task, confidence, quantity), *_remarks(task, confidence, quantity)]
+    return [" ".join(parts)]
 
 
 def _remarks(task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
@@ -100,10 +92,7 @@ def _blocks(
             "Mean transitions of ascending and descending series",
         ),
         html.table(
-            [
-                TableColumn(title="Participant", left=True),
-                *(TableColumn(title=head) for head in HEADS),
-            ],
+            html.columns(*HEADS, left=1),
             rows,
             f"Mean transitions in {quantity.unit}{quantity.behind}; the threshold is the mean of "
             "both directions.",
@@ -118,13 +107,9 @@ ANALYSIS = of_one_statistic(
     question="At which {q.level} does the answer change in series of {q.levels}?",
     what="the method of limits",
     title="Method of limits",
-    answers=_answers,
+    answers=lambda task, level, q: [_threshold(task, level, q)],
     sentences=_sentences,
-    blocks=of_each(_blocks),
-    figures=lambda found, _trials, q: {
-        f"limits_{each.task}": transitions(each, q) for each in found
-    },
-    table=lambda found: flat_under(
-        [({"task": task.task}, each) for task in found for each in task.people]
-    ),
+    blocks=_blocks,
+    figures=lambda task, _trials, q: {f"limits_{task.task}": transitions(task, q)},
+    rows=lambda task: flat_rows({"task": task.task}, task.people),
 )

@@ -2,29 +2,149 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.declared.session_tables import mean_by_session
-from slipscale.analysis.tasks.matching import figures, section, sentences, table
+from slipscale.analysis.tasks.matching import figures
 from slipscale.analysis.tasks.matching.reading import TRIALS
 from slipscale.analysis.tasks.matching.statistics import MATCHING
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.numbers import (
+    bracketed,
+    cell,
+    counted,
+    level_of,
+    measured,
+    number,
+    p_value,
+    reliable,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from markupsafe import Markup
+
+    from slipscale.analysis.json_form import JsonObject
+    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+    from slipscale.analysis.tasks.matching.statistics import MatchedReference
+    from slipscale.stimuli.quantity import Quantity
+
+    Task = list[MatchedReference]
+
+
+#: Fields that become columns; the tests of bias and direction follow.
+TABULATED = (
+    *("task", "reference_um_pp", "matches", "participants", "mean_um_pp", "variability_um_pp"),
+    *("ascending_um_pp", "descending_um_pp", "felt_again", "catch_trials", "catch_error_um_pp"),
+)
+
+
+def _by_task(found: tuple[MatchedReference, ...]) -> list[Task]:
+    named = sorted({each.task for each in found})
+    return [[each for each in found if each.task == name] for name in named]
+
+
+def _answer(found: MatchedReference, confidence: float, quantity: Quantity) -> str:
+    """Return the sentence on one reference."""
+    written = measured(quantity)
+    what = (
+        f"{quantity.with_convention(f'{found.reference_um_pp:g}')} was matched by "
+        f"{quantity.value(written(found.mean_um_pp))} "
+        f"({counted(found.matches, 'match', 'matches')} of "
+        f"{counted(found.participants, 'participant', 'participants')})"
+    )
+    bias = found.bias_um_pp
+    if isinstance(bias, NotComputed):
+        return f"{what}; bias not tested: {bias.reason}."
+    called = "a bias of" if reliable(bias.p, confidence) else "no reliable bias,"
+    return (
+        f"{what}: {called} {quantity.value(written(bias.mean))}, {level_of(confidence)} "
+        f"CI {bracketed(bias.interval, written)}, t({bias.df}) = "
+        f"{number(bias.t)}, {p_value(bias.p)}."
+    )
+
+
+def blocks(task: Task, svgs: Mapping[str, str], _level: float, quantity: Quantity) -> list[Markup]:
+    """Return the section of one task: figure, and one row per reference."""
+    return [
+        *html.figure_if_drawn(
+            svgs,
+            f"matching_{task[0].task}",
+            "Matches against references, from below (blue, pointing up) and from above (red, "
+            "pointing down). Small: participants' means; large: their means.",
+            "Mean matches: "
+            + ", ".join(
+                f"{each.mean_um_pp:.3g} of {quantity.value(each.reference_um_pp)}" for each in task
+            ),
+        ),
+        _matching_table(task, quantity),
+    ]
+
+
+def _matching_table(rows: Task, quantity: Quantity) -> Markup:
+    def with_interval(found: MeanOverParticipants) -> str:
+        return f"{written(found.mean)} {bracketed(found.interval, written)}"
+
+    def tested(found: MeanOverParticipants | NotComputed) -> tuple[str, str]:
+        return cell(found, with_interval), cell(found, lambda mean: p_value(mean.p))
+
+    head, written = quantity.heading, measured(quantity)
+    titles = [head("Reference"), "Matches", head("Mean"), head("Bias"), "p", head("Own SD")]
+    titles += [head("Above less below"), "p", "Repeated", "Catch trials", head("Catch error")]
+    return html.table(
+        html.columns(*titles),
+        [
+            [
+                number(each.reference_um_pp),
+                str(each.matches),
+                written(each.mean_um_pp),
+                *tested(each.bias_um_pp),
+                written(each.variability_um_pp),
+                *tested(each.direction_um_pp),
+                number(each.felt_again),
+                str(each.catch_trials),
+                written(each.catch_error_um_pp),
+            ]
+            for each in rows
+        ],
+        "Bias: mean match minus reference. Own SD: root mean square of participants' standard "
+        "deviations within a direction. Above less below: matches from above minus matches from "
+        "below. Repeated: how often the reference was presented again per match. Catch error: "
+        "mean distance from the reference in trials that began at it.",
+    )
+
+
+def _row(each: MatchedReference) -> JsonObject:
+    row: JsonObject = {name: getattr(each, name) for name in TABULATED}
+    for name, tested in (("bias", each.bias_um_pp), ("direction", each.direction_um_pp)):
+        if tested:
+            low, high = tested.interval
+            row |= {
+                f"{name}_um_pp": tested.mean,
+                f"{name}_ci_low": low,
+                f"{name}_ci_high": high,
+                f"{name}_p": tested.p,
+            }
+    return row
+
 
 ANALYSIS = of_one_statistic(
     "matching",
     TRIALS,
     MATCHING,
+    tasks=_by_task,
     question="Which {q.level} feels the same as a reference?",
     what="matching",
     title="Matching",
-    answers=sentences.matching_sentences,
-    sentences=sentences.matching_sentences,
-    blocks=section.blocks,
-    figures=lambda found, trials, q: {
-        f"matching_{task}": figures.matches(
-            [each for each in found if each.task == task], trials[trials["task"] == task], q
-        )
-        for task in sorted({each.task for each in found})
+    answers=lambda task, level, q: [_answer(each, level, q) for each in task],
+    blocks=blocks,
+    figures=lambda task, trials, q: {
+        f"matching_{task[0].task}": figures.matches(task, trials[trials["task"] == task[0].task], q)
     },
-    table=table.matching_table,
+    rows=lambda task: [_row(each) for each in task],
     session_tables=mean_by_session(
         TRIALS,
         "match less reference",

@@ -2,12 +2,177 @@
 
 from __future__ import annotations
 
-from slipscale.analysis.tasks.declared.flat_table import flat_under
-from slipscale.analysis.tasks.declared.one_statistic import of_each, of_one_statistic
+from math import exp
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed, fold
+from slipscale.analysis.tasks.declared.flat_table import flat_rows
+from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.declared.session_tables import logarithms, mean_by_session
-from slipscale.analysis.tasks.productions import figures, section, sentences
+from slipscale.analysis.tasks.productions import figures
 from slipscale.analysis.tasks.productions.reading import TRIALS
 from slipscale.analysis.tasks.productions.statistics import PRODUCTIONS
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.numbers import bracketed, counted, level_of, number, significant
+from slipscale.stimuli.quantity import capitalised
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from markupsafe import Markup
+
+    from slipscale.analysis.tasks.productions.statistics import BothExponents, TaskProductions
+    from slipscale.stimuli.quantity import Quantity
+
+
+def _title(found: TaskProductions) -> str:
+    return f"Magnitude production ({found.task})"
+
+
+def _answer(found: TaskProductions, confidence: float, quantity: Quantity) -> str:
+    """Return the main sentence on production."""
+    what = (
+        f"{_title(found)}, {counted(found.answers, 'production', 'productions')} of "
+        f"{counted(found.participants, 'participant', 'participants')}, with a standard of "
+        f"{quantity.value(found.standard_um_pp)} called {found.modulus:g}"
+    )
+    slope = found.slope
+    if isinstance(slope, NotComputed):
+        return f"{what}: no exponent ({slope.reason})."
+    grew = (
+        f"{what}: log {quantity.level} grew by {number(slope.mean)} per log number (mean of "
+        f"participants' slopes), {level_of(confidence)} CI {bracketed(slope.interval)}"
+    )
+    if found.exponent is None:
+        return f"{grew}; a slope that is not above 0 has no exponent."
+    if found.exponent_interval is None:
+        return (
+            f"{grew}: an exponent of {number(found.exponent)}, whose interval has no upper bound."
+        )
+    return (
+        f"{grew}: an exponent of {number(found.exponent)}, CI {bracketed(found.exponent_interval)}."
+    )
+
+
+def _both(found: BothExponents, confidence: float) -> str:
+    """Return the sentence that compares production with estimation."""
+    low, high = found.ratio_interval
+    differs = (
+        "which is not a reliable difference"
+        if low <= 1 <= high
+        else "consistent with the regression bias in magnitude production"
+        if found.ratio > 1
+        else "opposite to the regression bias in magnitude production"
+    )
+    return (
+        f"Of the {found.n} who did both, the exponent of production was "
+        f"{number(found.production)} and that of {found.counterpart} {number(found.estimation)} "
+        f"(geometric means): {number(found.ratio)} times as large, {level_of(confidence)} CI "
+        f"{bracketed(found.ratio_interval)}, {differs}. Their geometric mean, the usual remedy "
+        f"(Stevens & Greenbaum, 1966), is {number(found.combined)}, CI "
+        f"{bracketed(found.combined_interval)}."
+    )
+
+
+def _answers(found: TaskProductions, confidence: float, quantity: Quantity) -> list[str]:
+    """Return the main sentences on a production task."""
+    texts = [_answer(found, confidence, quantity)]
+    if found.both:
+        texts.append(_both(found.both, confidence))
+    return texts
+
+
+def _sentences(found: TaskProductions, confidence: float, quantity: Quantity) -> list[str]:
+    """Return one paragraph: the answers, and what draws productions."""
+    own = (found, confidence, quantity)
+    return [" ".join([*_answers(*own), *_biases(*own)])]
+
+
+def _biases(found: TaskProductions, confidence: float, quantity: Quantity) -> list[str]:
+    """Return the sentences on what draws productions: the beginning, the bounds, lapses."""
+    texts = []
+    beginning = found.beginning
+    if beginning:
+        percent = 100 * (exp(beginning.mean) - 1)
+        low, high = (100 * (exp(bound) - 1) for bound in beginning.interval)
+        texts.append(
+            f"From a high start the plate was set {number(abs(percent), 1)} % "
+            f"{'higher' if percent >= 0 else 'lower'} than from a low one, "
+            f"{level_of(confidence)} CI of the rise [{number(low, 1)}, {number(high, 1)}] %."
+        )
+    if found.at_bounds:
+        texts.append(
+            f"{found.at_bounds} of {found.answers} productions ended within a notch of the "
+            "limits of the adjustment. If people wanted to go further, the slope is too small "
+            "and the exponent too large."
+        )
+    if found.catch_um_pp is not None:
+        texts.append(
+            "The standard's own number was produced as "
+            f"{quantity.value(significant(found.catch_um_pp))} "
+            f"({counted(found.catch_trials, 'catch trial', 'catch trials')}; the standard: "
+            f"{quantity.value(found.standard_um_pp)})."
+        )
+    return texts
+
+
+def _blocks(
+    task: TaskProductions, svgs: Mapping[str, str], level: float, quantity: Quantity
+) -> list[Markup]:
+    """Return the blocks of one task: its figures and tables."""
+    levels = quantity.levels
+    return [
+        html.heading(_title(task)),
+        *html.figure_if_drawn(
+            svgs,
+            f"productions_{task.task}",
+            f"{capitalised(levels)} produced for the numbers shown, on logarithmic axes. Pale: "
+            "each participant's geometric means; blue: their geometric mean with a t-based "
+            f"{level:g} % interval, and the line whose slope is the exponent's inverse; "
+            "black: the standard and its number.",
+            f"Geometric mean {levels}: "
+            + ", ".join(
+                f"{each.number:g}: {quantity.value(f'{each.amplitude_um_pp:.3g}')}"
+                for each in task.numbers
+            ),
+        ),
+        _production_table(task, quantity),
+        *fold(task.both, lambda _: [], _alone),
+    ]
+
+
+def _alone(reason: str) -> list[Markup]:
+    return [
+        html.paragraph(
+            f"Not compared with an exponent of estimation: {reason}. Production alone is "
+            "biased; add a magnitude_estimation task to the study to measure the bias.",
+            "note",
+        )
+    ]
+
+
+def _production_table(task: TaskProductions, quantity: Quantity) -> Markup:
+    convention = f" ({quantity.convention})" if quantity.convention else ""
+    level = quantity.heading(quantity.title)
+    titles = ("Number", "Participants", "Productions", level, "CI")
+    return html.table(
+        html.columns(*titles),
+        [
+            [
+                f"{each.number:g}",
+                str(each.participants),
+                str(each.productions),
+                significant(each.amplitude_um_pp),
+                bracketed(each.interval, significant),
+            ]
+            for each in task.numbers
+        ],
+        f"{capitalised(quantity.levels)}{convention} produced for each number, if the "
+        f"standard of {quantity.value(task.standard_um_pp)} is called {task.modulus:g}: "
+        "geometric mean of participants' geometric means, with a t-based interval on "
+        "logarithms.",
+    )
+
 
 ANALYSIS = of_one_statistic(
     "productions",
@@ -16,30 +181,23 @@ ANALYSIS = of_one_statistic(
     question="Which {q.levels} are as {q.adjective} as given numbers?",
     what="magnitude production",
     title="Magnitude production",
-    answers=lambda found, level, q: [
-        text for task in found for text in sentences.production_answers(task, level, q)
+    answers=_answers,
+    sentences=lambda task, level, q: [
+        " ".join([*_answers(task, level, q), *_biases(task, level, q)])
     ],
-    sentences=sentences.production_sentences,
-    blocks=of_each(section.blocks),
-    figures=lambda found, trials, q: {
-        f"productions_{each.task}": figures.productions(
-            each, trials[trials["task"] == each.task], q
+    blocks=_blocks,
+    figures=lambda task, trials, q: {
+        f"productions_{task.task}": figures.productions(
+            task, trials[trials["task"] == task.task], q
         )
-        for each in found
     },
-    table=lambda found: flat_under(
-        [
-            (
-                {
-                    "task": task.task,
-                    "standard_um_pp": task.standard_um_pp,
-                    "modulus": task.modulus,
-                },
-                each,
-            )
-            for task in found
-            for each in task.numbers
-        ]
+    rows=lambda task: flat_rows(
+        {
+            "task": task.task,
+            "standard_um_pp": task.standard_um_pp,
+            "modulus": task.modulus,
+        },
+        task.numbers,
     ),
     session_tables=mean_by_session(
         TRIALS,

@@ -2,12 +2,199 @@
 
 from __future__ import annotations
 
-from slipscale.analysis.tasks.declared.flat_table import flat_under
-from slipscale.analysis.tasks.declared.one_statistic import of_each, of_one_statistic
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.json_form import renamed
+from slipscale.analysis.statistics.not_computed import NotComputed, computed
+from slipscale.analysis.tasks.declared.flat_table import flat_rows
+from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.declared.session_tables import mean_by_session
-from slipscale.analysis.tasks.ratings import figures, section, sentences
+from slipscale.analysis.tasks.ratings import figures
 from slipscale.analysis.tasks.ratings.reading import TRIALS
 from slipscale.analysis.tasks.ratings.statistics import RATINGS
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.numbers import (
+    DASH,
+    bracketed,
+    cell,
+    counted,
+    level_of,
+    number,
+    p_value,
+    page_sentence,
+    reliable,
+    unit_number,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from markupsafe import Markup
+
+    from slipscale.analysis.tasks.ratings.statistics import TaskRatings
+    from slipscale.stimuli.quantity import Quantity
+
+
+#: Field -> column, if they differ.
+COLUMNS = {"sd": "standard_deviation", "at_left": "at_left_end", "at_right": "at_right_end"}
+
+
+def _title(found: TaskRatings) -> str:
+    kind = "Visual analogue scale" if found.categories is None else "Category scale"
+    return f"{kind} ({found.task})"
+
+
+def _answer(found: TaskRatings, quantity: Quantity) -> str:
+    numbers = (
+        "mean places on the line from 0 (left) to 100"
+        if found.categories is None
+        else f"mean categories, from 1 (lowest) to {found.categories},"
+    )
+    means = ", ".join(
+        f"{number(each.mean, 1)} ({_surface(each.surface, quantity)})" for each in found.surfaces
+    )
+    return (
+        f"{_title(found)}, {counted(found.answers, 'rating', 'ratings')} of "
+        f"{counted(found.participants, 'participant', 'participants')}: "
+        f"{numbers} were {means}."
+    )
+
+
+def _tests(found: TaskRatings, confidence: float, quantity: Quantity) -> str:
+    """Return the tests of ratings, and what ratings cannot show."""
+    texts = []
+    friedman, trend = found.friedman, found.page_trend
+    if isinstance(friedman, NotComputed):
+        texts.append(f"Whether ratings differ between surfaces was not tested: {friedman.reason}.")
+    else:
+        verb = "differed" if reliable(friedman.p, confidence) else "did not differ reliably"
+        texts.append(
+            f"Ratings {verb} between surfaces (Friedman's test on ranks, χ²({friedman.df}, "
+            f"n = {friedman.n}) = {number(friedman.chi2)}, {p_value(friedman.p)}, Kendall's W = "
+            f"{unit_number(friedman.kendalls_w)})."
+        )
+    if trend:
+        texts.append(page_sentence("They", trend, confidence, quantity.level, quantity))
+    return " ".join([*texts, *_biases(found, confidence)])
+
+
+def _biases(found: TaskRatings, confidence: float) -> list[str]:
+    """Return the sentences on biases of ratings: the start, the ends of the line, lapses."""
+    if found.categories is not None:
+        told = "Categories are ordered: tests use ranks; means treat them as equally spaced."
+        return [told]
+    texts = []
+    start = found.start_effect
+    if isinstance(start, NotComputed):
+        texts.append(f"The effect of the mark's start was not measured: {start.reason}.")
+    else:
+        low, high = start.interval
+        told = "not reliably " if low <= 0 <= high else ""
+        texts.append(
+            f"A mark that started 10 places further to the right was {told}put further to the "
+            f"{'right' if start.mean >= 0 else 'left'}: by {number(10 * abs(start.mean))} places, "
+            f"{level_of(confidence)} CI of the shift to the right [{number(10 * low)}, "
+            f"{number(10 * high)}]."
+        )
+    ends = sum(each.at_left + each.at_right for each in found.surfaces)
+    if ends:
+        texts.append(
+            f"{ends} of {found.answers} ratings are at an end of the line, which biases means "
+            "towards the middle."
+        )
+    if found.catch_mean is not None:
+        texts.append(
+            f"The bare plate of {counted(found.catch_trials, 'catch trial', 'catch trials')} was "
+            f"rated {number(found.catch_mean, 1)}."
+        )
+    texts.append(
+        "The line is bounded and has no unit: its places can be compared and averaged, but "
+        "allow neither ratios nor an exponent."
+    )
+    return texts
+
+
+def _surface(name: str, quantity: Quantity) -> str:
+    """Format a surface for a sentence: an amplitude with its unit, or a texture's name."""
+    try:
+        return quantity.value(float(name))
+    except ValueError:
+        return name
+
+
+def _blocks(
+    task: TaskRatings, svgs: Mapping[str, str], level: float, quantity: Quantity
+) -> list[Markup]:
+    """Return the blocks of one task: its figures and tables."""
+    return [
+        html.heading(_title(task)),
+        *html.figure_if_drawn(
+            svgs,
+            f"ratings_{task.task}",
+            f"{_numbers(task)}. Pale: each participant's means; blue: their mean with a t-based "
+            f"{level:g} % interval.",
+            "Mean ratings: "
+            + ", ".join(f"{each.surface}: {number(each.mean, 1)}" for each in task.surfaces),
+        ),
+        _rating_table(task, quantity),
+        _pair_table(task),
+    ]
+
+
+def _rating_table(task: TaskRatings, quantity: Quantity) -> Markup:
+    ends = ("At the left end", "At the right end")
+    if task.categories is not None:
+        ends = ("In the lowest", "In the highest")
+    rows = [
+        [
+            each.surface,
+            str(each.ratings),
+            number(each.mean, 1),
+            bracketed(each.interval, _one),
+            number(each.sd, 1),
+            str(each.at_left),
+            str(each.at_right),
+        ]
+        for each in task.surfaces
+    ]
+    return html.table(
+        html.columns("Surface", "Ratings", "Mean", "CI", "SD", *ends, left=1),
+        rows,
+        f"{_numbers(task)}; {quantity.levels} in "
+        f"{quantity.unit}{quantity.behind}. Mean, t-based interval and standard deviation "
+        "across participants (one value each).",
+    )
+
+
+def _pair_table(task: TaskRatings) -> Markup:
+    rows = [
+        [
+            pair.from_surface,
+            pair.to_surface,
+            str(pair.participants),
+            cell(pair.difference, lambda mean: number(mean.mean, 1)),
+            cell(pair.difference, lambda mean: bracketed(mean.interval, _one)),
+            DASH if computed(pair.difference) is None else p_value(pair.p_wilcoxon_holm),
+        ]
+        for pair in task.pairs
+    ]
+    return html.table(
+        html.columns("From", "To", "n", "Difference", "CI", "p (Wilcoxon, Holm)", left=2),
+        rows,
+        "Differences of mean ratings, with t-based intervals; Wilcoxon's signed-rank test of each "
+        "pair, Holm-corrected over all pairs of the task.",
+    )
+
+
+def _numbers(task: TaskRatings) -> str:
+    if task.categories is None:
+        return "Places on the line, from its left end (0) to its right (100)"
+    return f"Categories, from 1 (lowest) to {task.categories}"
+
+
+def _one(value: float) -> str:
+    return number(value, 1)
+
 
 ANALYSIS = of_one_statistic(
     "ratings",
@@ -16,22 +203,15 @@ ANALYSIS = of_one_statistic(
     question="Where on a scale between two words do the {q.stimuli} lie?",
     what="a rating scale",
     title="Rating scales",
-    answers=lambda found, _, q: [sentences.rating_answer(task, q) for task in found],
-    sentences=sentences.rating_sentences,
+    answers=lambda task, _, q: [_answer(task, q)],
+    sentences=lambda task, level, q: [f"{_answer(task, q)} {_tests(task, level, q)}"],
     heading="Ratings on a scale",
-    blocks=of_each(section.blocks),
-    figures=lambda found, trials, q: {
-        f"ratings_{each.task}": figures.ratings(each, trials[trials["task"] == each.task], q)
-        for each in found
+    blocks=_blocks,
+    figures=lambda task, trials, q: {
+        f"ratings_{task.task}": figures.ratings(task, trials[trials["task"] == task.task], q)
     },
-    table=lambda found: flat_under(
-        [({"task": task.task}, each) for task in found for each in task.surfaces]
-    ).rename(
-        columns={
-            "sd": "standard_deviation",
-            "at_left": "at_left_end",
-            "at_right": "at_right_end",
-        }
+    rows=lambda task: flat_rows(
+        {"task": task.task}, [renamed(each, **COLUMNS) for each in task.surfaces]
     ),
     session_tables=mean_by_session(
         TRIALS,

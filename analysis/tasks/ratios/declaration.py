@@ -2,12 +2,107 @@
 
 from __future__ import annotations
 
-from slipscale.analysis.tasks.declared.flat_table import flat_under
-from slipscale.analysis.tasks.declared.one_statistic import of_each, of_one_statistic
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.declared.flat_table import flat_rows
+from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.declared.session_tables import logarithms, mean_by_session
-from slipscale.analysis.tasks.ratios import figures, section, sentences
+from slipscale.analysis.tasks.ratios import figures
 from slipscale.analysis.tasks.ratios.reading import TRIALS
 from slipscale.analysis.tasks.ratios.statistics import RATIOS
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.numbers import bracketed, counted, level_of, number, significant
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from markupsafe import Markup
+
+    from slipscale.analysis.tasks.ratios.statistics import TaskRatios
+    from slipscale.stimuli.quantity import Quantity
+
+
+def _title(found: TaskRatios, quantity: Quantity) -> str:
+    return f"Ratio judgements against {quantity.value(found.standard_um_pp)} ({found.task})"
+
+
+def _answer(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
+    what = (
+        f"{_title(found, quantity)}, {counted(found.answers, 'judgement', 'judgements')} of "
+        f"{counted(found.participants, 'participant', 'participants')}"
+    )
+    law = found.power_law
+    if isinstance(law, NotComputed):
+        return f"{what}: no exponent ({law.reason})."
+    return (
+        f"{what}: the exponents of participants' power functions of {quantity.name} averaged "
+        f"{number(law.exponent)}, {level_of(confidence)} CI {bracketed(law.interval)} "
+        f"(n = {law.n}; {law.points} {quantity.levels} above {quantity.value(0)})."
+    )
+
+
+def _ratios(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
+    each = "; ".join(
+        f"{quantity.value(one.comparison_um_pp)} {significant(one.ratio)} times"
+        + ("" if one.interval is None else f", {bracketed(one.interval, significant)}")
+        for one in found.surfaces
+    )
+    text = (
+        f"As {quantity.adjective} as the standard (geometric means, {level_of(confidence)} CI of "
+        f"participants' mean logarithms): {each}."
+    )
+    if found.catch_ratio is None:
+        return text
+    return (
+        f"{text} The standard itself was judged {significant(found.catch_ratio)} times as "
+        f"{quantity.adjective} ({counted(found.catch_trials, 'catch trial', 'catch trials')}; "
+        "correct: 1)."
+    )
+
+
+def _blocks(
+    task: TaskRatios, svgs: Mapping[str, str], level: float, quantity: Quantity
+) -> list[Markup]:
+    """Return the blocks of one task: its figures and tables."""
+    return [
+        html.heading(_title(task, quantity)),
+        *html.figure_if_drawn(
+            svgs,
+            f"ratios_{task.name}",
+            "Ratios to the standard, on logarithmic axes. Pale: each participant's "
+            "geometric means; blue: their geometric mean with a t-based "
+            f"{level:g} % interval, and the power function through them; black: the "
+            "standard, 1 by definition.",
+            "Geometric mean ratios: "
+            + ", ".join(
+                f"{quantity.value(each.comparison_um_pp)}: {each.ratio:.3g}"
+                for each in task.surfaces
+            ),
+        ),
+        _ratio_table(task, quantity),
+    ]
+
+
+def _ratio_table(task: TaskRatios, quantity: Quantity) -> Markup:
+    titles = (quantity.heading(quantity.title), "Participants", "Judgements", "Ratio", "CI")
+    return html.table(
+        html.columns(*titles),
+        [
+            [
+                f"{each.comparison_um_pp:g}",
+                str(each.participants),
+                str(each.judgements),
+                significant(each.ratio),
+                bracketed(each.interval, significant),
+            ]
+            for each in task.surfaces
+        ],
+        f"How many times as {quantity.adjective} as the standard "
+        f"({quantity.value(task.standard_um_pp)}{quantity.behind}): "
+        "geometric mean of participants' geometric means, with a t-based interval on logarithms.",
+    )
+
 
 ANALYSIS = of_one_statistic(
     "ratios",
@@ -16,20 +111,14 @@ ANALYSIS = of_one_statistic(
     question="How many times as {q.adjective} as a standard is each {q.stimulus}?",
     what="ratio judgement",
     title="Ratio judgements",
-    answers=lambda found, level, q: [sentences.ratio_answer(task, level, q) for task in found],
-    sentences=sentences.ratio_sentences,
-    heading="Ratio judgements",
-    blocks=of_each(section.blocks),
-    figures=lambda found, trials, q: {
-        f"ratios_{each.name}": figures.ratios(each, trials[trials["task"] == each.task], q)
-        for each in found
+    answers=lambda task, level, q: [_answer(task, level, q)],
+    sentences=lambda task, level, q: [f"{_answer(task, level, q)} {_ratios(task, level, q)}"],
+    blocks=_blocks,
+    figures=lambda task, trials, q: {
+        f"ratios_{task.name}": figures.ratios(task, trials[trials["task"] == task.task], q)
     },
-    table=lambda found: flat_under(
-        [
-            ({"task": task.task, "standard_um_pp": task.standard_um_pp}, each)
-            for task in found
-            for each in task.surfaces
-        ]
+    rows=lambda task: flat_rows(
+        {"task": task.task, "standard_um_pp": task.standard_um_pp}, task.surfaces
     ),
     session_tables=mean_by_session(
         TRIALS, "mean ratio", "natural logarithm", lambda rows: logarithms(rows["ratio"])

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import TYPE_CHECKING
 
-import pandas as pd
-
-from slipscale.analysis.tasks.declared.one_statistic import of_each, of_one_statistic
+from slipscale.analysis.json_form import renamed
+from slipscale.analysis.tasks.declared.flat_table import flat_rows
+from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.same_different.figures import sensitivities
 from slipscale.analysis.tasks.same_different.reading import TRIALS
-from slipscale.analysis.tasks.same_different.statistics import SAME_DIFFERENT, PairSensitivity
+from slipscale.analysis.tasks.same_different.statistics import SAME_DIFFERENT
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.html import TableColumn
 from slipscale.analysis.writing.numbers import bracketed, cell, counted, number
 
 if TYPE_CHECKING:
@@ -24,23 +22,19 @@ if TYPE_CHECKING:
     from slipscale.stimuli.quantity import Quantity
 
 HEADS = (
-    *("Participants", "Different, called different", "Same, called different"),
+    *("Pair", "Participants", "Different, called different", "Same, called different"),
     *("d'", "Criterion k", "Mean d'", "CI"),
 )
 
 
-def _sentences(found: tuple[TaskPairs, ...], _confidence: float, _quantity: Quantity) -> list[str]:
-    """Return one sentence per task: d' of each pair."""
-    return [
+def _answer(task: TaskPairs) -> str:
+    """Return one sentence: d' of each pair."""
+    pairs = (f"{number(each.d_prime)} ({each.first} and {each.second})" for each in task.pairs)
+    return (
         f"Same–different ({task.task}), {counted(task.answers, 'answer', 'answers')} of "
         f"{counted(task.participants, 'participant', 'participants')}: d' by the differencing "
-        "model was "
-        + ", ".join(
-            f"{number(each.d_prime)} ({each.first} and {each.second})" for each in task.pairs
-        )
-        + "."
-        for task in found
-    ]
+        f"model was {', '.join(pairs)}."
+    )
 
 
 def _blocks(
@@ -70,23 +64,12 @@ def _blocks(
             "d' of " + ", ".join(f"{each.first} and {each.second}" for each in task.pairs),
         ),
         html.table(
-            [TableColumn(title="Pair", left=True), *(TableColumn(title=head) for head in HEADS)],
+            html.columns(*HEADS, left=1),
             rows,
             f"Pairs of {quantity.stimuli}. d' and k are in standard deviations of one "
             "impression: two impressions further apart than k are called different.",
         ),
     ]
-
-
-def _table(found: tuple[TaskPairs, ...]) -> pd.DataFrame:
-    own = [field.name for field in fields(PairSensitivity) if field.name != "mean_d_prime"]
-    return pd.DataFrame(
-        [
-            {"task": task.task} | {name: getattr(each, name) for name in own}
-            for task in found
-            for each in task.pairs
-        ]
-    )
 
 
 ANALYSIS = of_one_statistic(
@@ -96,11 +79,10 @@ ANALYSIS = of_one_statistic(
     question="Which pairs of {q.stimuli} are told apart?",
     what="same–different",
     title="Same–different",
-    answers=_sentences,
-    sentences=_sentences,
-    blocks=of_each(_blocks),
-    figures=lambda found, _trials, _q: {
-        f"same_different_{each.task}": sensitivities(each) for each in found
-    },
-    table=_table,
+    answers=lambda task, _level, _q: [_answer(task)],
+    blocks=_blocks,
+    figures=lambda task, _trials, _q: {f"same_different_{task.task}": sensitivities(task)},
+    rows=lambda task: flat_rows(
+        {"task": task.task}, [renamed(each, mean_d_prime="") for each in task.pairs]
+    ),
 )

@@ -2,21 +2,167 @@
 
 from __future__ import annotations
 
+from statistics import median
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.not_computed import computed
-from slipscale.analysis.tasks.declared.one_statistic import of_each, of_one_statistic
-from slipscale.analysis.tasks.scales import figures, section, sentences, table
+from slipscale.analysis.statistics.not_computed import NotComputed, all_computed, computed, fold
+from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.scales import figures
+from slipscale.analysis.tasks.scales.difference_scaling import DifferenceScale
 from slipscale.analysis.tasks.scales.reading import TRIALS
 from slipscale.analysis.tasks.scales.statistics import SCALES
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.numbers import DASH, bracketed, counted, number, p_value
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from markupsafe import Markup
+
+    from slipscale.analysis.json_form import JsonObject
+    from slipscale.analysis.tasks.scales.paired_comparison_scale import ComparisonScale
     from slipscale.analysis.tasks.scales.statistics import TaskScale
+    from slipscale.analysis.tasks.scales.transitivity import Consistency
     from slipscale.stimuli.quantity import Quantity
 
 
-def _answers(found: tuple[TaskScale, ...], _level: float, quantity: Quantity) -> list[str]:
-    return [sentences.scale_answer(task, quantity) for task in found]
+def _title(found: TaskScale) -> str:
+    form = "Paired comparison" if found.consistency else "Triads"
+    return f"{form} of {len(found.surfaces)} surfaces ({found.task})"
+
+
+def _fit(found: TaskScale) -> str:
+    """Return the goodness of fit of one scale, for the table's caption."""
+    texts, fitted = [], []
+    for name, scale in (("Bradley-Terry", found.bradley_terry), ("Thurstone V", found.thurstone)):
+        if isinstance(scale, NotComputed):
+            if found.consistency:
+                texts.append(f"{name}: not computed ({scale.reason}).")
+        elif scale.fit:
+            fitted.append(
+                f"{name}, deviance {number(scale.fit.deviance)} (df = {scale.fit.df}, "
+                f"{p_value(scale.fit.p)})"
+            )
+    if fitted:
+        texts.append(
+            f"Fit with Firth's correction, treating answers as independent: {'; '.join(fitted)}."
+        )
+    if found.transitivity:
+        counts = found.transitivity
+        texts.append(
+            f"Violations of weak, moderate and strong stochastic transitivity in {counts.triads} "
+            f"triads: {counts.weak_violations}, {counts.moderate_violations}, "
+            f"{counts.strong_violations}."
+        )
+    if found.differences:
+        texts.append(
+            f"Maximum likelihood difference scaling; noise {number(found.differences.noise)} of "
+            "the whole scale, CI "
+            f"{bracketed(found.differences.noise_interval)}."
+        )
+    return " ".join(texts)
+
+
+def _answer(found: TaskScale, quantity: Quantity) -> str:
+    scale = found.bradley_terry if found.consistency else found.differences
+    what = f"{_title(found)}, {counted(found.answers, 'answer', 'answers')} of " + counted(
+        found.participants, "participant", "participants"
+    )
+    if isinstance(scale, NotComputed):
+        counts = zip(found.surfaces, found.chosen, found.compared, strict=False)
+        shares = ", ".join(f"{name}: {chosen} of {there}" for name, chosen, there in counts)
+        told = f"; chosen: {shares}" if shares else ""
+        return f"{what}: no scale ({scale.reason}){told}."
+    order = sorted(range(len(found.surfaces)), key=lambda place: scale.values[place])
+    names = ", ".join(f"{found.surfaces[place]} ({number(scale.values[place])})" for place in order)
+    return f"{what}: scale values, from the least to the most {quantity.adjective}: {names}."
+
+
+def _blocks(
+    task: TaskScale, svgs: Mapping[str, str], level: float, quantity: Quantity
+) -> list[Markup]:
+    """Return the blocks of one task: its figures and tables."""
+    values = bool(task.consistency) or computed(task.differences) is not None
+    return [
+        html.heading(_title(task)),
+        *html.figure_if_drawn(
+            svgs,
+            f"scale_{task.task}",
+            f"Scale values with {level:g} % intervals"
+            + (
+                ", which account for correlated answers of a participant."
+                if task.consistency
+                else " (bootstrap); the first and last surface are 0 and 1 by definition."
+            ),
+            f"Scale values of {', '.join(task.surfaces)}",
+        ),
+        _scale_table(task) if values else html.paragraph(_answer(task, quantity), "note"),
+        *([_consistency_table(task)] if task.consistency else []),
+    ]
+
+
+def _scale_table(task: TaskScale) -> Markup:
+    scales: dict[str, ComparisonScale | DifferenceScale | NotComputed] = {
+        "Bradley-Terry": task.bradley_terry,
+        "Thurstone V": task.thurstone,
+        "Difference scale": task.differences,
+    }
+    titles = ["Surface"]
+    cells: list[list[str]] = []
+    if task.chosen:
+        titles.append("Chosen")
+        counts = zip(task.chosen, task.compared, strict=True)
+        cells.append([f"{chosen}/{compared}" for chosen, compared in counts])
+    for title, found in scales.items():
+        if found:
+            titles += [title, "CI"]
+            cells.append([number(value) for value in found.values])
+            cells.append([bracketed(interval) for interval in found.intervals])
+    rows = [
+        [name, *(column[place] for column in cells)] for place, name in enumerate(task.surfaces)
+    ]
+    return html.table(html.columns(*titles, left=1), rows, _fit(task))
+
+
+def _consistency_table(task: TaskScale) -> Markup:
+    zetas = [each.zeta for each in all_computed(task.consistency.values())]
+    rows = [
+        [who, *fold(each, _counts, lambda reason: [DASH, DASH, reason])]
+        for who, each in task.consistency.items()
+    ]
+    columns = html.columns("Participant", "Circular triads", "Consistence ζ", "By chance", left=1)
+    caption = (
+        "Circular triads (A over B, B over C, C over A; ties count half each way), Kendall's "
+        "coefficient of consistence, and the probability of so few if choices were random."
+    )
+    summary = "Consistency of each participant"
+    if zetas:
+        summary += (
+            f": ζ from {number(min(zetas))} to {number(max(zetas))}, median "
+            f"{number(median(zetas))} (1: no circular triads)"
+        )
+    return html.details(summary, [html.table(columns, rows, caption)])
+
+
+def _counts(found: Consistency) -> list[str]:
+    return [f"{found.circular_triads:g}/{found.triads}", number(found.zeta), p_value(found.p)]
+
+
+def _rows(task: TaskScale) -> list[JsonObject]:
+    """Return one row per model and surface."""
+    rows: list[JsonObject] = []
+    for name, chosen, compared in zip(task.surfaces, task.chosen, task.compared, strict=False):
+        share = {"value": chosen / compared if compared else None}
+        rows.append({"task": task.task, "model": "share chosen", "surface": name, **share})
+    for found in (task.bradley_terry, task.thurstone, task.differences):
+        if not found:
+            continue
+        model = "differences" if isinstance(found, DifferenceScale) else found.model
+        for name, value, interval in zip(task.surfaces, found.values, found.intervals, strict=True):
+            low, high = (None, None) if interval is None else interval
+            row: JsonObject = {"task": task.task, "model": model, "surface": name, "value": value}
+            rows.append(row | {"ci_low": low, "ci_high": high})
+    return rows
 
 
 ANALYSIS = of_one_statistic(
@@ -26,14 +172,13 @@ ANALYSIS = of_one_statistic(
     question="How do the {q.stimuli} lie on one scale of {q.judged}?",
     what="paired comparison",
     title="Paired comparison",
-    answers=_answers,
-    sentences=_answers,
+    answers=lambda task, _level, q: [_answer(task, q)],
     heading="Scales of {q.judged}",
-    blocks=of_each(section.blocks),
-    figures=lambda found, _, q: {
-        f"scale_{each.task}": figures.scale(each, q)
-        for each in found
-        if any(map(computed, (each.bradley_terry, each.differences)))
-    },
-    table=table.scale_table,
+    blocks=_blocks,
+    figures=lambda task, _, q: (
+        {f"scale_{task.task}": figures.scale(task, q)}
+        if any(map(computed, (task.bradley_terry, task.differences)))
+        else {}
+    ),
+    rows=_rows,
 )

@@ -4,27 +4,80 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import pandas as pd
-
-from slipscale.analysis.statistics.not_computed import all_computed
+from slipscale.analysis.statistics.not_computed import NotComputed, all_computed
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
-from slipscale.analysis.tasks.similarity import figures, section, sentences
+from slipscale.analysis.tasks.similarity import figures
 from slipscale.analysis.tasks.similarity.reading import TRIALS
 from slipscale.analysis.tasks.similarity.statistics import SIMILARITY
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.numbers import counted, number, unit_number
 
 if TYPE_CHECKING:
-    from slipscale.analysis.statistics.not_computed import NotComputed
+    from collections.abc import Mapping
+
+    from markupsafe import Markup
+
+    from slipscale.analysis.json_form import JsonObject
     from slipscale.analysis.tasks.similarity.statistics import TaskMap
 
 
-def _table(found: tuple[TaskMap | NotComputed, ...]) -> pd.DataFrame:
-    rows = [
+def _answer(found: TaskMap | NotComputed) -> str:
+    """Return the stress of maps by their dimensions."""
+    if isinstance(found, NotComputed):
+        return f"No map of the dissimilarities was computed: {found.reason}."
+    stress = ", ".join(unit_number(value, 3) for value in found.stress.values())
+    people = counted(found.participants, "participant", "participants")
+    dimensions = ", ".join(map(str, found.stress))
+    return (
+        f"Non-metric multidimensional scaling of {len(found.items)} items ({found.task}; {people}) "
+        f"has a stress-1 of {stress} in {dimensions} dimensions."
+    )
+
+
+def _blocks(task: TaskMap | NotComputed, svgs: Mapping[str, str]) -> list[Markup]:
+    if isinstance(task, NotComputed):
+        return [html.paragraph(f"Map: {task.reason}.", "note")]
+    axes = [f"Axis {place + 1}" for place in range(len(next(iter(task.coordinates.values()))))]
+    return [
+        html.heading(task.task),
+        *html.figure_if_drawn(
+            svgs,
+            f"similarity_{task.task}",
+            "Left: the group's map on its principal axes; its unit is arbitrary. Right: stress-1 "
+            "by dimensions, 0 if distances are in the order of all dissimilarities. Stress falls "
+            "with every dimension; one that adds little is not needed.",
+            "Map of " + ", ".join(task.items),
+        ),
+        html.table(
+            html.columns("Item", *axes, left=1),
+            [[item, *map(number, place)] for item, place in task.coordinates.items()],
+            "Places on the map's principal axes.",
+        ),
+        *([_weights(task, axes)] if task.people else []),
+    ]
+
+
+def _weights(task: TaskMap, axes: list[str]) -> Markup:
+    return html.table(
+        html.columns("Participant", *(f"Weight of {axis.lower()}" for axis in axes), "r²", left=1),
+        [
+            [each.participant, *map(number, each.weights), unit_number(each.r2)]
+            for each in task.people
+        ],
+        "Weights of squared distances along the group's axes, of participants who rated every "
+        "pair; r²: proportion of the variance of their squared dissimilarities. The axes are "
+        "those of the group's map, and are not estimated from the weights as in INDSCAL.",
+    )
+
+
+def _rows(task: TaskMap | NotComputed) -> list[JsonObject]:
+    if isinstance(task, NotComputed):
+        return []
+    return [
         {"task": task.task, "item": item}
         | {f"axis_{number}": value for number, value in enumerate(place, start=1)}
-        for task in all_computed(found)
         for item, place in task.coordinates.items()
     ]
-    return pd.DataFrame(rows)
 
 
 ANALYSIS = of_one_statistic(
@@ -34,11 +87,10 @@ ANALYSIS = of_one_statistic(
     question="How different do pairs of {q.stimuli} feel, and along how many dimensions?",
     what="dissimilarities",
     title="Dissimilarities",
-    answers=sentences.answers,
-    sentences=sentences.answers,
-    blocks=section.blocks,
-    figures=lambda found, _trials, _q: {
-        f"similarity_{each.task}": figures.similarity(each) for each in all_computed(found)
+    answers=lambda task, _level, _q: [_answer(task)],
+    blocks=lambda task, svgs, _level, _q: _blocks(task, svgs),
+    figures=lambda task, _trials, _q: {
+        f"similarity_{each.task}": figures.similarity(each) for each in all_computed([task])
     },
-    table=_table,
+    rows=_rows,
 )

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.tasks.declared.one_statistic import of_each, of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.thresholds import figures, section, sentences, table
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
 from slipscale.analysis.tasks.thresholds.session_tables import session_tables
 from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
     import pandas as pd
     from matplotlib.figure import Figure
@@ -21,14 +21,12 @@ if TYPE_CHECKING:
 
 
 def _figures(
-    found: Sequence[TaskThresholds], trials: pd.DataFrame, quantity: Quantity
+    task: TaskThresholds, trials: pd.DataFrame, quantity: Quantity
 ) -> Mapping[str, Figure]:
-    drawn = {}
-    for task in found:
-        own = trials[trials["task"] == task.task]
-        drawn[f"thresholds_{task.task}"] = figures.functions(task, own, quantity)
-        if own["track"].notna().any():
-            drawn[f"tracks_{task.task}"] = figures.tracks(task, own, quantity)
+    own = trials[trials["task"] == task.task]
+    drawn = {f"thresholds_{task.task}": figures.functions(task, own, quantity)}
+    if own["track"].notna().any():
+        drawn[f"tracks_{task.task}"] = figures.tracks(task, own, quantity)
     return drawn
 
 
@@ -39,11 +37,11 @@ ANALYSIS = of_one_statistic(
     question="How small {q.a_level}, or a change of it, is felt?",
     what="forced choice",
     title="Thresholds",
-    answers=lambda found, level, q: [sentences.answer(task, level, q) for task in found],
+    answers=lambda task, level, q: [sentences.answer(task, level, q)],
     sentences=sentences.sentences,
     doubts=sentences.doubts,
-    blocks=of_each(section.blocks),
+    blocks=section.blocks,
     figures=_figures,
-    table=table.threshold_table,
+    rows=table.rows,
     session_tables=session_tables,
 )

@@ -14,7 +14,6 @@ from slipscale.analysis.statistics.not_computed import (
 from slipscale.analysis.tasks.thresholds import sentences as apa_thresholds
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.html import TableColumn
 from slipscale.analysis.writing.numbers import (
     DASH,
     bracketed,
@@ -44,13 +43,7 @@ FITTED = {
     False: "the threshold is half-way between chance and the best",
     True: "the threshold is the point of subjective equality",
 }
-CONTRASTS = (
-    TableColumn(title="Compared", left=True),
-    TableColumn(title="Change"),
-    TableColumn(title="CI"),
-    TableColumn(title="p"),
-    TableColumn(title="Holm's p"),
-)
+CONTRASTS = html.columns("Compared", "Change", "CI", "p", "Holm's p", left=1)
 
 
 def blocks(
@@ -60,9 +53,9 @@ def blocks(
     caption, alt = _caption(task, level, quantity), _alt(task, quantity)
     fits = [each.fit for each in task.participants if each.fit]
     fitted = f" Fit: deviance against {fits[0].simulations} simulated data sets." if fits else ""
-    titles = ("Trials", "Correct", quantity.heading("Threshold"), *FIT)
+    titles = ("Participant", "Trials", "Correct", quantity.heading("Threshold"), *FIT)
     each_participant = html.table(
-        [TableColumn(title="Participant", left=True), *(TableColumn(title=t) for t in titles)],
+        html.columns(*titles, left=1),
         [_row(each, task) for each in task.participants],
         f"{CURVES[task.curve].title}; {FITTED[task.method == COMPARED]}. In the population's fit: "
         "shrunk towards the population's threshold. Lapses: 1 minus the upper asymptote, at most "
@@ -102,15 +95,17 @@ def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
         if CURVES[task.curve].logarithmic
         else ", ".join(filter(None, ("difference", quantity.unit)))
     )
-    words = [TableColumn(title=title, left=True) for title in ("Threshold by", "Level")]
-    titles = ("Participants", quantity.heading("Threshold"), "CI")
-    columns = [*words, *(TableColumn(title=title) for title in titles)]
+    titles = ("Threshold by", "Level", "Participants", quantity.heading("Threshold"), "CI")
     for factor in task.population.factors:
         rows = [
             [factor.name, each.name, str(each.n), *_interval_cells(each.threshold_um_pp)]
             for each in factor.levels
         ]
-        tables.append(html.table(columns, rows, "From the model of all participants' answers."))
+        tables.append(
+            html.table(
+                html.columns(*titles, left=2), rows, "From the model of all participants' answers."
+            )
+        )
         compared = [
             [
                 f"{each.second} against {each.first}",
@@ -121,7 +116,7 @@ def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
             for each in factor.contrasts
         ]
         if compared:
-            tables.append(html.table(list(CONTRASTS), compared, f"Change: {change} of thresholds."))
+            tables.append(html.table(CONTRASTS, compared, f"Change: {change} of thresholds."))
     return tables
 
 

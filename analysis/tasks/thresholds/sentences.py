@@ -83,15 +83,17 @@ def answer(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
     return f"{text}."
 
 
-def doubts(found: tuple[TaskThresholds, ...], _confidence: float, quantity: Quantity) -> list[str]:
-    """Return which tasks are described better by a curve on the other axis."""
-    return [
-        f"{title(task, quantity)}: the {CURVES[task.population.better_curve].title} describes the "
+def doubts(task: TaskThresholds, _confidence: float, quantity: Quantity) -> list[str]:
+    """Return whether a task is described better by a curve on the other axis."""
+    if not task.population or not task.population.better_curve:
+        return []
+    better = task.population.better_curve
+    text = (
+        f"{title(task, quantity)}: the {CURVES[better].title} describes the "
         f"answers clearly better than the {CURVES[task.curve].title}, so threshold and slope may "
-        f'be biased; set threshold_curve = "{task.population.better_curve}" in [analysis].'
-        for task in found
-        if task.population and task.population.better_curve
-    ]
+        f'be biased; set threshold_curve = "{better}" in [analysis].'
+    )
+    return [text]
 
 
 def _slopes(joint: PopulationThreshold) -> str:
@@ -133,47 +135,42 @@ def _reversals(found: Reversals, confidence: float, quantity: Quantity) -> str:
     )
 
 
-def sentences(
-    found: tuple[TaskThresholds, ...], confidence: float, quantity: Quantity
-) -> list[str]:
-    """Return the sentences of a results section: per task the answer, then the rest."""
-    texts = []
-    for task in found:
-        parts = []
-        fits = [each.fit for each in task.participants if each.fit]
-        if fits:
-            bad = sum(fit.p < 1 - confidence for fit in fits)
-            parts.append(
-                f"Curves that fit badly (p < {unit_number(1 - confidence)}): {bad} of {len(fits)}."
-            )
-        catches = sum(each.catch_trials for each in task.participants)
-        if catches:
-            right = sum(each.catch_correct for each in task.participants)
-            parts.append(f"Catch trials: {right} of {catches} correct.")
+def sentences(task: TaskThresholds, confidence: float, quantity: Quantity) -> list[str]:
+    """Return the sentences of a results section: the answer, then the rest."""
+    parts = []
+    fits = [each.fit for each in task.participants if each.fit]
+    if fits:
+        bad = sum(fit.p < 1 - confidence for fit in fits)
+        parts.append(
+            f"Curves that fit badly (p < {unit_number(1 - confidence)}): {bad} of {len(fits)}."
+        )
+    catches = sum(each.catch_trials for each in task.participants)
+    if catches:
+        right = sum(each.catch_correct for each in task.participants)
+        parts.append(f"Catch trials: {right} of {catches} correct.")
+    parts += [
+        f"{each.participant} has no threshold: {lacking.reason}."
+        for each in task.participants
+        for lacking in missing([each.function])
+    ]
+    if task.reversals:
+        parts.append(_reversals(task.reversals, confidence, quantity))
+    if task.population:
+        joint = task.population
+        parts.append(
+            f"Hierarchical model of {joint.answers} answers: the lapse rate is "
+            f"{100 * joint.lapse:.1f} %; {_slopes(joint)}."
+        )
         parts += [
-            f"{each.participant} has no threshold: {lacking.reason}."
-            for each in task.participants
-            for lacking in missing([each.function])
+            f"{factor.name.capitalize()} {each.second} against {each.first}: threshold "
+            f"{_change(each.change.value, task, quantity)}, CI "
+            f"{bracketed(each.change.interval, significant)}, {p_value(each.p_holm)} after "
+            "Holm's correction."
+            for factor in joint.factors
+            for each in factor.contrasts
         ]
-        if task.reversals:
-            parts.append(_reversals(task.reversals, confidence, quantity))
-        if task.population:
-            joint = task.population
-            parts.append(
-                f"Hierarchical model of {joint.answers} answers: the lapse rate is "
-                f"{100 * joint.lapse:.1f} %; {_slopes(joint)}."
-            )
-            parts += [
-                f"{factor.name.capitalize()} {each.second} against {each.first}: threshold "
-                f"{_change(each.change.value, task, quantity)}, CI "
-                f"{bracketed(each.change.interval, significant)}, {p_value(each.p_holm)} after "
-                "Holm's correction."
-                for factor in joint.factors
-                for each in factor.contrasts
-            ]
-            if task.method == COMPARED:
-                parts.append(f"{COMPARED_CAUTION}.")
-            elif CURVES[task.curve].logarithmic:
-                parts.append(f"{LOGARITHM_CAUTION}.")
-        texts += [answer(task, confidence, quantity), *([" ".join(parts)] if parts else [])]
-    return texts
+        if task.method == COMPARED:
+            parts.append(f"{COMPARED_CAUTION}.")
+        elif CURVES[task.curve].logarithmic:
+            parts.append(f"{LOGARITHM_CAUTION}.")
+    return [answer(task, confidence, quantity), *([" ".join(parts)] if parts else [])]

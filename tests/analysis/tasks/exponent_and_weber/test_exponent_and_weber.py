@@ -10,7 +10,7 @@ from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate
-from slipscale.analysis.tasks.exponent_and_weber.sentences import sentences
+from slipscale.analysis.tasks.exponent_and_weber.declaration import sentence
 from slipscale.analysis.tasks.exponent_and_weber.statistics import (
     EKMAN,
     PUBLISHED,
@@ -117,18 +117,17 @@ def test_the_verdict_follows_the_interval(exponents, fractions, verdict):
     assert found.verdict == verdict
     assert {"agrees": "agrees with", "does not agree": "does not agree with"}.get(
         verdict, "neither differs reliably"
-    ) in sentences((found,), 0.95, PLATE_AMPLITUDE)[0]
+    ) in sentence(found, 0.95, PLATE_AMPLITUDE)
 
 
 def test_an_exponent_that_may_be_none_is_said_to_be_so():
     (found,) = exponent_and_weber(estimates([-0.3, 0.4, -0.2, 0.3, 0.1]), (task(0.04 * SPREAD),))
     assert not found.grows
-    assert (
-        "so an increase of sensation with the amplitude is not shown"
-        in sentences((found,), 0.95, PLATE_AMPLITUDE)[0]
+    assert "so an increase of sensation with the amplitude is not shown" in sentence(
+        found, 0.95, PLATE_AMPLITUDE
     )
     (found,) = exponent_and_weber(estimates(0.75 * SPREAD), (task(0.04 * SPREAD),))
-    assert "not shown" not in sentences((found,), 0.95, PLATE_AMPLITUDE)[0]
+    assert "not shown" not in sentence(found, 0.95, PLATE_AMPLITUDE)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from slipscale.analysis import json_form
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reporting.files import draw
 from slipscale.analysis.reporting.page import results
-from slipscale.analysis.tasks.exponent_and_weber.section import exponent_and_weber
+from slipscale.analysis.tasks.exponent_and_weber.declaration import section_of
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.bare_dataset import write_simulated
 from slipscale.experiments.running.pilot import pilot_plans
@@ -60,9 +60,7 @@ def test_both_stand_on_one_page_with_a_figure_and_a_plain_sentence(analysis):
     )
     figures = draw(analysis)
     assert "exponent_and_weber_differencethreshold" in figures
-    section = exponent_and_weber(
-        analysis, {"exponent_and_weber_differencethreshold": "<svg></svg>"}
-    )
+    section = section_of(analysis, {"exponent_and_weber_differencethreshold": "<svg></svg>"})
     page = " ".join(str(block) for block in section.blocks)
     assert "4 participants have both: exponent" in section.gist
     assert "Exponents and Weber fractions of 4 participants" in page
@@ -74,6 +72,6 @@ def test_both_stand_on_one_page_with_a_figure_and_a_plain_sentence(analysis):
 
 
 def test_two_people_are_too_few_and_the_section_says_so(tmp_path):
-    section = exponent_and_weber(analysed(tmp_path, 2), {})
+    section = section_of(analysed(tmp_path, 2), {})
     (said,) = section.blocks
     assert "Not compared: differencethreshold: participants with an exponent" in said

@@ -14,7 +14,7 @@ from slipscale.analysis.reading.mapping import parse_mapping
 from slipscale.analysis.reporting.files import draw
 from slipscale.analysis.reporting.sections.summary import answers
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.groups import sentences as apa_groups
+from slipscale.analysis.tasks.groups.declaration import group_sentences
 from slipscale.analysis.tasks.groups.statistics import compare_groups
 from slipscale.analysis.tasks.groups.welch import welch
 from slipscale.commands import main
@@ -69,7 +69,7 @@ def test_welch_s_analysis_of_three_groups_is_r_s(orthodont):
 
 
 def test_sentences_and_tables_name_groups_effect_sizes_and_exact_p(orthodont, page):
-    texts = apa_groups.group_sentences(orthodont.inference.groups, 0.95, PLATE_AMPLITUDE)
+    texts = group_sentences(orthodont.inference.groups, 0.95, PLATE_AMPLITUDE)
     assert texts[0] == "Groups compared, by group: Female (n = 11), Male (n = 16)."
     assert "Welch's F(1, 23.48) = 3.68, p = .067, η² = .11, 95% CI [.00, .34]" in texts[1]
     assert "Hedges' g = −1.15 [−1.95, −0.33]" in texts[2]
@@ -115,7 +115,7 @@ def test_groups_too_small_are_left_out_and_named():
     found = compare_groups(data, group_of)
     assert found.n == {"a": 3, "b": 5}
     assert (found.left_out, found.without_group) == (("c", "d"), 1)
-    (first, *_) = apa_groups.group_sentences(found, 0.95, PLATE_AMPLITUDE)
+    (first, *_) = group_sentences(found, 0.95, PLATE_AMPLITUDE)
     assert first.endswith("too small to compare: c, d; 1 in no group.")
 
 

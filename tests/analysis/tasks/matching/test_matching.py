@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.matching.section import blocks
+from slipscale.analysis.tasks.matching.declaration import blocks
 from slipscale.analysis.tasks.matching.statistics import matching
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 

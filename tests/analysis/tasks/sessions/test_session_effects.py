@@ -15,13 +15,12 @@ from slipscale.analysis.reading.mapping import parse_mapping
 from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.conclude import conclude
-from slipscale.analysis.tasks.sessions.sentences import session_sentences
+from slipscale.analysis.tasks.sessions.declaration import sentences
 from slipscale.analysis.tasks.sessions.statistics import agreement
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.bare_dataset import why_sessions, write_simulated
 from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.study.file import study_text
-from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 pytestmark = pytest.mark.usefixtures("without_models", "without_simulated_fits")
 
@@ -95,12 +94,13 @@ def table(change=0.0, people=8, seed=1, keep=None):
 
 def test_a_change_between_sessions_is_found_and_none_is_not(table_by_hand):
     for change, differs in ((0.4, True), (0.0, False)):
-        sessions = analyse(table_by_hand(table(change)), normalise="none").inference.sessions
+        analysed = analyse(table_by_hand(table(change)), normalise="none")
+        sessions = analysed.inference.sessions
         assert (sessions.anova.session.p < 0.05) == differs
         assert sessions.anova.interaction.p > 0.05
         level = sessions.measures[0]
         assert level.changes[0].change.mean == pytest.approx(change, abs=0.05)
-        told = " ".join(session_sentences(sessions, 0.95, PLATE_AMPLITUDE))
+        told = " ".join(sentences(analysed))
         assert ("sessions differed" in told) == differs
         assert ("level (mean natural logarithm, n = 8) did not change reliably" in told) != differs
 
@@ -128,10 +128,11 @@ def test_whoever_lacks_a_session_is_left_out_and_counted(table_by_hand):
 
 def test_people_of_one_session_each_are_not_compared_within(table_by_hand):
     text = table(people=6, keep=lambda who, session: (who % 2 == 0) == (session == "01"))
-    found = analyse(table_by_hand(text), normalise="none").inference.sessions
+    analysed = analyse(table_by_hand(text), normalise="none")
+    found = analysed.inference.sessions
     assert "every amplitude in every session: 0" in found.anova.reason
     assert all(isinstance(measure.agreement, NotComputed) for measure in found.measures)
-    assert "sessions were not compared" in " ".join(session_sentences(found, 0.95, PLATE_AMPLITUDE))
+    assert "sessions were not compared" in " ".join(sentences(analysed))
 
 
 @pytest.mark.parametrize(
@@ -174,7 +175,7 @@ def test_one_session_or_none_is_no_factor(table_by_hand):
     for text in (one, one.replace("session,", "run,")):
         found = analyse(table_by_hand(text), normalise="none")
         assert found.inference.sessions == NotComputed("there is only one session")
-        assert session_sentences(found.inference.sessions, 0.95, PLATE_AMPLITUDE) == []
+        assert sentences(found) == []
 
 
 def test_a_study_that_does_not_choose_it_is_told_so(analysis):
