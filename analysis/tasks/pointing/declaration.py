@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import TYPE_CHECKING
 
-import pandas as pd
-
+from slipscale.analysis.json_form import renamed
 from slipscale.analysis.statistics.not_computed import fold
-from slipscale.analysis.tasks.declared.one_statistic import of_each, of_one_statistic
+from slipscale.analysis.tasks.declared.flat_table import flat_rows
+from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.pointing.figures import movement_times
 from slipscale.analysis.tasks.pointing.reading import TRIALS
-from slipscale.analysis.tasks.pointing.statistics import FEWEST, POINTING, PersonPointing
+from slipscale.analysis.tasks.pointing.statistics import FEWEST, POINTING
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.html import TableColumn
 from slipscale.analysis.writing.numbers import (
     DASH,
     bracketed,
@@ -29,6 +27,7 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
+    from slipscale.analysis.json_form import JsonObject
     from slipscale.analysis.tasks.pointing.statistics import (
         FeedbackPointing,
         MeanOrReason,
@@ -36,8 +35,6 @@ if TYPE_CHECKING:
     )
     from slipscale.stimuli.quantity import Quantity
 
-#: Columns of the table, apart from the task and the condition.
-PERSON = tuple(each.name for each in fields(PersonPointing) if each.name != "cells")
 HEADS = ("Movements", "Errors", "Movement time (s)", "Throughput (bit/s)", "a (s)", "b (s/bit)")
 
 
@@ -52,15 +49,11 @@ def _mean(found: MeanOrReason, digits: int = 2) -> str:
     )
 
 
-def _answers(found: tuple[TaskPointing, ...], confidence: float, _q: Quantity) -> list[str]:
+def _answers(task: TaskPointing, confidence: float, _q: Quantity) -> list[str]:
     """Return one sentence per condition, and one on the effect of feedback."""
     return [
-        sentence
-        for task in found
-        for sentence in (
-            *(_throughput(task.task, each, confidence) for each in task.conditions),
-            *_gain(task, confidence),
-        )
+        *(_throughput(task.task, each, confidence) for each in task.conditions),
+        *_gain(task, confidence),
     ]
 
 
@@ -93,21 +86,20 @@ def _gain(task: TaskPointing, confidence: float) -> list[str]:
     ]
 
 
-def _sentences(found: tuple[TaskPointing, ...], confidence: float, q: Quantity) -> list[str]:
+def _sentences(task: TaskPointing, confidence: float, q: Quantity) -> list[str]:
     """Return the answers, the regressions, and the cells left out."""
-    said = _answers(found, confidence, q)
-    for task in found:
-        for each in task.conditions:
+    said = _answers(task, confidence, q)
+    for each in task.conditions:
+        said.append(
+            f"Feedback {each.feedback}: movement time = a + b × index of difficulty, with "
+            f"a = {_mean(each.intercept_s, 3)} s and b = {_mean(each.slope_s_per_bit, 3)} "
+            "s/bit."
+        )
+        if each.left_out:
             said.append(
-                f"Feedback {each.feedback}: movement time = a + b × index of difficulty, with "
-                f"a = {_mean(each.intercept_s, 3)} s and b = {_mean(each.slope_s_per_bit, 3)} "
-                "s/bit."
+                f"{each.left_out} combinations of participant, distance and width have fewer "
+                f"than {FEWEST} movements or no spread, and are left out."
             )
-            if each.left_out:
-                said.append(
-                    f"{each.left_out} combinations of participant, distance and width have fewer "
-                    f"than {FEWEST} movements or no spread, and are left out."
-                )
     return said
 
 
@@ -137,10 +129,7 @@ def _blocks(
             "Movement time by index of difficulty",
         ),
         html.table(
-            [
-                TableColumn(title="Feedback", left=True),
-                *(TableColumn(title=head) for head in HEADS),
-            ],
+            html.columns("Feedback", *HEADS, left=1),
             rows,
             f"Means over participants with {level:g} % intervals. Errors: share of selections "
             "that missed the target.",
@@ -148,17 +137,16 @@ def _blocks(
     ]
 
 
-def _table(found: tuple[TaskPointing, ...]) -> pd.DataFrame:
+def _rows(task: TaskPointing) -> list[JsonObject]:
     """Return one row per participant and condition."""
-    return pd.DataFrame(
-        [
-            {"task": task.task, "feedback": each.feedback}
-            | {name: getattr(person, name) for name in PERSON}
-            for task in found
-            for each in task.conditions
-            for person in each.people
-        ]
-    )
+    return [
+        row
+        for each in task.conditions
+        for row in flat_rows(
+            {"task": task.task, "feedback": each.feedback},
+            [renamed(person, cells="") for person in each.people],
+        )
+    ]
 
 
 ANALYSIS = of_one_statistic(
@@ -170,9 +158,7 @@ ANALYSIS = of_one_statistic(
     title="Pointing",
     answers=_answers,
     sentences=_sentences,
-    blocks=of_each(_blocks),
-    figures=lambda found, _trials, _q: {
-        f"pointing_{each.task}": movement_times(each) for each in found
-    },
-    table=_table,
+    blocks=_blocks,
+    figures=lambda task, _trials, _q: {f"pointing_{task.task}": movement_times(task)},
+    rows=_rows,
 )
