@@ -73,9 +73,10 @@ class Names(Protocol):
 class Faults(ValueError):
     """Several faults with their own places; pydantic would treat them as one."""
 
-    def __init__(self, faults: list[Fault]) -> None:
+    def __init__(self, faults: list[Fault], *, within: bool = False) -> None:
         super().__init__("; ".join(fault["msg"] for _, fault in faults))
         self.faults = faults
+        self.within = within
 
 
 def in_words(error: ValidationError) -> str:
@@ -86,10 +87,10 @@ def in_words(error: ValidationError) -> str:
     return "; ".join(words for _, words in sentences(faults_in(error), lambda _: 0))
 
 
-def refuse(faults: Iterable[Fault]) -> None:
-    """Raise all faults together."""
+def refuse(faults: Iterable[Fault], *, within: bool = False) -> None:
+    """Raise all faults together; with ``within``, places are those in the validated table."""
     if found := list(faults):
-        raise Faults(found)
+        raise Faults(found, within=within)
 
 
 def faults_in(error: ValidationError, model: Any = None, names: Names | None = None) -> list[Fault]:
@@ -108,7 +109,11 @@ def faults_in(error: ValidationError, model: Any = None, names: Names | None = N
     found: list[Fault] = []
     for each in error.errors():
         inner = each.get("ctx", {}).get("error")
-        found += inner.faults if isinstance(inner, Faults) else [(each["loc"], dict(each))]
+        if isinstance(inner, Faults):
+            table = each["loc"] if inner.within else ()
+            found += [((*table, *place), fault) for place, fault in inner.faults]
+        else:
+            found.append((each["loc"], dict(each)))
     found = [(in_file(place), fault) for place, fault in found]
     meant: set[Place] = set()
     for place, fault in found:

@@ -35,12 +35,14 @@ RING_DOWN_TIME_CONSTANTS = 7  # to 0.1 % of what it was
 UNKNOWN_TIME_CONSTANT_S = 0.01  # Q = 1,000 at 30.5 kHz
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from slipscale.hardware.calibration.record import Calibration
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.plate_file import PlateFile
     from slipscale.hardware.records import PlateIdentity, Presentation, Readback
     from slipscale.stimuli.modulation import Loop, Modulator
-    from slipscale.stimuli.surface import Surface
+    from slipscale.stimuli.surface import Sensor, Surface
 
 
 class PlateDriver(GuardedOutput):
@@ -131,37 +133,61 @@ class PlateDriver(GuardedOutput):
         self._on_time.command(self.clock.now(), vibrates=False)
         return self.identity
 
-    def check_supported(self, surface: Surface, *, place_known: bool = False) -> Loop | None:
+    def check_supported(self, surface: Surface, *, sensors: Collection[Sensor] = ()) -> Loop | None:
         """Return the loop that presents a texture, or None for a plain surface, without any action.
 
-        If the finger's position is known, a backend with a `follow_lag_s` requires no `modulator`:
-        it follows the finger and plays nothing.
+        If a sensor measures the finger's position, a backend with a `follow_lag_s` requires no
+        `modulator`: it follows the finger and plays nothing. A transient requires both, and the
+        sensor of its trigger.
 
         Raises
         ------
         OverLimit
             An amplitude is outside the limits.
         UserError
-            The surface is a texture, and this backend cannot modulate, or not fast enough.
+            The surface is a texture, and this backend cannot modulate, or not fast enough; or a
+            transient's trigger is not measured.
         """
         self.limits.check_level(surface.level)
         loop = surface.loop(self.modulator or DEFAULT_MODULATOR)
+        measured = surface.sensor in sensors and self.follow_lag_s is not None
+        if change := surface.change(self.modulator or DEFAULT_MODULATOR):
+            if self.modulator is None or self.follow_lag_s is None:
+                raise self._unpresented(surface, self.why_not_modulated)
+            self._check_loop(change)
+            if not measured:
+                raise UserError(
+                    f"texture '{surface.name or surface.label}': its trigger needs the finger's "
+                    f"{surface.sensor}; name a sensor ([plate] {surface.sensor}, or "
+                    f"--{surface.sensor})"
+                )
+            return None
         if loop is None:
             self._check_possible(surface.level)
             return None
+        self._check_loop(loop)
+        if self.modulator is not None:
+            return loop
+        if measured:
+            return None
+        follows = self.follow_lag_s is not None and surface.sensor
+        raise self._unpresented(
+            surface,
+            self.why_not_modulated,
+            ", name a sensor of the finger's position ([plate] position)" if follows else "",
+        )
+
+    def _check_loop(self, loop: Loop) -> None:
         for each in loop.levels:
             self.limits.check_level(each)
         if self.modulator is not None:
             self.modulator.check(loop)
-            return loop
-        if place_known and self.follow_lag_s is not None:
-            return None
-        follows = self.follow_lag_s is not None
-        hint = ", name a sensor of the finger's position ([plate] position)" if follows else ""
-        raise UserError(
-            f"plate: backend '{self.name}' cannot present the texture '{surface.label}': "
-            f"{self.why_not_modulated}; present it on a plate that supports modulation{hint}, "
-            "or remove the textures from the study"
+
+    def _unpresented(self, surface: Surface, why: str, hint: str = "") -> UserError:
+        return UserError(
+            f"plate: backend '{self.name}' cannot present the texture '{surface.label}': {why}; "
+            f"present it on a plate that supports modulation{hint}, or remove the textures from "
+            "the study"
         )
 
     def present(self, surface: Surface) -> Presentation:
@@ -246,6 +272,27 @@ class PlateDriver(GuardedOutput):
             raise PlateRefused(f"plate '{self.name}': it is {self.output}, so it cannot follow")
         with self._silent_on_fault():
             self._follow(level)
+
+    def play(self, change: Loop) -> None:
+        """Leave the settled amplitude along a change that the finger has triggered.
+
+        The plate repeats the list after its end: command another amplitude (`follow`) by then.
+
+        Raises
+        ------
+        OverLimit, UserError
+            An amplitude is outside the limits, or the plate is not fast enough; the plate was left
+            unchanged.
+        PlateRefused
+            The plate is off, or cannot modulate.
+        PlateFault
+            Any other fault of the rig; the plate was silenced.
+        """
+        self._check_loop(change)
+        if self.modulator is None or self.output is not Output.MAY_BE_ON:
+            raise PlateRefused(f"plate '{self.name}': it is {self.output}, so it cannot change")
+        with self._silent_on_fault():
+            self._change(change)
 
     def excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
         """Drive at one frequency and one voltage, settle and read back; for calibration.
@@ -342,6 +389,10 @@ class PlateDriver(GuardedOutput):
     def _play(self, loop: Loop) -> None:
         """Modulate the settled plate until the next command; requires a `modulator`."""
         raise NotImplementedError
+
+    def _change(self, change: Loop) -> None:
+        """Play a change at once; by default as a texture."""
+        self._play(change)
 
     def _follow(self, level: float) -> None:
         """Change to a checked amplitude; requires a `follow_lag_s`."""

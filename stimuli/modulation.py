@@ -25,6 +25,8 @@ FILM_TIME_CONSTANT_S = 0.006
 STEPS_MAX = 64  # per period: more are not felt, and load the line
 EDGE_TIME_CONSTANTS = 3  # of the plate
 ROUNDING = 1e-9
+STEEP_PART = 0.59  # of a half cosine's duration passes between 10 and 90 % of its change
+LAG_RISE = math.log(9)  # time constants of a first-order lag between 10 and 90 %
 
 
 def along_edge(start: float, end: float, part: float) -> float:
@@ -44,7 +46,8 @@ class Followed(NamedTuple):
     """How well a plate, and friction by the film model, follow a change of amplitude.
 
     ``change`` describes it, ``plate`` and ``friction`` are the fractions that remain of the
-    ``whole``, and ``remedy`` is what makes them larger.
+    ``whole``, and ``remedy`` is what makes them larger. ``rise_s`` is the time from 10 to 90 % of a
+    single change of friction.
     """
 
     change: str
@@ -52,6 +55,7 @@ class Followed(NamedTuple):
     plate: float
     friction: float
     remedy: str
+    rise_s: float | None = None
 
     @property
     def felt(self) -> bool:
@@ -185,6 +189,34 @@ class Modulator:
         """
         film_hz = 1 / (2 * math.pi * self.film_time_constant_s)
         return self.passed(modulation_hz) / math.hypot(1, modulation_hz / film_hz)
+
+    def reached(self, duration_s: float | None) -> float:
+        """Return the fraction of a change that the plate reaches within its duration, if any."""
+        return 1.0 if duration_s is None else -math.expm1(-duration_s / self.time_constant_s)
+
+    def friction_reached(self, duration_s: float | None) -> float:
+        """Return the fraction of a change that friction reaches within its duration, if any.
+
+        Plate and film respond one after the other, each as a first-order lag.
+        """
+        if duration_s is None:
+            return 1.0
+        film, plate = self.film_time_constant_s, self.time_constant_s
+        if math.isclose(film, plate):
+            return 1 - (1 + duration_s / film) * math.exp(-duration_s / film)
+        left = film * math.exp(-duration_s / film) - plate * math.exp(-duration_s / plate)
+        return 1 - left / (film - plate)
+
+    def friction_rise_s(self, transition_s: float) -> float:
+        """Return the time in which friction makes 10 to 90 % of a change, approximately.
+
+        The root of the sum of squares of the transition's, the plate's and the film's rise times.
+        """
+        return math.hypot(
+            STEEP_PART * transition_s,
+            LAG_RISE * self.time_constant_s,
+            LAG_RISE * self.film_time_constant_s,
+        )
 
     def fastest_hz(self, steps_per_period: int) -> float:
         """Return the highest modulation frequency for a number of steps per period."""

@@ -1,6 +1,6 @@
 """The parameters that a study can vary; each is declared only at its stimulus.
 
-A field of `slipscale.stimuli.texture.Grating` with a `Parameter` in its annotation can be the
+A field of a texture (`slipscale.stimuli.textures`) with a `Parameter` in its annotation can be the
 level of every protocol (``vary`` in a study file). The declaration defines the key and range in
 the study file, and the column and unit in the data.
 """
@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import MISSING, dataclass, fields
-from typing import TYPE_CHECKING, Any, get_type_hints
+from functools import cache
+from typing import TYPE_CHECKING, Any, Self, get_type_hints
 
 from slipscale.faults import UserError
 from slipscale.stimuli.quantity import Quantity, made_by_plate
@@ -85,6 +86,11 @@ class Declared:
 
 def declared(stimulus: type) -> Mapping[str, Declared]:
     """Return the parameters that a stimulus's dataclass declares, by field."""
+    return _declared(stimulus)
+
+
+@cache
+def _declared(stimulus: type) -> Mapping[str, Declared]:
     hints, found = get_type_hints(stimulus, include_extras=True), {}
     for each in fields(stimulus):
         for parameter in getattr(hints[each.name], "__metadata__", ()):
@@ -93,6 +99,34 @@ def declared(stimulus: type) -> Mapping[str, Declared]:
                 default = None if stated else each.default
                 found[each.name] = Declared(parameter, hints[each.name].__origin__, default, stated)
     return found
+
+
+class Parametric:
+    """Base of the dataclasses whose parameters a study can vary."""
+
+    __slots__ = ()
+    label: str
+    name: str
+
+    @property
+    def where(self) -> str:
+        """The texture in words, for messages."""
+        return f"texture '{self.name or self.label}'"
+
+    @property
+    def made(self) -> Self:
+        """The surface that a plate is commanded to present: this one."""
+        return self
+
+    def turned(self, level: float) -> Self:
+        """Raise ValueError: a texture has no single level that could be adjusted."""
+        raise ValueError(f"{self.where} cannot be adjusted to {level}")
+
+    def refuse_parameters(self) -> None:
+        """Raise `UserError` if a parameter is out of range."""
+        for field, each in declared(type(self)).items():
+            if (value := getattr(self, field)) is not None:
+                each.parameter.refuse(self.where, field, value)
 
 
 def field_of(key: str, plate: Quantity, known: Mapping[str, Declared]) -> str | None:

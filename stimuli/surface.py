@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 Amplitude = TypeVar("Amplitude", float, "Array")
 #: Label of a surface that a study does not list.
 UNLISTED = "S0"
+PERIODS_SHOWN = 8  # of the vibration, in pictures of a surface
+#: What is measured of a finger.
+Sensor = Literal["position", "force"]
 FilmModel = Literal["reynolds", "closed form"]
 
 
@@ -46,6 +49,10 @@ class Stimulus(Protocol):
         """A code that does not reveal the level."""
 
     @property
+    def name(self) -> str:
+        """The name of a texture in the data; empty for others."""
+
+    @property
     def level(self) -> float:
         """The level in the study's quantity."""
 
@@ -68,10 +75,20 @@ class Surface(Stimulus, Protocol):
     def level(self) -> float:
         """Largest amplitude in µm, peak to peak, which is checked against the plate's limits."""
 
+    @property
+    def sensor(self) -> Sensor | None:
+        """The sensor by which the surface follows the finger; None if it does not."""
+
     def envelope(
         self, finger_speed_mm_s: float, duration_s: float, modulator: Modulator = DEFAULT_MODULATOR
     ) -> tuple[AmplitudeStep, ...]:
         """Return the commands that present the surface to a finger with constant speed."""
+
+    def shown(self, share: float) -> float:
+        """Return the height of a picture of the surface at a point, 0 to 1."""
+
+    def change(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
+        """Return what is played when the finger reaches a trigger; None without a trigger."""
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
         """Return the loop for a plate that does not track the finger; None if none is needed."""
@@ -108,6 +125,16 @@ class VirtualSurface:
             )
 
     @property
+    def name(self) -> str:
+        """Empty: only textures have names."""
+        return ""
+
+    @property
+    def sensor(self) -> Sensor | None:
+        """None: the surface does not follow the finger."""
+        return None
+
+    @property
     def settled_level(self) -> float:
         """The level at which the plate settles, its only amplitude."""
         return self.level
@@ -126,6 +153,10 @@ class VirtualSurface:
         """The amplitude in µm, peak: h_vib in the squeeze-film model."""
         return peak_from_pp(self.level)
 
+    def shown(self, share: float) -> float:
+        """Return the height of a picture of the vibration at a point, 0 to 1."""
+        return self.level * math.sin(2 * math.pi * PERIODS_SHOWN * share)
+
     def envelope(
         self,
         finger_speed_mm_s: float,  # noqa: ARG002 - a plain surface is the same at any speed
@@ -141,6 +172,8 @@ class VirtualSurface:
     ) -> Loop | None:
         """Return None: there is nothing to play."""
         return None
+
+    change = loop
 
     def followed(
         self,

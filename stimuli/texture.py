@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, NoReturn, get_args
+from typing import TYPE_CHECKING, Annotated, ClassVar, NoReturn, get_args
 
 from slipscale.faults import UserError
 from slipscale.stimuli.modulation import (
@@ -20,7 +20,7 @@ from slipscale.stimuli.modulation import (
     Loop,
     Modulator,
 )
-from slipscale.stimuli.parameters import Parameter, declared
+from slipscale.stimuli.parameters import Parameter, Parametric
 from slipscale.stimuli.waves import (
     HALF,
     HARMONICS,
@@ -30,6 +30,9 @@ from slipscale.stimuli.waves import (
     added,
     ends_of,
 )
+
+if TYPE_CHECKING:
+    from slipscale.stimuli.surface import Sensor
 
 # Largest displacement of a square wave's edge when played: a hundredth of a period.
 _EDGE_SHARE = 0.01
@@ -61,7 +64,7 @@ LONGEST_MM = 1000.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Grating:
+class Grating(Parametric):
     """A wave of friction, along the stroke of the finger or in time.
 
     Either ``spatial_period_mm`` or ``modulation_hz`` is given. A wave in time does not depend on
@@ -82,6 +85,8 @@ class Grating:
         A parameter is out of range, or the waveform is unknown.
     """
 
+    #: The entry by which a record of a grating is recognised.
+    MARK: ClassVar = "waveform"
     #: Fields that journals of earlier versions lack; records omit them if they have defaults.
     LATER: ClassVar = frozenset(
         {"modulation_hz", "duty_share", "phase_deg"}
@@ -165,36 +170,34 @@ class Grating:
     fourth_harmonic_phase_deg: Annotated[float, _harmonic_phase("fourth")] = 0.0
 
     def __post_init__(self) -> None:
-        for field, each in PARAMETERS.items():
-            if (value := getattr(self, field)) is not None:
-                each.parameter.refuse(self._where, field, value)
+        self.refuse_parameters()
         if (self.spatial_period_mm is None) == (self.modulation_hz is None):
-            raise UserError(f"{self._where}: expected spatial_period_mm or modulation_hz, not both")
+            raise UserError(f"{self.where}: expected spatial_period_mm or modulation_hz, not both")
         if self.waveform not in WAVES:
             known = ", ".join(get_args(Waveform))
             raise UserError(
-                f"{self._where}: waveform is '{self.waveform}', expected one of: {known}"
+                f"{self.where}: waveform is '{self.waveform}', expected one of: {known}"
             )
         if self.duty_share != HALF and self.waveform != "square":
             raise UserError(
-                f"{self._where}: duty_share is {self.duty_share} and waveform '{self.waveform}', "
+                f"{self.where}: duty_share is {self.duty_share} and waveform '{self.waveform}', "
                 "expected a square wave"
             )
         for name in HARMONICS:
             share, phase = f"{name}_harmonic_share", f"{name}_harmonic_phase_deg"
             if getattr(self, phase) and not getattr(self, share):
                 raise UserError(
-                    f"{self._where}: {phase} is {getattr(self, phase)} and {share} 0, "
+                    f"{self.where}: {phase} is {getattr(self, phase)} and {share} 0, "
                     "expected a share above 0"
                 )
         if self._harmonics and self.waveform != "sine":
             raise UserError(
-                f"{self._where}: it has harmonics and waveform '{self.waveform}', expected a sine"
+                f"{self.where}: it has harmonics and waveform '{self.waveform}', expected a sine"
             )
         if self.depth_level > (most := self.mean_level / -self._ends[0]):
             of = "the mean, " if most == self.mean_level else ""
             raise UserError(
-                f"{self._where}: depth is {self.depth_level}, expected from 0 to {of}{most:.6g}"
+                f"{self.where}: depth is {self.depth_level}, expected from 0 to {of}{most:.6g}"
             )
 
     @property
@@ -221,10 +224,6 @@ class Grating:
         return max((each.order for each in self._harmonics), default=1)
 
     @property
-    def _where(self) -> str:
-        return f"texture '{self.name or self.label}'"
-
-    @property
     def level(self) -> float:
         """The largest amplitude, µm peak to peak."""
         return self.mean_level + self.depth_level * self._ends[1]
@@ -240,18 +239,26 @@ class Grating:
         return self.mean_level + self.depth_level * (2 * self.duty_share - 1)
 
     @property
-    def made(self) -> Grating:
-        """The surface that a plate is commanded to present: this one."""
-        return self
+    def sensor(self) -> Sensor | None:
+        """The sensor by which it can follow the finger; None for a wave in time."""
+        return "position" if self.spatial_period_mm and self.depth_level else None
 
-    def turned(self, level: float) -> Grating:
-        """Raise ValueError: a texture has no single level that could be adjusted."""
-        raise ValueError(f"{self._where} cannot be adjusted to {level}")
+    @property
+    def summary(self) -> str:
+        """Waveform, amplitudes, period and speed in words."""
+        return (
+            f"{self.waveform}, {self.lowest_level:g} to {self.level:g}, period {self.period}, "
+            f"for a finger at {self.finger_speed_mm_s:g} mm/s"
+        )
+
+    def shown(self, share: float) -> float:
+        """Return the amplitude at a point, 0 to 1, of a picture of three periods."""
+        return self.level_in(3 * share)
 
     def level_at(self, position_mm: float) -> float:
         """Return the amplitude at a position along the stroke, µm peak to peak."""
         if self.spatial_period_mm is None:
-            raise ValueError(f"{self._where} is a wave in time and has no position")
+            raise ValueError(f"{self.where} is a wave in time and has no position")
         return self.level_in(position_mm / self.spatial_period_mm)
 
     def level_in(self, periods: float) -> float:
@@ -331,11 +338,11 @@ class Grating:
         """
         if not math.isfinite(finger_speed_mm_s):
             raise UserError(
-                f"{self._where}: finger_speed_mm_s is {finger_speed_mm_s}, "
+                f"{self.where}: finger_speed_mm_s is {finger_speed_mm_s}, "
                 "expected a finite number of mm/s"
             )
         if not (math.isfinite(duration_s) and duration_s > 0):
-            raise UserError(f"{self._where}: duration_s is {duration_s}, expected above 0 s")
+            raise UserError(f"{self.where}: duration_s is {duration_s}, expected above 0 s")
         rate = self.rate_hz(finger_speed_mm_s)
         if rate == 0 or self.depth_level == 0:
             return (AmplitudeStep(0.0, self.level_in(0.0)),)
@@ -359,15 +366,22 @@ class Grating:
         """Raise the error for a wave that is too fast for plate and line."""
         if self.spatial_period_mm is None:
             raise UserError(
-                f"{self._where}: modulation_hz is {rate_hz:.3g}, but the plate and its line "
+                f"{self.where}: modulation_hz is {rate_hz:.3g}, but the plate and its line "
                 f"can follow at most {fastest_hz:.3g} Hz"
             )
         raise UserError(
-            f"{self._where}: a finger at {speed_mm_s:g} mm/s crosses {rate_hz:.3g} periods "
+            f"{self.where}: a finger at {speed_mm_s:g} mm/s crosses {rate_hz:.3g} periods "
             f"per second, but the plate and its line can follow at most {fastest_hz:.3g}: "
             f"expected a finger speed up to {fastest_hz * self.spatial_period_mm:.3g} mm/s or "
             f"a period from {speed_mm_s / fastest_hz:.3g} mm"
         )
+
+    def change(
+        self,
+        modulator: Modulator = DEFAULT_MODULATOR,  # noqa: ARG002 - on any plate
+    ) -> Loop | None:
+        """Return None: nothing is triggered."""
+        return None
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
         """Return one period for a finger of the assumed speed; None for a grating without depth.
@@ -391,10 +405,6 @@ class Grating:
             if self.duty_share == HALF
             else sum(step.level for step in steps) / len(steps),
         )
-
-
-#: Parameters that a study can vary, by field.
-PARAMETERS = declared(Grating)
 
 
 def bar(

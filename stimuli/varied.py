@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from slipscale.stimuli.surface import UNLISTED
-from slipscale.stimuli.texture import Grating  # noqa: TC001 - a journal's records are checked by this type
+from slipscale.stimuli.textures import Texture  # noqa: TC001 - a journal's records are checked by this type
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -17,38 +17,43 @@ class Varied:
     ----------
     vary : str
         Field of the parameter.
-    grating : Grating
+    texture : Texture
         The stimulus; the value of that field is the level.
     """
 
     vary: str
-    grating: Grating
+    texture: Texture
 
     @property
     def level(self) -> float:
         """The parameter's value, in its own unit."""
-        value: float = getattr(self.grating, self.vary)
+        value: float = getattr(self.texture, self.vary)
         return value
 
     @property
     def label(self) -> str:
         """A code that does not reveal the level."""
-        return self.grating.label
+        return self.texture.label
+
+    @property
+    def name(self) -> str:
+        """Empty: the level identifies the stimulus."""
+        return ""
 
     @property
     def settled_level(self) -> float:
         """The level at which the plate settles before it plays, in the plate's quantity."""
-        return self.grating.settled_level
+        return self.texture.settled_level
 
     @property
-    def made(self) -> Grating:
+    def made(self) -> Texture:
         """The surface that a plate is commanded to present."""
-        return self.grating
+        return self.texture
 
     def at(self, level: float, label: str) -> Varied:
         """Return the stimulus at another value of the parameter, which is validated."""
         fields: dict[str, Any] = {self.vary: level, "label": label}
-        return replace(self, grating=replace(self.grating, **fields))
+        return replace(self, texture=replace(self.texture, **fields))
 
     def turned(self, level: float) -> Varied:
         """Return the stimulus at another value, with a label that does not reveal it."""

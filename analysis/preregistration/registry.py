@@ -58,7 +58,7 @@ def answers(plan: Manifest, analysis: Analysis, study: Study) -> list[tuple[str,
 
 def _manipulated(study: Study) -> str:
     levels = ", ".join(f"{level:g}" for level in study.levels)
-    textures = ", ".join(each.label for each in study.gratings)
+    textures = ", ".join(each.label for each in study.texture_surfaces)
     q = study.quantity
     return f"{q.in_full_title} of the plate: {levels} {q.unit_in_full}" + (
         f"; textures: {textures}." if textures else "."

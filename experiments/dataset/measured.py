@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.journal.record import Record
     from slipscale.experiments.protocols.base import TrialRecord
 
+CHANGES = "changes"
 SPEED, STROKES = "exploration_speed_mm_s", "strokes"
 COEFFICIENT, NORMAL_FORCE = "friction_coefficient", "normal_force_n"
 # Column -> its name in a plate's answer.
@@ -56,6 +57,12 @@ MEASURED: Mapping[str, Column] = {
         kind="number",
         description="Mean normal force while the finger slid during the exploration",
         units="N",
+    ),
+    CHANGES: Column(
+        value=_value(CHANGES),
+        kind="number",
+        description="Number of times that the finger triggered the change of a transient during "
+        "the exploration",
     ),
     "drive_voltage_v_peak": Column(
         value=_value("drive_voltage_v_peak"),
@@ -119,11 +126,12 @@ class Explorations:
         self._parts: dict[str, list[Sample]] = {}
         self._whole: dict[str, list[Sample]] = {}
         self._unreadable = 0
+        self._changes: int | None = None
 
     def see(self, record: Record) -> None:
         """Process a record of any kind."""
         if record.kind == "begin":  # an unfinished exploration belongs to no trial
-            self._parts, self._whole, self._unreadable = {}, {}, 0
+            self._parts, self._whole, self._unreadable, self._changes = {}, {}, 0, None
         elif record.kind == "contact" and record.data["during"] == "exploration":
             self._take(record)
 
@@ -132,10 +140,17 @@ class Explorations:
         gathered = self._parts.setdefault(source, [])
         gathered += samples(record)
         self._unreadable += data.get("unreadable", 0)
+        if (changes_s := data.get("changes_s")) is not None:
+            self._changes = (self._changes or 0) + len(changes_s)
         if data["ends"]:
             del self._parts[source]
         if data["ends"] == "whole":
             self._whole[source] = gathered
+
+    @property
+    def unchanged(self) -> bool:
+        """Whether the last exploration was of a transient, and did not trigger its change."""
+        return self._changes == 0
 
     def implausible(self) -> list[str]:
         """Return any values in the last exploration that are implausible for a finger."""
@@ -158,6 +173,8 @@ class Explorations:
                 COEFFICIENT: _rounded(slid.coefficient),
                 NORMAL_FORCE: _rounded(slid.normal_n),
             }
+        if self._changes is not None:
+            found[CHANGES] = float(self._changes)
         return found
 
 

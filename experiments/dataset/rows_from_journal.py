@@ -14,6 +14,7 @@ from slipscale.experiments.dataset.schema import (
     RESUMED,
     SENSOR,
     TIMED_OUT,
+    UNCHANGED,
     VOIDED,
 )
 from slipscale.experiments.journal import reading
@@ -172,6 +173,8 @@ def _measure(row: TrialRecord | None, step: dict[str, Any], explorations: Explor
         row.measured = {**row.measured, **found}
         if explorations.implausible():
             _flag(row, SENSOR)
+        if explorations.unchanged:
+            _flag(row, UNCHANGED)
 
 
 def _end(gathered: Gathered, row: TrialRecord, time_s: float) -> None:

@@ -41,6 +41,7 @@ PRACTICE, MAIN = "practice", "main"
 VOIDED, TIMED_OUT, FAULT, PAUSED = "voided", "timed_out", "fault", "paused"
 REPRESENTED, RESUMED, DAMAGED = "represented", "resumed", "damaged"
 SENSOR = "sensor"
+UNCHANGED = "unchanged"
 FLAGS: Mapping[str, str] = {
     VOIDED: "voided by the operator; not to be analysed",
     TIMED_OUT: "the time limit ran out before an answer",
@@ -50,6 +51,7 @@ FLAGS: Mapping[str, str] = {
     RESUMED: "the run was interrupted in this trial and resumed",
     SENSOR: "the measurements cannot come from a finger (a wrong column, unit or wire), or a "
     "tenth of the readings could not be read",
+    UNCHANGED: "the finger did not trigger the change of a transient while it explored the surface",
     DAMAGED: "a journal record of this trial, or next to it, is damaged; not to be analysed",
 }
 # Part of the column names for plate readbacks.

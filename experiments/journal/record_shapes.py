@@ -127,6 +127,7 @@ class _Contact(_Shape):
     times_s: list[float]
     values: dict[str, list[float]]
     unreadable: int = 0
+    changes_s: list[float] | None = None
 
     @model_validator(mode="after")
     def _as_long(self) -> Self:

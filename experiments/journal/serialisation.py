@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from slipscale.experiments.protocols.steps import Adjusted, Answer, Presented, Reply, Trial, Voided
 from slipscale.stimuli.quantity import in_code, in_um, renamed
 from slipscale.stimuli.surface import VirtualSurface
-from slipscale.stimuli.texture import Grating
+from slipscale.stimuli.textures import Texture, kind_in
 from slipscale.stimuli.varied import Varied
 
 if TYPE_CHECKING:
@@ -98,10 +98,20 @@ def same_step(one: dict[str, Any], other: dict[str, Any]) -> bool:
 
 def in_own_names(record: dict[str, Any]) -> dict[str, Any]:
     """Return a step's or answer's record with the names used in the code."""
-    found: dict[str, Any] = renamed(record, in_code)
+    found: dict[str, Any] = _with_texture(renamed(record, in_code))
     if found.get("type") == "Adjust":
         found["name"] = in_code(found["name"])  # the name is a data set column
     return found
+
+
+def _with_texture(data: Any) -> Any:
+    """Return plain data in which a varied stimulus has a "texture", formerly a "grating"."""
+    if isinstance(data, dict):
+        changed = {key: _with_texture(value) for key, value in data.items()}
+        if "vary" in changed and "grating" in changed:
+            changed["texture"] = changed.pop("grating")
+        return changed
+    return data
 
 
 def _without_words(record: Any) -> Any:
@@ -141,17 +151,22 @@ def _tuples(value: Any) -> Any:
 def surface_from(record: dict[str, Any]) -> Stimulus:
     """Return the surface in a record."""
     fields = in_own_names(record)
-    kind = surface_kind(fields)
-    if kind is Varied:
-        return Varied(vary=fields["vary"], grating=Grating(**fields["grating"]))
-    return Grating(**fields) if kind is Grating else VirtualSurface(**fields)
+    if surface_kind(fields) is Varied:
+        return Varied(vary=fields["vary"], texture=texture_from(fields["texture"]))
+    return texture_from(fields) if kind_in(fields) else VirtualSurface(**fields)
 
 
-def surface_kind(fields: Mapping[str, Any]) -> type[Varied | Grating | VirtualSurface]:
-    """Return the type of surface in a record; a texture is recognised by its wave."""
-    if "vary" in fields:
-        return Varied
-    return Grating if "waveform" in fields else VirtualSurface
+def texture_from(fields: Mapping[str, Any]) -> Texture:
+    """Return the texture with the fields of a record. Raises `KeyError` if it is not one."""
+    kind = kind_in(fields)
+    if kind is None:
+        raise KeyError("texture")
+    return kind(**fields)
+
+
+def surface_kind(fields: Mapping[str, Any]) -> type[Varied | Texture | VirtualSurface]:
+    """Return the type of surface in a record."""
+    return Varied if "vary" in fields else kind_in(fields) or VirtualSurface
 
 
 def trial_from(record: dict[str, Any]) -> Trial:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Steps, Trial, Value
     from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.surface import Stimulus
-    from slipscale.stimuli.texture import Grating
+    from slipscale.stimuli.textures import Texture
     from slipscale.stimuli.varied import Varied
 
 Kind = Literal["number", "label", "text"]
@@ -91,7 +91,7 @@ class Context:
         The quantity of all levels; messages use its keys and units.
     texts : Mapping
         The texts that the participant reads, by key.
-    textures : tuple of Grating
+    textures : tuple of Texture
         The study's textures.
     varied : Varied or None
         The stimulus that has the levels as one of its parameters; None: levels are amplitudes.
@@ -108,7 +108,7 @@ class Context:
     texts: Texts
     quantity: Quantity = PLATE_AMPLITUDE
     task: str = ""
-    textures: tuple[Grating, ...] = ()
+    textures: tuple[Texture, ...] = ()
     varied: Varied | None = None
     condition: str = ""
     visit: int = 0

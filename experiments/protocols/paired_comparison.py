@@ -27,7 +27,6 @@ from slipscale.experiments.protocols.building_blocks.comparing import (
 from slipscale.experiments.protocols.simulated_answers import compared
 from slipscale.experiments.protocols.steps import ComparisonQuestion
 from slipscale.faults import UserError
-from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Context
@@ -103,7 +102,7 @@ def steps(options: PairedComparison, context: Context) -> Steps:
 def _easy(options: PairedComparison, context: Context) -> tuple[Stimulus, ...]:
     """Return a trivially easy group: the two ends of the range."""
     surfaces = compared_surfaces(options, context)
-    plain = [each for each in surfaces if not isinstance(each, Grating)] or list(surfaces)
+    plain = [each for each in surfaces if not each.name] or list(surfaces)
     low, high = plain[0], plain[-1]
     return (low, low, high) if options.form == "triads" else (low, high)
 

@@ -260,7 +260,7 @@ def _perform(
     journal.moved = lambda path: mailbox.move(mailbox_of(path))
     plate = stack.enter_context(plate_for(plan, spec, clock))
     check_felt(plan, plate, begun=bool(journal.records))
-    check_supported(plan, plate)
+    check_supported(plan, plate, setting.contact)
     noise = _noise(plan, required=setting.sound_required)
     markers = stack.enter_context(open_markers(setting.markers))
     person = PsychoPyWindow(

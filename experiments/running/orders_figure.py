@@ -8,7 +8,6 @@ import numpy as np
 
 from slipscale.figure_style import INK, canvas, styled
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
-from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -70,7 +69,7 @@ def orders_figure(
 
 
 def _level(surface: Stimulus) -> float:
-    return surface.settled_level if isinstance(surface, Grating) else surface.level
+    return surface.settled_level if surface.name else surface.level
 
 
 def _parts(own: Sequence[tuple[Trial, Stimulus]]) -> list[tuple[int, str]]:

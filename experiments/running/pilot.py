@@ -184,12 +184,12 @@ def run_pilot(
     tell : callable
         Called with each participant's label when that participant is done.
     """
+    contact = contact or NOT_NAMED
     if not is_mock(spec):
         raise UserError(f"--plate {spec}: a pilot runs in virtual time; expected mock")
     held = with_plate_file(spec, plans[0].study.plate.file)
-    check_supported(plans[0], plate_for(plans[0], held, VirtualClock()))
+    check_supported(plans[0], plate_for(plans[0], held, VirtualClock()), contact)
     check_answered(plans[0])
-    contact = contact or NOT_NAMED
     require_virtual(contact)
     claim(folder, plans)
     with signals_raise():

@@ -236,7 +236,7 @@ def check_plate(planned: PlannedSession) -> Finding:
         plate_for(plan, spec, SystemClock()) as plate,
         silent_on_signals(plate),
     ):
-        check_supported(plan, plate)
+        check_supported(plan, plate, planned.contact)
         # For a texture, the mean, at which it settles.
         largest = max((each.settled_level for each in surfaces(plan)), default=0.0)
         made = plate.present(VirtualSurface(level=largest))

@@ -37,6 +37,12 @@ from slipscale.experiments.protocols.steps import (
     WholeNumberQuestion,
     YesNoQuestion,
 )
+from slipscale.experiments.running.contact_sources import (
+    NOT_NAMED,
+    ContactSpecs,
+    of_plate,
+    of_study,
+)
 from slipscale.experiments.study.headphone_test import HEADPHONES
 from slipscale.faults import UserError
 
@@ -242,14 +248,18 @@ def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Stimulus]:
     return found
 
 
-def check_supported(plan: RunPlan, plate: PlateDriver) -> None:
-    """Raise `UserError`, or the plate's fault, if the plate cannot present a surface of a run."""
+def check_supported(plan: RunPlan, plate: PlateDriver, contact: ContactSpecs = NOT_NAMED) -> None:
+    """Raise `UserError`, or the plate's fault, if the plate cannot present a surface of a run.
+
+    ``contact`` are the sensors that the command names.
+    """
+    specs = contact.otherwise(of_study(plan.study)).otherwise(of_plate(plate.plate_file))
     for surface in surfaces(plan):
-        plate.check_supported(surface.made, place_known=bool(plan.study.plate.position))
+        plate.check_supported(surface.made, sensors=specs.used)
     for protocol, options in plan.tasks():
         if not protocol.needs_position(options):
             continue
-        if not plan.study.plate.position:
+        if "position" not in specs.used:
             raise UserError(
                 f"task '{protocol.task}' changes the plate's level at a place, so the finger's "
                 "position must be measured; set position in the study's [plate] table"

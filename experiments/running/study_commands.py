@@ -23,7 +23,6 @@ from slipscale.experiments.study.own_language import check_own_code, template, w
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.experiments.study.schema import study_schema
 from slipscale.faults import UserError
-from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.steps import Trial
     from slipscale.experiments.study.model import Study
-    from slipscale.stimuli.surface import Stimulus
+    from slipscale.stimuli.surface import Stimulus, Surface
 
 # A longer run would take days.
 MOST_TRIALS = 10_000
@@ -115,7 +114,9 @@ def validate(name: str) -> str:
 
 def _textures(study: Study) -> Iterator[str]:
     """Describe how well plate and film follow each texture, and each level of a varied one."""
-    surfaces = [(f"texture {each.name}", each) for each in study.gratings]
+    surfaces: list[tuple[str, Surface]] = [
+        (f"texture {each.name}", each) for each in study.texture_surfaces
+    ]
     if varied := study.varied:
         surfaces += [
             (study.quantity.short(level), varied.turned(level).made) for level in study.levels
@@ -125,6 +126,8 @@ def _textures(study: Study) -> Iterator[str]:
             said = f"the plate passes {followed.plate:.0%} of {followed.whole}"
             if study.plate_quantity.in_um_pp:  # only ultrasonic plates have a film
                 said += f", friction by the film model {followed.friction:.0%}"
+                if followed.rise_s:
+                    said += f" (10 to 90 % in {1000 * followed.rise_s:.3g} ms)"
             yield f"{name}: {followed.change}; {said}"
 
 
@@ -157,10 +160,8 @@ def show(name: str, participant: str, session: str = "", run: str = "01") -> str
         sessions = f"sessions {', '.join(study.sessions)}, " if study.sessions else ""
         lines.append(f"{sessions}{study.runs} runs in each; visits = {study.visits}")
     lines += [
-        f"texture {grating.name} ({grating.label}): {grating.waveform}, "
-        f"{grating.lowest_level:g} to {study.plate_quantity.short(grating.level)}, "
-        f"period {grating.period}, for a finger at {grating.finger_speed_mm_s:g} mm/s"
-        for grating in study.gratings
+        f"texture {each.name} ({each.label}, {study.plate_quantity.unit_in_short}): {each.summary}"
+        for each in study.texture_surfaces
     ]
     for protocol, options in plan.tasks():
         lines += ["", f"{protocol.titled(q)} ({protocol.task})"]
@@ -252,7 +253,7 @@ def _main_blocks(plan: RunPlan, task: str) -> list[list[str]]:
 
 
 def _name(surface: Stimulus) -> str:
-    return surface.name if isinstance(surface, Grating) else f"{surface.level:g}"
+    return surface.name or f"{surface.level:g}"
 
 
 def _sessions(study: Study) -> tuple[str, ...]:

@@ -1,24 +1,26 @@
 """Textures that follow the finger: compute the plate command for each frame.
 
-A texture follows the finger only if a source measures the finger's position and
-`followed_texture` finds that the plate supports it. Otherwise the plate plays the texture without
-the finger's position. Before a readback is compared with a command, the plate settles at the
-texture's mean.
+A texture follows the finger only if a source measures what it depends on and `followed_texture`
+finds that the plate supports it. Otherwise the plate plays the texture without the finger. Before a
+readback is compared with a command, the plate settles where it settled first.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.hardware.contact.followed_texture import FollowedTexture, followed_texture
+from slipscale.hardware.contact.followed_texture import followed_texture
+from slipscale.stimuli.modulation import Loop
+from slipscale.stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from slipscale.hardware.clock import Clock
-    from slipscale.hardware.contact.source import Sample
+    from slipscale.hardware.contact.followed_texture import Followed
+    from slipscale.hardware.contact.source import Kind, Sample
     from slipscale.hardware.driver import PlateDriver
     from slipscale.stimuli.surface import Surface
-
-LEAST_CHANGE_UM = 0.005  # smaller changes cannot be felt and would only load the line
 
 
 class Following:
@@ -28,38 +30,55 @@ class Following:
     ----------
     plate : PlateDriver
     clock : Clock
-    place_known : bool
-        Whether a source measures the finger's position.
+    sensors : collection of Kind
+        What is measured of the finger.
     """
 
-    def __init__(self, plate: PlateDriver, clock: Clock, *, place_known: bool) -> None:
+    def __init__(self, plate: PlateDriver, clock: Clock, sensors: Collection[Kind] = ()) -> None:
         self._plate = plate
         self._clock = clock
-        self._place_known = place_known
-        self._followed: FollowedTexture | None = None
-        self._told_level: float | None = None  # None: still at the mean
+        self._sensors = frozenset(sensors)
+        self._surface: Surface | None = None  # while it is followed
+        self._followed: Followed | None = None
+        self._moved = False  # the plate is no longer where it settled
 
     def presented_as(self, surface: Surface) -> Surface:
-        """Return the surface to present first: the mean of a followed texture, else the surface."""
-        found = followed_texture(surface, self._plate) if self._place_known else None
-        self._followed, self._told_level = found, None
-        return found.mean if found else surface
+        """Return the surface to present first: where a followed texture settles, or the surface."""
+        self._followed = followed_texture(surface, self._plate, self._sensors)
+        self._surface, self._moved = surface if self._followed else None, False
+        return self._settled or surface
 
-    def see(self, samples: list[Sample]) -> None:
-        """Command the amplitude for the finger's current position."""
-        if self._followed is None:
-            return
+    @property
+    def _settled(self) -> VirtualSurface | None:
+        surface = self._surface
+        if surface is None:
+            return None
+        return VirtualSurface(level=surface.settled_level, label=surface.label)
+
+    def see(self, kind: Kind, samples: list[Sample]) -> list[float] | None:
+        """Command what is due at the finger's current state.
+
+        Returns
+        -------
+        list of float or None
+            Session times at which a change was triggered now; None if this sensor cannot trigger
+            any.
+        """
+        if self._followed is None or self._surface is None or kind != self._surface.sensor:
+            return None
         self._followed.see(samples)
-        due_level = self._followed.level(self._clock.now())
-        before_level = self._told_level
-        if before_level is None:
-            before_level = self._followed.mean.level
-        if abs(due_level - before_level) >= LEAST_CHANGE_UM:
-            self._plate.follow(due_level)
-            self._told_level = due_level
+        now_s = self._clock.now()
+        due = self._followed.due(now_s)
+        self._moved = self._moved or due is not None
+        if isinstance(due, Loop):
+            self._plate.play(due)
+        elif due is not None:
+            self._plate.follow(due)
+        if self._surface.change() is None:
+            return None
+        return [now_s] if isinstance(due, Loop) else []
 
     def settle(self) -> None:
-        """Present a followed texture's mean again, so that it can be compared with a command."""
-        if self._followed is not None and self._told_level is not None:
-            self._plate.present(self._followed.mean)
-            self._told_level = None
+        """Present where a followed texture settles again, to compare it with a command."""
+        if self._surface is not None and self._moved:
+            self._plate.present(self.presented_as(self._surface))

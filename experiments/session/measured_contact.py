@@ -35,14 +35,15 @@ class Contact:
         Connected sources; empty if nothing is measured.
     journal : Journal
     follow : callable
-        Called with the new position samples on every frame; the list may be empty.
+        Called with each source's kind and new samples on every frame, also if there are none;
+        returns the times at which it triggered a change, or None if it cannot trigger any.
     """
 
     def __init__(
         self,
         sources: Mapping[Kind, ContactSource],
         journal: Journal,
-        follow: Callable[[list[Sample]], None],
+        follow: Callable[[Kind, list[Sample]], list[float] | None],
     ) -> None:
         self._sources = sources
         self._journal = journal
@@ -81,8 +82,7 @@ class Contact:
         watch()
         for trace in traces:
             new = trace.take()
-            if trace.kind == "position":
-                self._follow(new)
+            trace.note_changes(self._follow(trace.kind, new))
             trace.write_full(self._journal)
 
 
@@ -94,6 +94,7 @@ class _Trace:
         self._source = source
         self._step = step
         self._samples: list[Sample] = []
+        self._changes_s: list[float] | None = None
         self._unreadable = source.unreadable  # before
 
     def take(self) -> list[Sample]:
@@ -101,6 +102,11 @@ class _Trace:
         new = self._source.take()
         self._samples += new
         return new
+
+    def note_changes(self, times_s: list[float] | None) -> None:
+        """Add the times at which this source triggered a change; None if it cannot."""
+        if times_s is not None:
+            self._changes_s = [*(self._changes_s or ()), *times_s]
 
     def write_full(self, journal: Journal) -> None:
         """Write a record if there are enough samples for one."""
@@ -112,6 +118,7 @@ class _Trace:
         samples, self._samples = self._samples, []
         begun_s = samples[0].time_s if samples else 0.0
         quantities = self._source.quantities
+        changes_s, self._changes_s = self._changes_s, None
         unreadable = self._source.unreadable - self._unreadable
         self._unreadable += unreadable
         journal.append(
@@ -127,4 +134,9 @@ class _Trace:
                 for place, name in enumerate(quantities)
             },
             **({"unreadable": unreadable} if unreadable else {}),
+            **(
+                {}
+                if changes_s is None
+                else {"changes_s": [round(each - begun_s, TIME_DIGITS) for each in changes_s]}
+            ),
         )

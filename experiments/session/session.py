@@ -144,7 +144,7 @@ class Session:
         self._sounds = sounds or NoSounds("this session has no sound output")
         self._markers = markers or Markers()
         self._markers.lost = self._marker_lost
-        following = Following(plate, clock, place_known="position" in (sources or {}))
+        following = Following(plate, clock, sources or {})
         self._surface = SurfaceState(plate, clock, self._feel, following)
         self._tracking = tracking
         self._contact = Contact(sources or {}, journal, self._moved)
@@ -499,12 +499,15 @@ class Session:
             trial = step.trial.number if step.trial else None
             self._journal.write("standard_again", trial=trial, answer=answer_record(made))
 
-    def _moved(self, samples: list[Sample]) -> None:
-        """Pass on the finger's position to the surface and, if a sensor measures it, the screen."""
-        self._surface.follow(samples)
-        if samples and self._shows_finger:
+    def _moved(self, kind: Kind, samples: list[Sample]) -> list[float] | None:
+        """Pass on samples to the surface, and the position to the screen if a sensor measures it.
+
+        Returns the times of changes that they triggered, as `SurfaceState.follow`.
+        """
+        if kind == "position" and samples and self._shows_finger:
             x_mm, y_mm = samples[-1].values
             self._participant.cursor_mm = x_mm, y_mm
+        return self._surface.follow(kind, samples)
 
     def _wait(self) -> None:
         """Indicate to the operator that the session is waiting for the participant."""

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Reply, Silence, Step
     from slipscale.experiments.session.followed_textures import Following
     from slipscale.hardware.clock import Clock
-    from slipscale.hardware.contact.source import Sample
+    from slipscale.hardware.contact.source import Kind, Sample
     from slipscale.hardware.driver import PlateDriver
     from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.surface import Stimulus
@@ -210,6 +210,7 @@ class SurfaceState:
                     made.append((done.step, self._redrive(done.step)))
                 elif isinstance(done.step, Explore):
                     self._explore(done.step)
+                    self.confirm()
                 else:
                     self._plate.silence()
                     self._wanted = None
@@ -242,10 +243,11 @@ class SurfaceState:
         if self._wanted is not None and self._held:
             self._plate.check()
 
-    def follow(self, samples: list[Sample]) -> None:
-        """Command the amplitude for the finger position while a texture follows the finger."""
-        if self._wanted is not None and self._held:
-            self._following.see(samples)
+    def follow(self, kind: Kind, samples: list[Sample]) -> list[float] | None:
+        """Command what is due while a texture follows the finger; as `Following.see`."""
+        if self._wanted is None or not self._held:
+            return None
+        return self._following.see(kind, samples)
 
     def silence(self, step: Silence) -> None:
         """Silence the plate for the protocol; no surface is expected on it afterwards."""

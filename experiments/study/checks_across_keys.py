@@ -62,7 +62,7 @@ def impossible(
     levels, textures = data.get("levels"), data.get("textures")
     if levels is None or textures is None:
         return
-    context = own.context(levels, tuple(texture.grating() for texture in textures), label)
+    context = own.context(levels, tuple(texture.surface() for texture in textures), label)
     try:
         if protocol.check:
             protocol.check(task, context)

@@ -27,7 +27,7 @@ from slipscale.experiments.protocols.steps import (
 from slipscale.experiments.study.levels import Levels
 from slipscale.faults import UserError
 from slipscale.stimuli.parameters import field_of
-from slipscale.stimuli.texture import PARAMETERS
+from slipscale.stimuli.textures import PARAMETERS
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping, Sequence
@@ -98,7 +98,7 @@ class Condition:
         return replace(
             context,
             condition=self.label,
-            varied=varied and replace(varied, grating=replace(varied.grating, **fields)),
+            varied=varied and replace(varied, texture=replace(varied.texture, **fields)),
             textures=tuple(replace(each, **fields) for each in context.textures),
         )
 
@@ -139,7 +139,7 @@ def _unplayable(
     if words := [each for each in factor.levels if isinstance(each, str)]:
         yield (*place, "levels"), {"msg": f"expected numbers, not '{words[0]}'"}
         return
-    textures = tuple(each.grating() for each in study.get("textures", ()))
+    textures = tuple(each.surface() for each in study.get("textures", ()))
     presented = levels.context(study.get("levels", ()), textures)
     for level in factor.levels:
         try:

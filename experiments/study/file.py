@@ -22,7 +22,7 @@ from slipscale.faults.toml_file import parse_toml
 from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.quantity import FileNames, in_um
 from slipscale.stimuli.quantity_table import stated_quantity
-from slipscale.stimuli.texture import PARAMETERS
+from slipscale.stimuli.textures import PARAMETERS
 
 if TYPE_CHECKING:
     from pydantic import BaseModel

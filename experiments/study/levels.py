@@ -19,7 +19,7 @@ from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.quantity import in_um
 from slipscale.stimuli.quantity_table import QuantityTable
 from slipscale.stimuli.surface import VirtualSurface
-from slipscale.stimuli.texture import PARAMETERS
+from slipscale.stimuli.textures import PARAMETERS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from slipscale.faults.validation import Fault
     from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.surface import Stimulus
-    from slipscale.stimuli.texture import Grating
+    from slipscale.stimuli.textures import Texture
     from slipscale.stimuli.varied import Varied
 
 
@@ -96,7 +96,7 @@ class Levels:
         return self.stimulus.varied(self.vary, levels[0])
 
     def context(
-        self, levels: tuple[float, ...], textures: tuple[Grating, ...] = (), task: str = ""
+        self, levels: tuple[float, ...], textures: tuple[Texture, ...] = (), task: str = ""
     ) -> Context:
         """Return a context without a participant, to find out what a protocol would present."""
         return Context(

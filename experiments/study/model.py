@@ -63,12 +63,12 @@ from slipscale.faults.validation import faults_in, refuse
 from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS, AttributeWords
 from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.quantity_table import QuantityTable
-from slipscale.stimuli.texture import PARAMETERS
+from slipscale.stimuli.textures import PARAMETERS
 
 if TYPE_CHECKING:
     from slipscale.faults.validation import Fault
     from slipscale.stimuli.quantity import Quantity
-    from slipscale.stimuli.texture import Grating
+    from slipscale.stimuli.textures import Texture as TextureSurface
     from slipscale.stimuli.varied import Varied
 
 
@@ -275,7 +275,7 @@ class Study(BaseModel):
         if value is not None and not vary:
             raise ValueError("expected vary, the key of the parameter that the levels vary")
         if value is not None:
-            refuse(value.faults(_levels(info).vary))
+            refuse(value.faults(_levels(info).vary), within=True)
         return value
 
     @field_validator("plate")
@@ -298,7 +298,7 @@ class Study(BaseModel):
     def _playable(cls, value: tuple[Texture, ...], info: ValidationInfo) -> tuple[Texture, ...]:
         faults = list(named_twice("textures", [texture.name for texture in value]))
         for number, texture in enumerate(value):
-            faults += _levels(info).beyond(("textures", number), texture.grating())
+            faults += _levels(info).beyond(("textures", number), texture.surface())
         if value and info.data.get("stimulus"):
             faults.append((("textures",), {"msg": "cannot be combined with vary"}))
         if not value and info.data.get("levels") == ():
@@ -420,9 +420,9 @@ class Study(BaseModel):
         return self._levels.varied(self.levels)
 
     @property
-    def gratings(self) -> tuple[Grating, ...]:
+    def texture_surfaces(self) -> tuple[TextureSurface, ...]:
         """The textures as surfaces, labelled T1, T2, ... in the order of the study file."""
-        return tuple(t.grating(f"T{number}") for number, t in enumerate(self.textures, start=1))
+        return tuple(t.surface(f"T{number}") for number, t in enumerate(self.textures, start=1))
 
 
 def _levels(info: ValidationInfo) -> Levels:

@@ -201,7 +201,7 @@ class RunPlan:
             quantity=self.study.quantity,
             texts=self.texts(),
             task=task,
-            textures=self.study.gratings,
+            textures=self.study.texture_surfaces,
             varied=self.study.varied,
             visit=self.visit,
             advance=self.study.visits == "advance",

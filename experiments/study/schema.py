@@ -31,6 +31,7 @@ UNITS = {
     "_hz": "Hz",
     "_deg": "°",
     "_s": "s",
+    "_n": "N",
     "_share": "share, 0 to 1",
 }
 

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from dataclasses import fields
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 
 from slipscale.experiments.protocols.base import Label, Positive, Seconds, Switch, Words
 from slipscale.faults import UserError
+from slipscale.faults.validation import refuse
 from slipscale.hardware.limits import PlateLimits
-from slipscale.stimuli.texture import PARAMETERS, Grating
+from slipscale.stimuli.parameters import declared
+from slipscale.stimuli.textures import KINDS, PARAMETERS
+from slipscale.stimuli.transient import Shape  # noqa: TC001 - pydantic evaluates it
 from slipscale.stimuli.varied import Varied
 from slipscale.stimuli.waves import Waveform  # noqa: TC001 - pydantic evaluates it
 
@@ -19,6 +23,7 @@ if TYPE_CHECKING:
 
     from slipscale.faults.validation import Fault
     from slipscale.stimuli.parameters import Parameter
+    from slipscale.stimuli.textures import Texture as TextureSurface
 
 
 class MaskingNoise(BaseModel):
@@ -39,6 +44,7 @@ class MaskingNoise(BaseModel):
     )
 
 
+Kind = Literal["grating", "transient"]
 Amount = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 
 
@@ -149,14 +155,11 @@ class StatedWords(BaseModel):
     plural: str = Field(default="", description="The adjective's plural.")
 
 
-WAVEFORM = "Shape of the amplitude over one period."
-
-
-def _field(parameter: Parameter, *, default: Any = ...) -> Any:
-    """Return a parameter's field, with its range checked; `...`: the parameter is required."""
+def _field(parameter: Parameter) -> Any:
+    """Return a parameter's field, with its range checked."""
     bounds: dict[str, Any] = {"gt": parameter.above, "ge": parameter.least, "le": parameter.most}
     return Field(
-        default=default,
+        default=None,
         strict=True,
         allow_inf_nan=False,
         description=parameter.description,
@@ -165,69 +168,49 @@ def _field(parameter: Parameter, *, default: Any = ...) -> Any:
 
 
 if TYPE_CHECKING:
-
-    class _Textured(BaseModel):
-        name: str
-
-    _Stimulated = BaseModel
+    _Parameters = BaseModel
 else:
-    _CONFIG = ConfigDict(frozen=True, extra="forbid")
-    # A texture must state everything that the data depend on; in a stimulus, the varied parameter
-    # comes from the levels.
-    _Textured = create_model(
-        "_Textured",
-        __config__=_CONFIG,
-        name=(
-            Label,
-            Field(description=("Name of the texture in the data: letters, digits and _.")),
-        ),
-        **{
-            field: (each.kind, _field(each.parameter, default=... if each.stated else each.default))
-            for field, each in PARAMETERS.items()
-        },
-    )
-    _Stimulated = create_model(
-        "_Stimulated",
-        __config__=_CONFIG,
-        **{
-            field: (each.kind | None, _field(each.parameter, default=None))
-            for field, each in PARAMETERS.items()
-        },
+    _Parameters = create_model(
+        "_Parameters",
+        __config__=ConfigDict(frozen=True, extra="forbid"),
+        **{field: (each.kind | None, _field(each.parameter)) for field, each in PARAMETERS.items()},
     )
 
 
-class Texture(_Textured):
-    """A grating that the study presents as an additional surface."""
-
-    waveform: Waveform = Field(default="sine", description=WAVEFORM)
-
-    @model_validator(mode="after")
-    def _playable(self) -> Self:
-        try:
-            self.grating().loop()
-        except UserError as error:
-            raise ValueError(str(error)) from error
-        return self
-
-    def grating(self, label: str = "") -> Grating:
-        """Return the texture as a surface, with a label that does not identify it."""
-        return Grating(label=label, **self.model_dump())
-
-
-class StimulusTable(_Stimulated):
+class StimulusTable(_Parameters):
     """The fixed parameters in a study that varies one."""
 
-    waveform: Waveform = Field(default="sine", description=WAVEFORM)
+    kind: Kind = Field(
+        default="grating",
+        description="grating: a wave along the stroke or in time; transient: one change, at a "
+        "position, a force or a time after contact.",
+    )
+    waveform: Waveform | None = Field(
+        default=None, description="Shape of a grating over one period; default: sine."
+    )
+    shape: Shape | None = Field(
+        default=None, description="Course of a transient's transition; default: cosine."
+    )
 
-    def faults(self, vary: str) -> Iterator[Fault]:
-        """Yield the missing parameters, and the varied parameter if it is set."""
-        given = {*self.model_dump(exclude_none=True), vary}
+    @property
+    def _given(self) -> dict[str, Any]:
+        return self.model_dump(exclude_none=True, exclude={"kind"})
+
+    def faults(self, vary: str = "") -> Iterator[Fault]:
+        """Yield the missing parameters, those of other kinds, and the varied one if it is set."""
+        kind = KINDS[self.kind]
+        given = {*self._given, vary} - {""}
         in_time = {"finger_speed_mm_s"} if "modulation_hz" in given else set()
-        for field, each in PARAMETERS.items():
+        for field, each in declared(kind).items():
             if each.stated and field not in given | in_time:
-                yield ("stimulus", field), {"msg": "is missing"}
-        if getattr(self, vary, None) is not None:
-            yield ("stimulus", vary), {"msg": "is varied; expected it to be omitted"}
+                yield (field,), {"msg": "is missing"}
+        for field in sorted(given - {each.name for each in fields(kind)}):
+            if field == vary:
+                yield ("kind",), {"msg": f"a {self.kind} does not have the varied parameter"}
+            else:
+                yield (field,), {"msg": f"does not belong to a {self.kind}"}
+        if vary in self._given:
+            yield (vary,), {"msg": "is varied; expected it to be omitted"}
 
     def varied(self, vary: str, level: float) -> Varied:
         """Return the stimulus at one value of the varied parameter.
@@ -237,5 +220,24 @@ class StimulusTable(_Stimulated):
         UserError
             If a parameter is out of range.
         """
-        given = self.model_dump(exclude_none=True) | {vary: level}
-        return Varied(vary=vary, grating=Grating(name="stimulus", **given))
+        given = self._given | {vary: level}
+        return Varied(vary=vary, texture=KINDS[self.kind](name="stimulus", **given))
+
+
+class Texture(StimulusTable):
+    """A texture that the study presents as an additional surface."""
+
+    name: Label = Field(description="Name of the texture in the data: letters, digits and _.")
+
+    @model_validator(mode="after")
+    def _playable(self) -> Self:
+        refuse(self.faults(), within=True)
+        try:
+            self.surface().loop()
+        except UserError as error:
+            raise ValueError(str(error)) from error
+        return self
+
+    def surface(self, label: str = "") -> TextureSurface:
+        """Return the texture as a surface, with a label that does not identify it."""
+        return KINDS[self.kind](label=label, **self._given)

@@ -169,11 +169,18 @@ class MockPlate(PlateDriver):
         )
 
     def _play(self, loop: Loop) -> None:
+        self._set(self._playing(loop))
+        self._settle()
+
+    def _change(self, change: Loop) -> None:
+        self._require_line()
+        self._set(replace(self._playing(change), since_s=self.clock.now()))
+
+    def _playing(self, loop: Loop) -> Drive:
         frequency_hz, scale = self.twin.resonator.resonance_hz, self._um_per_level
         levels = tuple(level * scale for level in loop.levels)
         played = replace(loop, levels=levels, mean_level=loop.mean_level * scale)
-        self._set(Drive(frequency_hz=frequency_hz, target_um_pp=played.mean_level, played=played))
-        self._settle()
+        return Drive(frequency_hz=frequency_hz, target_um_pp=played.mean_level, played=played)
 
     def _follow(self, level: float) -> None:
         self._require_line()

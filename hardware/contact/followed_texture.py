@@ -1,27 +1,77 @@
-"""A texture under a finger with known position: computes the amplitude due now.
+"""Textures under a measured finger: what the plate has to be commanded now.
 
-A command takes some time to reach the plate and holds until the next one. The amplitude is
+A command takes some time to reach the plate and holds until the next one. A grating's amplitude is
 therefore that of the predicted finger position at that time, from its speed over the last samples.
+A transient starts at the look at the finger that is nearest to its predicted trigger.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
-from slipscale.stimuli.surface import VirtualSurface
+from slipscale.hardware.contact.measures import PRESSES_N
 from slipscale.stimuli.texture import Grating
+from slipscale.stimuli.transient import Transient
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from slipscale.hardware.contact.source import Sample
+    from slipscale.hardware.contact.source import Kind, Sample
     from slipscale.hardware.driver import PlateDriver
+    from slipscale.stimuli.modulation import Loop, Modulator
     from slipscale.stimuli.surface import Surface
 
 SPEED_OVER_S = 0.04  # a shorter time mistakes noise for speed; a longer one detects turns late
 LONGEST_HELD_S = 0.05  # between frames
-LOST_S = 0.2  # after this, the finger's position is unknown
+LOST_S = 0.2  # after this, the finger's state is unknown
+LEAST_CHANGE_UM = 0.005  # smaller changes cannot be felt and would only load the line
+# After a change back, the plate settles for this time before it can play another change.
+SETTLES_S = 0.15
+#: What a trigger is compared with: the index in a sample's values, and how far behind its value it
+#: no longer holds; otherwise noise would trigger again and again.
+COMPARED = {"position_mm": (0, 0.5), "force_n": (0, 0.05), "delay_s": (0, 0.0)}
+
+
+class Followed(Protocol):
+    """A texture that follows the finger."""
+
+    def see(self, samples: Iterable[Sample]) -> None:
+        """Process samples of the surface's sensor."""
+
+    def due(self, now_s: float) -> float | Loop | None:
+        """Return the amplitude to command now, or the change to play; None if nothing is due."""
+
+
+class Track:
+    """The last samples of a sensor, and a prediction from them."""
+
+    def __init__(self, index: int = 0) -> None:
+        self._index = index
+        self._last: deque[tuple[float, float]] = deque()
+        self._asked_s: float | None = None
+
+    def see(self, samples: Iterable[Sample]) -> None:
+        """Add samples."""
+        for each in samples:
+            self._last.append((each.time_s, each.values[self._index]))
+        while len(self._last) > 2 and self._last[-1][0] - self._last[1][0] >= SPEED_OVER_S:  # noqa: PLR2004 - two tell a speed
+            self._last.popleft()
+
+    def predicted(self, now_s: float, lag_s: float) -> float | None:
+        """Return the value after a lag, in the middle of the time until the next call.
+
+        None if the last sample is too old.
+        """
+        asked_s, self._asked_s = self._asked_s, now_s
+        held_s = min(now_s - asked_s, LONGEST_HELD_S) if asked_s is not None else 0.0
+        if not self._last or now_s - self._last[-1][0] > LOST_S:
+            return None
+        time_s, value = self._last[-1]
+        first_s, first = self._last[0]
+        passed_s = time_s - first_s
+        speed = (value - first) / passed_s if 0 < passed_s <= LOST_S else 0.0
+        return value + speed * (now_s - time_s + lag_s + held_s / 2)
 
 
 class FollowedTexture:
@@ -37,37 +87,97 @@ class FollowedTexture:
     def __init__(self, grating: Grating, lag_s: float) -> None:
         self._grating = grating
         self._lag_s = lag_s
-        self._last: deque[tuple[float, float]] = deque()
-        self._asked_s: float | None = None
-
-    @property
-    def mean(self) -> VirtualSurface:
-        """The plain surface at which the plate settles before it follows the finger."""
-        return VirtualSurface(level=self._grating.settled_level, label=self._grating.label)
+        self._track = Track()
+        self._told_level = grating.settled_level
 
     def see(self, samples: Iterable[Sample]) -> None:
         """Update the finger's position from samples."""
-        for each in samples:
-            self._last.append((each.time_s, each.values[0]))
-        while len(self._last) > 2 and self._last[-1][0] - self._last[1][0] >= SPEED_OVER_S:  # noqa: PLR2004 - two tell a speed
-            self._last.popleft()
+        self._track.see(samples)
 
     def level(self, now_s: float) -> float:
         """Return the amplitude to command now; the mean if the finger's position is unknown."""
-        asked_s, self._asked_s = self._asked_s, now_s
-        held_s = min(now_s - asked_s, LONGEST_HELD_S) if asked_s is not None else 0.0
-        if not self._last or now_s - self._last[-1][0] > LOST_S:
-            return self._grating.settled_level
-        time_s, place_mm = self._last[-1]
-        first_s, first_mm = self._last[0]
-        passed_s = time_s - first_s
-        speed_mm_s = (place_mm - first_mm) / passed_s if 0 < passed_s <= LOST_S else 0.0
-        ahead_s = now_s - time_s + self._lag_s + held_s / 2
-        return self._grating.level_at(place_mm + speed_mm_s * ahead_s)
+        place_mm = self._track.predicted(now_s, self._lag_s)
+        return self._grating.settled_level if place_mm is None else self._grating.level_at(place_mm)
+
+    def due(self, now_s: float) -> float | Loop | None:
+        """Return the amplitude to command now; None if it hardly changed."""
+        level = self.level(now_s)
+        if abs(level - self._told_level) < LEAST_CHANGE_UM:
+            return None
+        self._told_level = level
+        return level
 
 
-def followed_texture(surface: Surface, plate: PlateDriver) -> FollowedTexture | None:
-    """Return an object that follows the finger; None for a plain surface or an incapable plate."""
-    if not isinstance(surface, Grating) or surface.depth_level == 0 or plate.follow_lag_s is None:
+class FollowedTransient:
+    """Waits for a transient's trigger, plays its change, and changes back.
+
+    Parameters
+    ----------
+    transient : Transient
+    modulator : Modulator
+        Limits of the plate and the line.
+    """
+
+    def __init__(self, transient: Transient, modulator: Modulator) -> None:
+        self._transient = transient
+        self._change = transient.change(modulator)
+        self._trigger = transient.trigger
+        self._at: float = getattr(transient, self._trigger)
+        index, self._behind = COMPARED[self._trigger]
+        self._track = Track(index)
+        self._touched_s: float | None = None
+        self._holds = False
+        self._played_s: float | None = None  # when the change began, until its end is commanded
+        self._changed = False
+        self._ready_s = 0.0
+
+    def see(self, samples: Iterable[Sample]) -> None:
+        """Update the finger's position or force from samples."""
+        samples = list(samples)
+        self._track.see(samples)
+        for each in samples:
+            if each.values[0] < PRESSES_N:
+                self._touched_s = None
+            elif self._touched_s is None:
+                self._touched_s = each.time_s
+
+    def due(self, now_s: float) -> float | Loop | None:
+        """Return the change when it is triggered, and the amplitude that follows it."""
+        self._holds = self._reached(now_s)
+        if self._played_s is not None:
+            if now_s - self._played_s < self._transient.active_s:
+                return None
+            self._played_s = None
+            return self._transient.final_level
+        if self._changed and not self._holds:
+            self._changed, self._ready_s = False, now_s + SETTLES_S
+            lasted = self._transient.duration_s is not None
+            return None if lasted else self._transient.from_level
+        if self._holds and not self._changed and now_s >= self._ready_s:
+            self._changed, self._played_s = True, now_s
+            return self._change
         return None
-    return FollowedTexture(surface, plate.follow_lag_s)
+
+    def _reached(self, now_s: float) -> bool:
+        """Return whether the trigger holds."""
+        value = self._track.predicted(now_s, 0.0)
+        if self._trigger == "delay_s":
+            value = None if self._touched_s is None else now_s - self._touched_s
+        elif value is None:
+            return self._holds and self._trigger == "position_mm"  # a finger that is lifted
+        if value is None:
+            return False
+        return value >= self._at - (self._behind if self._holds else 0.0)
+
+
+def followed_texture(
+    surface: Surface, plate: PlateDriver, sensors: frozenset[Kind]
+) -> Followed | None:
+    """Return an object that follows the finger; None if surface, plate or sensors do not."""
+    if surface.sensor not in sensors or plate.follow_lag_s is None:
+        return None
+    if isinstance(surface, Grating):
+        return FollowedTexture(surface, plate.follow_lag_s)
+    if isinstance(surface, Transient) and plate.modulator is not None:
+        return FollowedTransient(surface, plate.modulator)
+    return None

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Protocol, Self
 
 from slipscale.hardware.errors import PlateFault
+from slipscale.stimuli.surface import Sensor
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,7 +22,7 @@ Quantities = tuple[str, ...]
 # Quantities of position and force sources. x is along the stroke, y across.
 POSITION: Quantities = ("x_mm", "y_mm")
 FORCE: Quantities = ("normal_n", "lateral_n")
-Kind = Literal["position", "force"]
+Kind = Sensor
 QUANTITIES: dict[Kind, Quantities] = {"position": POSITION, "force": FORCE}
 
 

@@ -433,14 +433,14 @@ def test_a_backend_that_follows_needs_no_modulator_where_the_fingers_place_is_kn
         finger_speed_mm_s=50,
     )  # fmt: skip
     plate = Follower()
-    assert plate.check_supported(texture, place_known=True) is None
+    assert plate.check_supported(texture, sensors=["position"]) is None
     with pytest.raises(UserError, match=r"name a sensor of the finger's position"):
         plate.check_supported(texture)
     with pytest.raises(UserError, match="holds one amplitude at a time"):
-        Recorder().check_supported(texture, place_known=True)
+        Recorder().check_supported(texture, sensors=["position"])
     wide = replace(texture, mean_level=2.0, depth_level=0.8)
     with pytest.raises(OverLimit):
-        plate.check_supported(wide, place_known=True)
+        plate.check_supported(wide, sensors=["position"])
 
 
 class Modulating(Recorder):

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING, NamedTuple
 
-from slipscale.stimuli.texture import Grating
-
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from slipscale.experiments.lab.curves import Curve
     from slipscale.stimuli.surface import Surface
@@ -89,18 +86,12 @@ class Drawing:
 
 
 def drawing(surface: Surface, largest: float, label: str) -> Drawing:
-    """Draw the plate vibration for a surface, or three periods of the level for a texture.
+    """Draw the plate vibration for a surface, or how the level of a texture changes.
 
     ``largest`` fills the frame.
     """
-    if isinstance(surface, Grating):
-        return _drawing(lambda x: surface.level_in(x / 40) / largest, label)
-    level = surface.level
-    return _drawing(lambda x: level / largest * math.sin(2 * math.pi * x / 15), label)
-
-
-def _drawing(height: Callable[[float], float], label: str) -> Drawing:
-    points = " ".join(f"{x},{24 - 21 * height(float(x)):.1f}" for x in range(121))
+    heights = [surface.shown(x / 120) / largest for x in range(121)]
+    points = " ".join(f"{x},{24 - 21 * height:.1f}" for x, height in enumerate(heights))
     return Drawing(f"M {points}", label)
 
 

@@ -8,6 +8,7 @@ speed              log-normal, 60 mm/s, 0.3  our assumption (median, sigma of th
 stroke             40 mm                     our assumption: half of the paper's plate
 normal force       log-normal, 0.5 N, 0.3    0.5 N: Biet 2007, Section II-C; the rest is our
                                              assumption (0.1 between explorations)
+landing            0.1 s                     our assumption: the force rises evenly from 0
 =================  ========================  ==================================================
 """
 
@@ -21,7 +22,7 @@ from slipscale.hardware.contact.source import Touch
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.ordering.randomisation import Stream
 
-SPEED_MM_S, FORCE_N, STROKE_MM = 60.0, 0.5, 40.0
+SPEED_MM_S, FORCE_N, STROKE_MM, LANDING_S = 60.0, 0.5, 40.0, 0.1
 BETWEEN_PEOPLE, BETWEEN_EXPLORATIONS = 0.3, 0.1
 
 
@@ -58,4 +59,5 @@ class SimulatedFinger:
         if self._begun_s is None or time_s < self._begun_s:
             return None
         turns = math.pi * self._speed_mm_s / STROKE_MM * (time_s - self._begun_s)
-        return Touch(-STROKE_MM / 2 * math.cos(turns), 0.0, self._force_n)
+        pressed = min((time_s - self._begun_s) / LANDING_S, 1.0)
+        return Touch(-STROKE_MM / 2 * math.cos(turns), 0.0, pressed * self._force_n)

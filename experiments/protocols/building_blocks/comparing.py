@@ -30,7 +30,6 @@ from slipscale.experiments.protocols.steps import (
     Voided,
 )
 from slipscale.faults import UserError
-from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping, Sequence
@@ -118,7 +117,7 @@ def the_two_ends(
 
 def name_of(surface: Stimulus) -> str:
     """Return the name of a surface in the data: the texture name, or its level."""
-    return surface.name if isinstance(surface, Grating) else f"{surface.level:g}"
+    return surface.name or f"{surface.level:g}"
 
 
 def sought(quantity: Quantity, sign: int = 1) -> Sought:

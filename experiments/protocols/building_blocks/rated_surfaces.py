@@ -27,7 +27,6 @@ from slipscale.experiments.protocols.steps import (
     Trial,
     Voided,
 )
-from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Mapping, Sequence
@@ -278,7 +277,7 @@ BLOCK = {
 }
 TEXTURE = {
     "texture": Column(
-        value=lambda r: r.surface.name if isinstance(r.surface, Grating) else None,
+        value=lambda r: (r.surface and r.surface.name) or None,
         kind="label",
         description=(
             "Name of the texture in the study file; n/a for a surface with a single {q.name}"

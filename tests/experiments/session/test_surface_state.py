@@ -21,7 +21,7 @@ def staged(level, limits=None, noise_um=0.0):
     clock = VirtualClock()
     plate = MockPlate(clock=clock, limits=limits, twin=Twin(noise_um=noise_um))
     plate.connect()
-    surface = SurfaceState(plate, clock, lambda _: None, Following(plate, clock, place_known=False))
+    surface = SurfaceState(plate, clock, lambda _: None, Following(plate, clock))
     surface.present(Present(surface=VirtualSurface(level=level)))
     return surface, plate
 

@@ -73,7 +73,7 @@ def files(folder):
 
 
 def test_a_texture_is_read_as_it_is_written():
-    assert parse_study(STUDY, "textured.toml").gratings == (GRATING,)
+    assert parse_study(STUDY, "textured.toml").texture_surfaces == (GRATING,)
 
 
 def test_every_fault_of_the_textures_is_told_at_once():
@@ -197,7 +197,7 @@ def test_a_texture_that_has_gone_is_noticed_even_where_it_reaches_down_to_zero(d
     clock = VirtualClock()
     plate = MockPlate(clock=clock)
     plate.connect()
-    stage = SurfaceState(plate, clock, lambda _: None, Following(plate, clock, place_known=False))
+    stage = SurfaceState(plate, clock, lambda _: None, Following(plate, clock))
     steady = Grating(spatial_period_mm=2.5, mean_level=1.2, depth_level=depth_level, label="T1")
     stage.present(Present(surface=steady))
     for _ in range(50):

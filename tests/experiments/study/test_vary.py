@@ -11,6 +11,7 @@ from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.participants.simulated_people.growth import people_for
 from slipscale.experiments.participants.simulated_people.population import curves
 from slipscale.experiments.running.begin_or_resume import plate_for
+from slipscale.experiments.running.pilot import run_simulated
 from slipscale.experiments.running.rehearsal import check_supported
 from slipscale.experiments.study.file import parse_study
 from slipscale.experiments.study.levels import Levels
@@ -18,10 +19,16 @@ from slipscale.experiments.study.tables import StimulusTable, Texture
 from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, made_by_plate
-from slipscale.stimuli.texture import PARAMETERS, Grating
+from slipscale.stimuli.texture import Grating
+from slipscale.stimuli.textures import KINDS, PARAMETERS
+from slipscale.stimuli.transient import TRIGGERS
 
 ROOT = Path(__file__).parents[3]
-FIXED = {"mean_level": 2.0, "depth_level": 0.4, "finger_speed_mm_s": 5.0}
+#: Values of the parameters that a kind of texture needs, unless they are varied.
+FIXED: dict[str, dict[str, object]] = {
+    "grating": {"mean_level": 2.0, "depth_level": 0.4, "finger_speed_mm_s": 5.0},
+    "transient": {"from_level": 0.5, "to_level": 2.0, "transition_s": 0.01},
+}
 HEAD = """
 name = "varied"
 title = "One parameter varied"
@@ -60,17 +67,19 @@ def study_text(field, plate=PLATE_AMPLITUDE):
     q = declared.quantity(plate)
     least = max(declared.above, declared.least)
     span = min(declared.most - least, 2.0)
-    fixed: dict[str, object] = {name: value for name, value in FIXED.items() if name != field}
-    if field == "depth_level":
-        span = 0.6
-    if field == "mean_level":
-        least = FIXED["depth_level"]
-    if field != "modulation_hz":
-        fixed |= {"spatial_period_mm": 1.0} if field != "spatial_period_mm" else {}
+    kind = next(name for name, each in KINDS.items() if field in each.__dataclass_fields__)
+    fixed = {name: value for name, value in FIXED[kind].items() if name != field}
+    span = {"depth_level": 0.6, "position_mm": 10.0}.get(field, span)
+    least = {"mean_level": 0.4, "transition_s": 0.0}.get(field, least)
+    fixed["kind"] = f"'{kind}'"
+    if kind == "transient" and field not in TRIGGERS:
+        fixed["position_mm"] = 5.0
+    if kind == "grating" and field not in ("modulation_hz", "spatial_period_mm"):
+        fixed["spatial_period_mm"] = 1.0
     if "harmonic" in field:
         fixed["mean_level"] = 1.5
         fixed |= {field.replace("phase_deg", "share"): 0.5} if "phase" in field else {}
-    else:
+    elif kind == "grating":
         fixed["waveform"] = "'square'"
     low, middle, high = (round(least + share * span, 3) for share in (0.25, 0.5, 0.75))
     step = round((high - low) / 4, 4)
@@ -110,7 +119,8 @@ def study_text(field, plate=PLATE_AMPLITUDE):
             + (f'label = "{label}"\n' if label else "")
             + given
         )
-    return head + "\n".join(tasks)
+    sensor = TRIGGERS.get(field, "position") if kind == "transient" else ""
+    return head + (f'[plate]\n{sensor} = "simulated"\n' if sensor else "") + "\n".join(tasks)
 
 
 def tables(folder):
@@ -127,29 +137,27 @@ def field(request):
     return request.param
 
 
-def test_a_study_runs_is_resumed_and_read_in_the_parameters_quantity(
-    field, laboratory, plan, tmp_path
-):
+def test_a_study_runs_is_resumed_and_read_in_the_parameters_quantity(field, plan, tmp_path):
     text = study_text(field)
     study = parse_study(text, "varied.toml")
     run = plan(text, seed=3, population=people_for(study).model_dump_json())
-    laboratory.folder = tmp_path / "whole"
-    assert laboratory.run(run) == "complete"
-    build_dataset(laboratory.folder)
-    whole = tables(laboratory.folder)
+    undisturbed = tmp_path / "whole"
+    run_simulated(undisturbed, run, "mock")
+    build_dataset(undisturbed)
+    whole = tables(undisturbed)
     assert len(whole) == len(study.tasks)
     q = PARAMETERS[field].parameter.quantity(PLATE_AMPLITUDE)
     header = whole["sub-01_task-magnitudeestimation_run-01_beh.tsv"].split(b"\n")[0].decode()
     assert f"\t{q.column}\tamplitude_readback_um_pp\t" in header
-    lines = run.journal_path(laboratory.folder).read_bytes().splitlines(keepends=True)
-    laboratory.folder = tmp_path / "cut"
-    path = run.journal_path(laboratory.folder)
+    lines = run.journal_path(undisturbed).read_bytes().splitlines(keepends=True)
+    cut = tmp_path / "cut"
+    path = run.journal_path(cut)
     path.parent.mkdir(parents=True)
     path.write_bytes(b"".join(lines[: len(lines) // 2]))
-    assert laboratory.run(run) == "complete"
-    build_dataset(laboratory.folder)
-    assert tables(laboratory.folder) == whole
-    found = load(laboratory.folder)
+    run_simulated(cut, run, "mock")
+    build_dataset(cut)
+    assert tables(cut) == whole
+    found = load(cut)
     assert found.quantity == q
     assert sorted(found.estimates["amplitude_um_pp"].unique()) == pytest.approx(study.levels)
 
@@ -177,7 +185,7 @@ def test_levels_in_volts_keep_the_plates_unit_in_the_stimulus():
     study = parse_study(text, "varied.toml")
     assert study.quantity.column == "depth_v_peak"
     assert study.plate_quantity == volts
-    assert study.varied.grating.mean_level == 2.0
+    assert study.varied.texture.mean_level == 2.0
 
 
 @pytest.mark.parametrize(

@@ -111,8 +111,8 @@ def _drawings(content: Mapping[str, Any]) -> dict[str, list[Drawing]]:
         ]
     for number, table in enumerate(_listed(in_code.get("textures"))):
         with suppress(ValueError):
-            grating = Texture.model_validate(table).grating()
-            made[json.dumps(["textures", number])] = [(grating, grating.period)]
+            texture = Texture.model_validate(table).surface()
+            made[json.dumps(["textures", number])] = [(texture, texture.summary)]
     largest = max([surface.level for each in made.values() for surface, _ in each], default=0.0)
     return {
         place: [drawing(surface, largest or 1.0, label) for surface, label in each]

@@ -22,6 +22,7 @@ from slipscale.hardware.backends.serial_board.protocol import parse_status
 from slipscale.hardware.backends.serial_board.supervision import ActivePresentation, check_status
 from slipscale.hardware.calibration.record import Calibration
 from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.contact.followed_texture import SETTLES_S
 from slipscale.hardware.emulator.firmware import Board
 from slipscale.hardware.errors import (
     ConnectionLost,
@@ -45,6 +46,7 @@ from slipscale.hardware.records import Output
 from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.texture import Grating
+from slipscale.stimuli.transient import Transient
 
 pytestmark = pytest.mark.clock
 
@@ -239,6 +241,24 @@ def test_a_texture_is_held_watched_and_ended_by_the_next_surface(board):
         assert board.state()["state"] == "HOLD"
         plate.present(TEXTURE)
     assert not board.state()["vibrates"]
+
+
+def test_a_change_is_played_at_once_ends_and_can_be_played_again(board):
+    change = Transient(
+        from_level=0.5, to_level=1.5, transition_s=0.01, duration_s=0.15, position_mm=0.0
+    )
+    with serial_plate(board) as plate:
+        plate.present(VirtualSurface(level=0.5))
+        for _ in range(2):
+            plate.play(change.change(plate.modulator))
+            time.sleep(0.06)
+            state = board.state()
+            assert (state["state"], round(state["amplitude_um_pp"], 1)) == ("LIST", 1.5)
+            time.sleep(0.13)
+            assert board.state()["amplitude_um_pp"] == pytest.approx(0.5, abs=0.05)
+            plate.follow(change.final_level)
+            time.sleep(SETTLES_S)
+            plate.check()
 
 
 @pytest.mark.parametrize("waveform", ["sine", "square", "triangle", "sawtooth"])

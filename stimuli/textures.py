@@ -1,0 +1,31 @@
+"""The kinds of texture; a new kind, or a parameter of one, is known to studies from here.
+
+A kind is a dataclass with `Parameter` annotations (see `slipscale.stimuli.parameters`) and the
+interface of `slipscale.stimuli.surface.Surface`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.stimuli.parameters import declared
+from slipscale.stimuli.texture import Grating
+from slipscale.stimuli.transient import Transient
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from slipscale.stimuli.parameters import Declared
+
+Texture = Grating | Transient
+#: The kinds of texture by their names in study files.
+KINDS: Mapping[str, type[Texture]] = {"grating": Grating, "transient": Transient}
+#: Parameters that a study can vary, by field.
+PARAMETERS: Mapping[str, Declared] = {
+    field: each for kind in KINDS.values() for field, each in declared(kind).items()
+}
+
+
+def kind_in(record: Mapping[str, object]) -> type[Texture] | None:
+    """Return the kind of texture in a record; None if it is not a texture."""
+    return next((kind for kind in KINDS.values() if kind.MARK in record), None)

@@ -1,0 +1,305 @@
+"""Transients: surfaces whose amplitude changes once, when the finger reaches or does something.
+
+A transient begins at one amplitude. A trigger (a position, a force, or a time after contact) makes
+it change to another, within a transition time, for ever or for a duration. Without a duration it
+changes back when the trigger no longer holds, so that a position is an edge on the plate.
+
+The plate plays the change itself, as a list of amplitudes on its own clock. The transition is
+therefore as long as stated, however seldom the computer looks at the finger; only its beginning
+waits for the next look.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, get_args
+
+from slipscale.faults import UserError
+from slipscale.stimuli.modulation import (
+    DEFAULT_MODULATOR,
+    STEPS_MAX,
+    AmplitudeStep,
+    Followed,
+    Loop,
+    Modulator,
+    along_edge,
+)
+from slipscale.stimuli.parameters import Parameter, Parametric
+
+if TYPE_CHECKING:
+    from slipscale.stimuli.surface import Sensor
+
+Shape = Literal["cosine", "linear"]
+# The plate holds the last amplitude for this time before it repeats its list; by then, the
+# computer has commanded the amplitude itself.
+HELD_S = 0.2
+# A straight line is played as this many half cosines or more.
+FEWEST_PIECES = 3
+# Largest accepted error of a duration, because a list has steps of equal duration.
+DURATION_ERROR_S = 0.0005
+#: The sensor that each trigger needs.
+TRIGGERS: dict[str, Sensor] = {"position_mm": "position", "force_n": "force", "delay_s": "force"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Transient(Parametric):
+    """A surface whose amplitude changes when a trigger is reached.
+
+    Exactly one of ``position_mm``, ``force_n`` and ``delay_s`` is given.
+
+    Parameters
+    ----------
+    shape : {"cosine", "linear"}
+        Course of the transition: half a period of a cosine, or a straight line.
+    label, name : str
+        As for `slipscale.stimuli.texture.Grating`.
+
+    Raises
+    ------
+    UserError
+        A parameter is out of range, or there is not exactly one trigger.
+    """
+
+    LATER: ClassVar = frozenset[str]()
+    #: The entry by which a record of a transient is recognised.
+    MARK: ClassVar = "transition_s"
+
+    from_level: Annotated[
+        float,
+        Parameter(
+            name="initial {q.name}",
+            unit=None,
+            above=0,
+            description="Amplitude before the change; above 0, because a plate that is switched "
+            "off cannot change in time.",
+        ),
+    ]
+    to_level: Annotated[
+        float,
+        Parameter(
+            name="final {q.name}", unit=None, least=0, description="Amplitude after the change."
+        ),
+    ]
+    transition_s: Annotated[
+        float,
+        Parameter(
+            name="transition time",
+            unit="s",
+            above=0,
+            most=2,
+            description="Time from one amplitude to the other.",
+        ),
+    ]
+    duration_s: Annotated[
+        float | None,
+        Parameter(
+            name="duration",
+            unit="s",
+            above=0,
+            most=10,
+            description="Time from the beginning of the change to the beginning of the change "
+            "back; default: until the trigger no longer holds.",
+        ),
+    ] = None
+    position_mm: Annotated[
+        float | None,
+        Parameter(
+            name="position",
+            unit="mm",
+            least=0,
+            most=500,
+            description="Position along the stroke, from the sensor's zero, at and beyond which "
+            "the amplitude is changed.",
+        ),
+    ] = None
+    force_n: Annotated[
+        float | None,
+        Parameter(
+            name="force",
+            unit="N",
+            above=0,
+            most=20,
+            description="Normal force at and above which the amplitude is changed.",
+        ),
+    ] = None
+    delay_s: Annotated[
+        float | None,
+        Parameter(
+            name="delay",
+            unit="s",
+            least=0,
+            most=60,
+            description="Time after the finger touched the plate at which the amplitude is "
+            "changed.",
+        ),
+    ] = None
+    shape: Shape = "cosine"
+    label: str = ""
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        self.refuse_parameters()
+        if sum(getattr(self, each) is not None for each in TRIGGERS) != 1:
+            raise UserError(f"{self.where}: expected one of {', '.join(TRIGGERS)}")
+        if self.shape not in get_args(Shape):
+            known = ", ".join(get_args(Shape))
+            raise UserError(f"{self.where}: shape is '{self.shape}', expected one of: {known}")
+        if self.duration_s is not None and self.duration_s < self.transition_s:
+            raise UserError(
+                f"{self.where}: duration_s is {self.duration_s:g}, expected transition_s, "
+                f"{self.transition_s:g}, or more"
+            )
+
+    @property
+    def trigger(self) -> str:
+        """The parameter that starts the change."""
+        return next(each for each in TRIGGERS if getattr(self, each) is not None)
+
+    @property
+    def sensor(self) -> Sensor | None:
+        """The sensor without which the trigger is unknown."""
+        return TRIGGERS[self.trigger]
+
+    @property
+    def level(self) -> float:
+        """The larger amplitude."""
+        return max(self.from_level, self.to_level)
+
+    @property
+    def settled_level(self) -> float:
+        """The level at which the plate settles: the one before the change."""
+        return self.from_level
+
+    @property
+    def active_s(self) -> float:
+        """Time from the trigger to the end of the last transition."""
+        return self.transition_s + (self.duration_s or 0.0)
+
+    @property
+    def final_level(self) -> float:
+        """The amplitude after the last transition."""
+        return self.to_level if self.duration_s is None else self.from_level
+
+    @property
+    def summary(self) -> str:
+        """Amplitudes, trigger and times in words."""
+        lasts = "" if self.duration_s is None else f" for {1000 * self.duration_s:g} ms"
+        return (
+            f"{self.from_level:g} to {self.to_level:g} in {1000 * self.transition_s:g} ms{lasts}, "
+            f"at {self.trigger} = {getattr(self, self.trigger):g}"
+        )
+
+    def level_after(self, time_s: float) -> float:
+        """Return the amplitude a time after the trigger; negative times are before it."""
+        back_s = math.inf if self.duration_s is None else self.duration_s
+        if time_s >= back_s:
+            return self._along(self.to_level, self.from_level, time_s - back_s)
+        return self._along(self.from_level, self.to_level, time_s)
+
+    def _along(self, start: float, end: float, time_s: float) -> float:
+        part = min(max(time_s / self.transition_s, 0.0), 1.0)
+        return (
+            along_edge(start, end, part) if self.shape == "cosine" else start + part * (end - start)
+        )
+
+    def shown(self, share: float) -> float:
+        """Return the amplitude at a point, 0 to 1, of a picture of the change."""
+        return self.level_after((1.5 * share - 0.25) * self.active_s)
+
+    def envelope(
+        self,
+        finger_speed_mm_s: float,  # noqa: ARG002 - the trigger decides
+        duration_s: float,  # noqa: ARG002
+        modulator: Modulator = DEFAULT_MODULATOR,
+    ) -> tuple[AmplitudeStep, ...]:
+        """Return the commands of the change, from the trigger on."""
+        loop = self.change(modulator)
+        return tuple(AmplitudeStep(i * loop.step_s, level) for i, level in enumerate(loop.levels))
+
+    def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
+        """Return None: nothing is played before the trigger. Raises as `change`."""
+        self.change(modulator)
+        return None
+
+    def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
+        """Return how well plate and friction follow the change; None if nothing changes."""
+        if self.from_level == self.to_level:
+            return None
+        lasts = "" if self.duration_s is None else f" for {1000 * self.duration_s:g} ms"
+        return Followed(
+            change=f"a change in {1000 * self.transition_s:g} ms{lasts}",
+            whole="it",
+            plate=modulator.reached(self.duration_s),
+            friction=modulator.friction_reached(self.duration_s),
+            remedy="a longer duration",
+            rise_s=modulator.friction_rise_s(self.transition_s),
+        )
+
+    def change(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop:
+        """Return the list of amplitudes that a plate plays from the trigger on.
+
+        Its last amplitude is held for `HELD_S` or more. Then the list would be repeated, unless
+        `final_level` is commanded by then.
+
+        Raises
+        ------
+        UserError
+            The plate or its line cannot change so fast.
+        """
+        pieces, step_s = self._pieces(modulator)
+        turns = pieces if self.duration_s is None else round(self.duration_s / step_s)
+        ends = turns if self.duration_s is None else turns + pieces
+        count = ends + math.ceil(HELD_S / step_s)
+        edge_s = min(self.transition_s, step_s)
+        return Loop(
+            levels=tuple(self._level_of(step, pieces, turns) for step in range(count)),
+            step_s=step_s,
+            edge_s=edge_s,
+            mean_level=self.from_level,
+        )
+
+    def _level_of(self, step: int, pieces: int, turns: int) -> float:
+        """Return the amplitude at the end of a step's edge."""
+        part = min((step + 1) / pieces, 1.0)
+        if self.duration_s is not None and step >= turns:
+            part = 1.0 - min((step + 1 - turns) / pieces, 1.0)
+        return self.from_level + part * (self.to_level - self.from_level)
+
+    def _pieces(self, modulator: Modulator) -> tuple[int, float]:
+        """Return the number of steps of a transition, and their duration.
+
+        A half cosine is one step's edge. A straight line takes several, whose duration divides
+        both times.
+        """
+        shortest_s, linear = modulator.edge_s, self.shape == "linear"
+        lasts_s = self.duration_s
+        if linear:
+            # At most `STEPS_MAX` steps for the whole list.
+            most_s = self.active_s + self.transition_s + HELD_S
+            step_s = max(modulator.shortest_step_s, most_s / (STEPS_MAX - 2))
+            shortest_s = FEWEST_PIECES * step_s
+        if self.transition_s < shortest_s * (1 - 1e-9):
+            raise UserError(
+                f"{self.where}: transition_s is {self.transition_s:g}, but the plate and its "
+                f"line need {shortest_s:.4g} or more for a {self.shape} transition"
+            )
+        if not linear:
+            if lasts_s is not None and lasts_s < modulator.shortest_step_s:
+                raise UserError(
+                    f"{self.where}: duration_s is {lasts_s:g}, but the plate and its line need "
+                    f"{modulator.shortest_step_s:.4g} or more"
+                )
+            return 1, lasts_s or max(self.transition_s, HELD_S)
+        most = math.floor(self.transition_s / step_s + 1e-9)
+        steps = [self.transition_s / pieces for pieces in range(FEWEST_PIECES, most + 1)]
+        if lasts_s is None:
+            return most, steps[-1]
+        error_s, each_s = min((abs(round(lasts_s / each) * each - lasts_s), each) for each in steps)
+        if error_s > DURATION_ERROR_S:
+            possible_s = round(lasts_s / each_s) * each_s
+            raise UserError(
+                f"{self.where}: duration_s is {lasts_s:g}, but a linear transition is played in "
+                f"equal steps; the nearest duration is {possible_s:.4g}"
+            )
+        return round(self.transition_s / each_s), each_s
