@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.protocols.base import Column
+from slipscale.experiments.study.stroke import OUTSIDE, WITHIN
 from slipscale.hardware.contact.measures import friction, movement
 from slipscale.hardware.contact.plausibility import implausible_forces, implausible_places
 from slipscale.hardware.contact.source import Sample
@@ -20,16 +21,18 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.journal.record import Record
     from slipscale.experiments.protocols.base import TrialRecord
+    from slipscale.experiments.protocols.steps import Value
 
 CHANGES = "changes"
 SPEED, STROKES = "exploration_speed_mm_s", "strokes"
+STROKE = "stroke"
 COEFFICIENT, NORMAL_FORCE = "friction_coefficient", "normal_force_n"
 # Column -> its name in a plate's answer.
 OF_INTERVAL = re.compile(r"interval([0-9]+)_")
 OF_THE_PLATE = {"drive_voltage_v_peak": "voltage_v_peak", "plate_temperature_c": "temperature_c"}
 
 
-def _value(name: str) -> Callable[[TrialRecord], float | None]:
+def _value(name: str) -> Callable[[TrialRecord], Value]:
     return lambda record: record.measured.get(name)
 
 
@@ -63,6 +66,12 @@ MEASURED: Mapping[str, Column] = {
         kind="number",
         description="Number of times that the finger triggered the change of a transient during "
         "the exploration",
+    ),
+    STROKE: Column(
+        value=_value(STROKE),
+        kind="label",
+        description="Whether the exploration was within the study's stroke windows, or how it "
+        f"deviated: {WITHIN}, or one or more of {', '.join(OUTSIDE)}",
     ),
     "drive_voltage_v_peak": Column(
         value=_value("drive_voltage_v_peak"),
@@ -99,14 +108,12 @@ def measured_columns(names: Iterable[str]) -> dict[str, Column]:
     return found
 
 
-def of_interval(
-    values: Mapping[str, float | None], interval: int | None
-) -> Mapping[str, float | None]:
+def of_interval(values: Mapping[str, Value], interval: int | None) -> Mapping[str, Value]:
     """Return measured values, with the interval (if any) prefixed to their names."""
     return {f"interval{interval}_{name}": v for name, v in values.items()} if interval else values
 
 
-def plate_measures(presented: Mapping[str, Any]) -> dict[str, float | None]:
+def plate_measures(presented: Mapping[str, Any]) -> dict[str, Value]:
     """Return the plate's measurements, other than amplitude, from presenting a surface."""
     told = {column: presented[name] for column, name in OF_THE_PLATE.items()}
     return {column: value for column, value in told.items() if value is not None}
@@ -127,11 +134,13 @@ class Explorations:
         self._whole: dict[str, list[Sample]] = {}
         self._unreadable = 0
         self._changes: int | None = None
+        self.outcome = ""  # of the last exploration, if the study controls the stroke
 
     def see(self, record: Record) -> None:
         """Process a record of any kind."""
         if record.kind == "begin":  # an unfinished exploration belongs to no trial
-            self._parts, self._whole, self._unreadable, self._changes = {}, {}, 0, None
+            self._parts, self._whole, self._unreadable = {}, {}, 0
+            self._changes, self.outcome = None, ""
         elif record.kind == "contact" and record.data["during"] == "exploration":
             self._take(record)
 
@@ -160,9 +169,9 @@ class Explorations:
             found.append(f"{self._unreadable} readings that could not be read")
         return found
 
-    def measures(self) -> dict[str, float | None]:
+    def measures(self) -> dict[str, Value]:
         """Return the measures for the last exploration; empty if nothing was measured."""
-        found: dict[str, float | None] = {}
+        found: dict[str, Value] = {STROKE: self.outcome} if self.outcome else {}
         places = self._whole.get("position", [])
         if "position" in self._whole:
             moved = movement(places)

@@ -26,6 +26,7 @@ from slipscale.experiments.journal.serialisation import (
     trial_from,
 )
 from slipscale.experiments.protocols.base import IntervalRecord, TrialRecord
+from slipscale.experiments.study.stroke import WITHIN
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -95,6 +96,8 @@ def gather(records: list[Record]) -> Gathered:
                 current = None
         elif record.kind == "answered_again":
             _answer(gathered, None, record.data["what"], record)
+        elif record.kind == "stroke":
+            explorations.outcome = " ".join(record.data["outside"]) or WITHIN
         elif record.kind == reading.DAMAGED:
             damage = True
         elif record.kind in EVENT_FLAGS:

@@ -138,6 +138,16 @@ class _Contact(_Shape):
         return self
 
 
+class _Stroke(_Shape):
+    task: str
+    trial: int
+    interval: int | None
+    speed_mm_s: float | None
+    normal_n: float | None
+    forward_share: float | None
+    outside: list[str]
+
+
 class _Tracking(_Shape):
     trial: int
     before_hz: float
@@ -189,6 +199,7 @@ RECORDS: dict[str, Any] = {
     "markers": _Markers,
     "backup": _Backup,
     "contact": _Contact,
+    "stroke": _Stroke,
     "tracking": _Tracking,
 }
 # step type -> its required record, and the type of its answer

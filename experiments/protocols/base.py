@@ -180,7 +180,7 @@ class TrialRecord:
     run_answers: Mapping[str, Value] = field(default_factory=dict)
     flags: list[str] = field(default_factory=list)
     intervals: dict[int, IntervalRecord] = field(default_factory=dict)
-    measured: Mapping[str, float | None] = field(default_factory=dict)
+    measured: Mapping[str, Value] = field(default_factory=dict)
 
     def answer(self, name: str) -> Value:
         """Return the value of an answer; None if it was not given."""

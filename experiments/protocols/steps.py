@@ -265,17 +265,43 @@ class Instruct:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Guide:
+    """How to stroke a surface: speed, force and direction, and whether a mark shows the speed.
+
+    Speed and force are None if any is accepted.
+    """
+
+    speed_mm_s: float | None
+    normal_force_n: float | None
+    direction: Literal["any", "forward", "backward"]
+    stroke_mm: float
+    pacer: bool
+
+    def place_share(self, time_s: float) -> float | None:
+        """Return a mark's position on the stroke, 0 to 1, at a time; None without speed."""
+        if not (self.pacer and self.speed_mm_s):
+            return None
+        strokes = time_s * self.speed_mm_s / self.stroke_mm
+        if self.direction == "any":
+            return 1 - abs(strokes % 2 - 1)
+        return strokes % 1 if self.direction == "forward" else 1 - strokes % 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Explore:
     """Exploration of the surface until the participant continues, for at least ``minimum_s``.
 
-    If ``maximum_s`` is set, a countdown is shown, and the step then ends automatically.
+    If ``maximum_s`` is set, a countdown is shown, and the step then ends automatically. ``guide``
+    states how to stroke, if the study does.
     """
 
+    LATER: ClassVar[tuple[str, ...]] = ("guide",)
     text: str
     trial: Trial | None = None
     minimum_s: float = 0.0
     maximum_s: float | None = None
     interval: int | None = None
+    guide: Guide | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

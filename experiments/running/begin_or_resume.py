@@ -113,5 +113,6 @@ def run_plan(
         sources={kind: each.source for kind, each in (sources or {}).items()},
         tracking=tracking,
         warnings=warnings,
+        stroke=plan.study.stroke,
     )
     return session.run()

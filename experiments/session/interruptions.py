@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.journal.record import Record
     from slipscale.experiments.participants.base import Participant
-    from slipscale.experiments.protocols.steps import Answer, Ask
+    from slipscale.experiments.protocols.steps import Answer, Ask, Trial
     from slipscale.experiments.session.markers import Markers
     from slipscale.experiments.session.masking_noise import Noise
     from slipscale.experiments.session.operator import Operator, Request, State
@@ -167,10 +167,19 @@ class Interruptions:
         elif (trial.task, trial.number) in self._voided():
             self._progress.say(f"trial {trial.number} is already voided")
         else:
-            self._journal.write("void", task=trial.task, trial=trial.number, reason=request.reason)
+            self.reject(trial, request.reason, repeated=True)
+
+    def reject(self, trial: Trial, reason: str, *, repeated: bool) -> None:
+        """Void a trial, unless it is voided already; the protocol repeats it if requested."""
+        if (trial.task, trial.number) in self._voided():
+            return
+        self._journal.write("void", task=trial.task, trial=trial.number, reason=reason)
+        if repeated:
             self._voids.append(trial.number)
             self._progress.void()
             self._progress.say(f"trial {trial.number} will be repeated")
+        else:
+            self._progress.say(f"trial {trial.number} was rejected ({reason})")
 
     def _ask_again(self, request: Request) -> None:
         """Mark a question about the run or the participant to be repeated."""

@@ -48,6 +48,7 @@ class Contact:
         self._sources = sources
         self._journal = journal
         self._follow = follow
+        self.last: dict[Kind, list[Sample]] = {}  # samples of the last completed step
 
     @contextmanager
     def measured(self, step: Explore | Ask, watch: Watch) -> Iterator[Watch]:
@@ -76,6 +77,7 @@ class Contact:
             raise
         for trace in traces:
             trace.write(self._journal, ends="whole")
+        self.last = {trace.kind: trace.whole for trace in traces}
 
     def _look(self, watch: Watch, traces: list[_Trace]) -> None:
         """Process one frame: call ``watch``, then fetch and record new samples."""
@@ -93,6 +95,7 @@ class _Trace:
         self.kind = kind
         self._source = source
         self._step = step
+        self.whole: list[Sample] = []
         self._samples: list[Sample] = []
         self._changes_s: list[float] | None = None
         self._unreadable = source.unreadable  # before
@@ -101,6 +104,7 @@ class _Trace:
         """Fetch and return the new samples from the source."""
         new = self._source.take()
         self._samples += new
+        self.whole += new
         return new
 
     def note_changes(self, times_s: list[float] | None) -> None:

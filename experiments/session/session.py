@@ -50,6 +50,7 @@ from slipscale.experiments.session.measured_contact import Contact
 from slipscale.experiments.session.operator_answers import OperatorAnswers
 from slipscale.experiments.session.progress import Progress
 from slipscale.experiments.session.question_sounds import NoSounds
+from slipscale.experiments.session.stroke_control import StrokeControl
 from slipscale.experiments.session.surface_state import SurfaceState
 from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
@@ -67,6 +68,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.session.operator import Operator
     from slipscale.experiments.session.question_sounds import Sounds
     from slipscale.experiments.session.resonance_tracking import ResonanceTracking
+    from slipscale.experiments.study.stroke import Stroke
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.contact.source import ContactSource, Kind, Sample
     from slipscale.hardware.driver import PlateDriver
@@ -115,6 +117,8 @@ class Session:
         Tracks the resonance between trials.
     warnings : tuple of str, optional
         Problems found earlier, to show to the operator.
+    stroke : Stroke, optional
+        How the participant is to stroke; trials outside are rejected.
     """
 
     def __init__(
@@ -135,6 +139,7 @@ class Session:
         sources: Mapping[Kind, ContactSource] | None = None,
         tracking: ResonanceTracking | None = None,
         warnings: tuple[str, ...] = (),
+        stroke: Stroke | None = None,
     ) -> None:
         self._steps = steps
         self._participant = participant
@@ -151,6 +156,7 @@ class Session:
         # The window shows its own pointer.
         position = (sources or {}).get("position")
         self._shows_finger = position is not None and position.name != "mouse"
+        self._stroke = StrokeControl(stroke, journal, texts) if stroke else None
         voided = sum(record.kind == "void" for record in journal.records)
         self._progress = Progress(
             operator,
@@ -377,6 +383,8 @@ class Session:
         reply = self._feel(step)
         self._surface.confirm()
         self._surface.explored(step)
+        if self._stroke and (said := self._stroke.judged(step, self._contact.last)):
+            self._feedback(said)
         return reply
 
     def _feel(self, step: Explore) -> Reply:
@@ -467,8 +475,11 @@ class Session:
     def _silence(self, step: Silence) -> None:
         self._surface.silence(step)
 
-    def _end_trial(self, _step: EndTrial) -> Voided:
+    def _end_trial(self, step: EndTrial) -> Voided:
         self._interruptions.watch_operator()
+        if self._stroke and (reason := self._stroke.rejects(step.trial)):
+            again = self._stroke.repeats(step.trial)
+            self._interruptions.reject(step.trial, reason, repeated=again)
         return self._interruptions.take_voids()
 
     def _end_block(self, step: EndBlock) -> Voided:

@@ -49,6 +49,7 @@ from slipscale.experiments.study.levels import Levels
 from slipscale.experiments.study.participant_keys import ParticipantKeys
 from slipscale.experiments.study.person_questions import PersonQuestion
 from slipscale.experiments.study.questionnaires import Questionnaire
+from slipscale.experiments.study.stroke import Stroke
 from slipscale.experiments.study.tables import (
     Cost,
     MaskingNoise,
@@ -213,6 +214,11 @@ class Study(BaseModel):
         description="Test before the tasks that checks whether headphones are worn and whether "
         "the masking noise is heard in both ears; default: none.",
     )
+    stroke: Stroke | None = Field(
+        default=None,
+        description="How participants are to stroke the surfaces, and what is done with trials "
+        "outside; default: as they like.",
+    )
     masking_noise: MaskingNoise | None = Field(
         default=None,
         description="Pink noise in the headphones while the plate may be audible; default: none.",
@@ -282,6 +288,13 @@ class Study(BaseModel):
     @classmethod
     def _limited(cls, value: PlateSettings, info: ValidationInfo) -> PlateSettings:
         refuse(_levels(info).unstated(("plate",), value))
+        return value
+
+    @field_validator("stroke")
+    @classmethod
+    def _measurable(cls, value: Stroke | None, info: ValidationInfo) -> Stroke | None:
+        if value is not None and "plate" in info.data:
+            refuse(list(value.faults(info.data["plate"])))
         return value
 
     @field_validator("levels")

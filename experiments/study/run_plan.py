@@ -23,6 +23,7 @@ from slipscale.experiments.protocols.steps import (
 from slipscale.experiments.study.factors import crossed
 from slipscale.experiments.study.file import parse_study
 from slipscale.experiments.study.headphone_test import HEADPHONES
+from slipscale.experiments.study.stroke import guided
 from slipscale.faults import UserError
 from slipscale.stimuli.headphone_sounds import NoiseInEar
 
@@ -265,7 +266,10 @@ class RunPlan:
 
     def steps(self) -> Steps:
         """Yield all steps of the run."""
-        return _spoken(self._steps()) if self.study.keys.numbers == "spoken" else self._steps()
+        steps, study = self._steps(), self.study
+        if study.stroke:
+            steps = guided(steps, study.stroke)
+        return _spoken(steps) if study.keys.numbers == "spoken" else steps
 
     def _steps(self) -> Steps:
         texts, context = self.texts(), self.context()

@@ -36,10 +36,13 @@ class Movement:
         Path length divided by contact time; None if there are fewer than two samples.
     strokes : int
         Number of movements of 5 mm or more in one direction along x.
+    forward_share : float or None
+        Share of the path along x towards larger x; None without movement along x.
     """
 
     speed_mm_s: float | None
     strokes: int
+    forward_share: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,15 +64,19 @@ class Friction:
 def movement(samples: Sequence[Sample]) -> Movement:
     """Return a finger's movement from samples of x and y in mm."""
     kept = apart(samples)
-    way_mm = time_s = 0.0
+    way_mm = time_s = forward_mm = along_mm = 0.0
     for before, after in pairwise(kept):
         gap_s = after.time_s - before.time_s
         if gap_s <= LONGEST_GAP_S:
             way_mm += math.dist(before.values, after.values)
             time_s += gap_s
+            step_mm = after.values[0] - before.values[0]
+            along_mm += abs(step_mm)
+            forward_mm += max(step_mm, 0.0)
     return Movement(
         speed_mm_s=way_mm / time_s if time_s > 0 else None,
         strokes=_strokes([each.values[0] for each in kept]),
+        forward_share=forward_mm / along_mm if along_mm > 0 else None,
     )
 
 

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     Texts = Mapping[str, str]
 
 
+PACER_WIDTH, PACER_Y = 0.8, -0.07
+
+
 class Unmoved:
     """Base class of screens that ignore movements and the pointer."""
 
@@ -127,7 +130,20 @@ class Exploring(Waiting):
             foot: Scene = (scene.hint(self._texts["window.explore_longer"].format(seconds=wait_s)),)
         else:
             foot = going_on(self._texts, "window.ready_space")
-        return (task, *remaining(self._maximum_s, elapsed_s, self._texts, y=-0.17), *foot)
+        left = remaining(self._maximum_s, elapsed_s, self._texts, y=-0.17)
+        return (task, *self._pacer(elapsed_s), *left, *foot)
+
+    def _pacer(self, elapsed_s: float) -> Scene:
+        """Return a mark that moves along a line at the speed of the stroke, if requested."""
+        guide = self._step.guide
+        share = guide.place_share(elapsed_s) if guide else None
+        if share is None:
+            return ()
+        x = PACER_WIDTH * (share - 0.5)
+        return (
+            scene.Box(x=0, y=PACER_Y, width=PACER_WIDTH, height=0.006, colour="quiet"),
+            scene.Disc(x=x, y=PACER_Y, diameter=0.04, colour="accent"),
+        )
 
 
 class Resting(Waiting):

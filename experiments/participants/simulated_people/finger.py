@@ -9,6 +9,8 @@ stroke             40 mm                     our assumption: half of the paper's
 normal force       log-normal, 0.5 N, 0.3    0.5 N: Biet 2007, Section II-C; the rest is our
                                              assumption (0.1 between explorations)
 landing            0.1 s                     our assumption: the force rises evenly from 0
+guided stroke      a third of the deviations our assumption; speed and force are then close to
+                   between people            the study's
 =================  ========================  ==================================================
 """
 
@@ -21,9 +23,12 @@ from slipscale.hardware.contact.source import Touch
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.ordering.randomisation import Stream
+    from slipscale.experiments.protocols.steps import Guide
 
 SPEED_MM_S, FORCE_N, STROKE_MM, LANDING_S = 60.0, 0.5, 40.0, 0.1
 BETWEEN_PEOPLE, BETWEEN_EXPLORATIONS = 0.3, 0.1
+GUIDED = 1 / 3  # exponent of a person's own deviation if the stroke is guided
+LIFTED_S = 0.6
 
 
 class SimulatedFinger:
@@ -43,21 +48,41 @@ class SimulatedFinger:
         self._speed_mm_s = self._own_speed
         self._force_n = self._own_force
         self._begun_s: float | None = None
+        self._guide: Guide | None = None
 
-    def strokes(self, begun_s: float, chance: Stream) -> None:
-        """Start stroking, at one end of the stroke."""
+    def strokes(self, begun_s: float, chance: Stream, guide: Guide | None = None) -> None:
+        """Start stroking, at one end of the stroke, as a guide asks if there is one."""
         self._begun_s = begun_s
-        self._speed_mm_s = self._own_speed * math.exp(BETWEEN_EXPLORATIONS * chance.normal())
-        self._force_n = self._own_force * math.exp(BETWEEN_EXPLORATIONS * chance.normal())
+        self._guide = guide
+        speed_mm_s, force_n = self._own_speed, self._own_force
+        if guide and guide.speed_mm_s:
+            speed_mm_s = guide.speed_mm_s * (self._own_speed / SPEED_MM_S) ** GUIDED
+        if guide and guide.normal_force_n:
+            force_n = guide.normal_force_n * (self._own_force / FORCE_N) ** GUIDED
+        self._speed_mm_s = speed_mm_s * math.exp(BETWEEN_EXPLORATIONS * chance.normal())
+        self._force_n = force_n * math.exp(BETWEEN_EXPLORATIONS * chance.normal())
 
     def lifts(self) -> None:
         """Lift the finger off the plate."""
         self._begun_s = None
 
     def at(self, time_s: float) -> Touch | None:
-        """Return position and force; the finger moves sinusoidally at its own mean speed."""
+        """Return position and force; the finger moves sinusoidally at its own mean speed.
+
+        In one direction, it moves evenly and is lifted for `LIFTED_S` before the next stroke.
+        """
         if self._begun_s is None or time_s < self._begun_s:
             return None
-        turns = math.pi * self._speed_mm_s / STROKE_MM * (time_s - self._begun_s)
-        pressed = min((time_s - self._begun_s) / LANDING_S, 1.0)
-        return Touch(-STROKE_MM / 2 * math.cos(turns), 0.0, pressed * self._force_n)
+        passed_s = time_s - self._begun_s
+        guide = self._guide
+        if guide and guide.direction != "any":
+            stroke_s = guide.stroke_mm / self._speed_mm_s
+            passed_s %= stroke_s + LIFTED_S
+            if passed_s > stroke_s:
+                return None
+            way = 1 if guide.direction == "forward" else -1
+            place = way * (self._speed_mm_s * passed_s - guide.stroke_mm / 2)
+        else:
+            turns = math.pi * self._speed_mm_s / STROKE_MM * passed_s
+            place = -STROKE_MM / 2 * math.cos(turns)
+        return Touch(place, 0.0, min(passed_s / LANDING_S, 1.0) * self._force_n)

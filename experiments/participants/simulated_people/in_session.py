@@ -153,7 +153,7 @@ class SimulatedParticipant:
         moments = person.stream("touch")
         begun_s = self._clock.now()
         touches = []
-        self.finger.strokes(begun_s, person.stream("finger"))
+        self.finger.strokes(begun_s, person.stream("finger"), step.guide)
         for touch in range(TOUCHES):
             share = (touch + moments.uniform()) / TOUCHES
             self._pass_until(begun_s + share * duration_s, watch)

@@ -1,0 +1,169 @@
+"""Control of the stroke: speed, force and direction of the finger, and what is done outside them.
+
+Rules:
+
+- a window is a target and its share, such as 80 mm/s ± 30 %; a factor named ``finger_speed_mm_s``
+  or ``normal_force_n`` replaces the target in its conditions;
+- the finger's mean speed, mean normal force and direction in an exploration are compared with the
+  windows; what no sensor measures is not compared;
+- a trial with any exploration outside is rejected (voided) and repeated, at most ``repeat`` times.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from slipscale.experiments.protocols.base import Count, Positive, Seconds, Switch
+from slipscale.experiments.protocols.steps import Explore, Guide, Present
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from slipscale.experiments.protocols.steps import Answer, Steps, Value
+    from slipscale.experiments.study.tables import PlateSettings
+    from slipscale.faults.validation import Fault
+
+SPEED, FORCE = "finger_speed_mm_s", "normal_force_n"
+#: Outcomes, which are keys of texts for the participant and labels in the data.
+WITHIN = "within"
+OUTSIDE = ("too_slow", "too_fast", "too_light", "too_hard", "other_direction")
+#: Smallest share of the path in the requested direction.
+DIRECTION_SHARE = 0.8
+
+Share = Annotated[float, Field(strict=True, gt=0, le=1)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stroked:
+    """Measures of an exploration; None if not measured.
+
+    Parameters
+    ----------
+    speed_mm_s, normal_n : float or None
+        Means.
+    forward_share : float or None
+        Share of the path along the stroke towards larger positions.
+    """
+
+    speed_mm_s: float | None = None
+    normal_n: float | None = None
+    forward_share: float | None = None
+
+
+class Stroke(BaseModel):
+    """How participants are to stroke the surfaces."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    speed_mm_s: Positive | None = Field(
+        default=None,
+        description="Speed of the finger; default: any. A factor named finger_speed_mm_s "
+        "replaces it.",
+    )
+    speed_share: Share = Field(
+        default=0.3,
+        description="Largest accepted deviation of the mean speed, as a share of the speed.",
+        json_schema_extra={"unit": "share, 0 to 1"},
+    )
+    normal_force_n: Positive | None = Field(
+        default=None,
+        description="Normal force of the finger; default: any. A factor named normal_force_n "
+        "replaces it.",
+        json_schema_extra={"unit": "N"},
+    )
+    force_share: Share = Field(
+        default=0.4,
+        description="Largest accepted deviation of the mean force, as a share of the force.",
+        json_schema_extra={"unit": "share, 0 to 1"},
+    )
+    direction: Literal["any", "forward", "backward"] = Field(
+        default="any",
+        description="Direction of the strokes: forward is towards larger positions of the sensor, "
+        "and the finger is lifted before the next stroke.",
+    )
+    pacer: Switch = Field(
+        default=True,
+        description="Whether a mark on the participant's screen moves with the speed.",
+    )
+    stroke_mm: Positive = Field(
+        default=40.0, description="Length of a stroke, after which the mark turns."
+    )
+    feedback_s: Seconds = Field(
+        default=1.5,
+        description="Duration of the text that tells the participant what to change after an "
+        "exploration outside; 0: no text.",
+    )
+    reject: Switch = Field(
+        default=True,
+        description="Whether a trial outside is rejected; otherwise a column states the outcome.",
+    )
+    repeat: Count = Field(
+        default=2,
+        description="Number of times that a rejected trial is repeated at most.",
+        json_schema_extra={"unit": "repetitions"},
+    )
+
+    def faults(self, plate: PlateSettings) -> Iterator[Fault]:
+        """Yield what the study's sensors cannot measure."""
+        position = bool(plate.position)
+        if self.speed_mm_s and not (position or self.pacer):
+            yield ("stroke", "speed_mm_s"), {"msg": "expected position in [plate], or pacer = true"}
+        if self.direction != "any" and not position:
+            yield ("stroke", "direction"), {"msg": "expected position in [plate]"}
+        if self.normal_force_n and not plate.force:
+            yield ("stroke", "normal_force_n"), {"msg": "expected force in [plate]"}
+
+    def guide(self, factors: Mapping[str, Value]) -> Guide:
+        """Return what the participant is asked for in a condition."""
+        return Guide(
+            speed_mm_s=_number(factors, SPEED, self.speed_mm_s),
+            normal_force_n=_number(factors, FORCE, self.normal_force_n),
+            direction=self.direction,
+            stroke_mm=self.stroke_mm,
+            pacer=self.pacer,
+        )
+
+    def outside(self, guide: Guide, found: Stroked) -> tuple[str, ...]:
+        """Return how an exploration deviates; empty if it is within all windows."""
+        pairs = (
+            (found.speed_mm_s, guide.speed_mm_s, self.speed_share, OUTSIDE[:2]),
+            (found.normal_n, guide.normal_force_n, self.force_share, OUTSIDE[2:4]),
+        )
+        said = [
+            less if value < wanted else more
+            for value, wanted, share, (less, more) in pairs
+            if value is not None and wanted and abs(value - wanted) > share * wanted
+        ]
+        forward = found.forward_share
+        if forward is not None and guide.direction != "any":
+            along = forward if guide.direction == "forward" else 1 - forward
+            said += [OUTSIDE[4]] if along < DIRECTION_SHARE else []
+        return tuple(said)
+
+
+def guided(steps: Steps, stroke: Stroke) -> Steps:
+    """Yield steps whose explorations state how to stroke."""
+    answer: Answer = None
+    while True:
+        try:
+            step = steps.send(answer)
+        except StopIteration:
+            return
+        if isinstance(step, Explore):
+            step = _with_guide(step, stroke)
+        elif isinstance(step, Present) and step.lead_in:
+            present, explore = step.lead_in
+            step = replace(step, lead_in=(present, _with_guide(explore, stroke)))
+        answer = yield step
+
+
+def _with_guide(step: Explore, stroke: Stroke) -> Explore:
+    return replace(step, guide=stroke.guide(step.trial.factors if step.trial else {}))
+
+
+def _number(factors: Mapping[str, Value], name: str, otherwise: float | None) -> float | None:
+    value = factors.get(name)
+    return value if isinstance(value, float) else otherwise
