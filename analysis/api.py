@@ -186,8 +186,8 @@ def power(
         "participants": (min(sizes, default=0) >= 1, list(sizes), "1 or more"),
         "studies": (studies >= 1, studies, "1 or more"),
         "seed": (seed >= 0, seed, "0 or more"),
-        "alpha": (0 < alpha < 1, alpha, "a share above 0 and below 1"),
-        "target": (0 < target < 1, target, "a share above 0 and below 1"),
+        "alpha": (0 < alpha < 1, alpha, "a proportion above 0 and below 1"),
+        "target": (0 < target < 1, target, "a proportion above 0 and below 1"),
         "jobs": (jobs >= 1 or jobs == -1, jobs, "1 or more, or -1 for all processors"),
     }
     if wrong := [

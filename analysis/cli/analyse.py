@@ -32,11 +32,14 @@ COLUMN_OPTIONS = {
     "yes_count": ("COLUMN", "the column with the number of yes answers, instead of --answer"),
     "n": ("COLUMN", "the column with the total number of answers, with --yes-count"),
     "reference": ("COLUMN", "the column with the previous stimulus, with --answer (default: 0)"),
-    "first": ("COLUMN", "of ratings of pairs: the column of one item"),
-    "second": ("COLUMN", "the column of the other item"),
-    "dissimilarity": ("COLUMN", "the column of how different the two are"),
+    "first": ("COLUMN", "for pairwise ratings: the column with one item"),
+    "second": ("COLUMN", "the column with the other item"),
+    "dissimilarity": ("COLUMN", "the column with their dissimilarity"),
     "group": ("COLUMN", "the column with a group that stays the same for each participant"),
-    "factor": ("COLUMN", "the column of a condition that a participant meets with every stimulus"),
+    "factor": (
+        "COLUMN",
+        "the column with a condition that each participant meets with every stimulus",
+    ),
     "session": ("COLUMN", "the column with the session"),
     "run": ("COLUMN", "the column with the run"),
     "block": ("COLUMN", "the column with the block, if trial numbers restart in each block"),
@@ -128,8 +131,8 @@ def add_data(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--bayesian",
         action="store_true",
-        help="also sample a hierarchical Bayesian power function with individual exponents (half a "
-        "minute; needs pip install 'slipscale[bayes]')",
+        help="also fit a hierarchical Bayesian power function with individual exponents (takes "
+        "half a minute; requires pip install 'slipscale[bayes]')",
     )
 
 

@@ -135,8 +135,8 @@ EXPECTED: dict[str, tuple[Callable[[Any], bool], str]] = {
     "studies": (lambda n: n is None or n >= 1, "1 or more"),
     "minutes": (lambda each: each is None or 0 < each < math.inf, "a number above 0"),
     "seed": (lambda n: n >= 0, "0 or more"),
-    "alpha": (lambda share: 0 < share < 1, "a share above 0 and below 1"),
-    "target": (lambda share: 0 < share < 1, "a share above 0 and below 1"),
+    "alpha": (lambda share: 0 < share < 1, "a proportion above 0 and below 1"),
+    "target": (lambda share: 0 < share < 1, "a proportion above 0 and below 1"),
     "looks": (lambda n: 1 <= n <= 20, "1 to 20"),  # noqa: PLR2004
     "jobs": (lambda n: n >= 1 or n == -1, "1 or more, or -1 for all processors"),
 }
@@ -232,9 +232,9 @@ def run_power(args: Namespace) -> int:
     population, fitted = chosen_population(args)
     if population.behaviour:
         raise UserError(
-            f"--population {args.population}: power draws answers from a population's numbers "
-            f"only, not from the code of '{population.behaviour}'; expected a population "
-            "without behaviour (pilot simulates this one)"
+            f"--population {args.population}: power uses only a population's parameters, not the "
+            f"code of '{population.behaviour}'; expected a population without behaviour (pilot "
+            "simulates this one)"
         )
     design = design_of(study, text, population, args.alpha)
     wanted = conditions(axes_of(args, design))

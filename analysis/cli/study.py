@@ -56,7 +56,7 @@ def add_study(parser: ArgumentParser) -> None:
         "--stopping",
         metavar="TEXT",
         default="",
-        help="when data collection ends (default: after the planned number)",
+        help="when data collection ends (default: after the planned number of participants)",
     )
     freeze.add_argument(
         "--existing-data",

@@ -101,24 +101,29 @@ def too_few_data(cells: pd.DataFrame, quantity: Quantity) -> list[str]:
         return []  # other tasks have their own messages
     if participants == 1:
         notes.append(
-            "One participant: means are shown; standard deviations need at least two, intervals "
-            "and tests three."
+            "One participant: means are shown; standard deviations require at least two "
+            "participants, intervals and tests at least three."
         )
     elif participants < FEWEST:
         notes.append(
             "Two participants: means and their spread are shown; intervals, tests and exponents "
-            "need at least three."
+            "require at least three."
         )
     if amplitudes == 1:
-        notes.append(f"One {quantity.level}: nothing to compare, no growth and no tests.")
+        notes.append(
+            f"Only one {quantity.level}: there are no comparisons, growth functions or tests."
+        )
     if participants and not (cells.to_numpy() > 0).any():
-        notes.append("All estimates are zero: no spread, no growth and no tests.")
+        notes.append(
+            "All estimates are zero: there is no spread, and there are no growth functions or "
+            "tests."
+        )
     missing = cells.index[cells.isna().any(axis=1)].astype(str)
     if len(missing):
         notes.append(
-            f"Without an estimate at some {quantity.level}: {len(missing)} of {participants} "
-            f"participants ({listed(missing)}); means use all, within-participant intervals and "
-            "tests the complete ones."
+            f"Participants without an estimate at some {quantity.level}: {len(missing)} of "
+            f"{participants} ({listed(missing)}). Means use all participants; within-participant "
+            "intervals and tests use only complete ones."
         )
     return notes
 
@@ -156,7 +161,7 @@ def unequal(prepared: Prepared | None) -> list[str]:
         return []
     sentence = (
         f"Unequal repetitions: {counts.min()} to {counts.max()} estimates of a "
-        f"{prepared.quantity.stimulus} per participant; each participant's mean counts once, "
-        "whatever the number of repetitions."
+        f"{prepared.quantity.stimulus} per participant; each participant's mean has the same "
+        "weight, whatever the number of repetitions."
     )
     return [sentence]

@@ -91,7 +91,9 @@ def _write(path: Path, files: Mapping[str, bytes]) -> None:
 def refuse_taken(out: Path) -> None:
     """Raise `UserError` if the path already exists: a plan is frozen only once."""
     if out.exists():
-        raise UserError(f"--out {out}: already exists; a plan is frozen once: name a new one")
+        raise UserError(
+            f"--out {out}: already exists; a plan is frozen only once, so choose a new name"
+        )
 
 
 def read_bundle(path: Path) -> Bundle:
@@ -193,5 +195,5 @@ def _of_zip(path: Path) -> dict[str, bytes]:
 def _refuse_large(path: Path, name: str, size_bytes: int) -> None:
     if size_bytes > LARGEST_BYTES:
         raise UserError(
-            f"--plan {path}: {name} has {size_bytes} bytes, too many for a file of a plan"
+            f"--plan {path}: {name} has {size_bytes} bytes, too many for a file in a plan"
         )

@@ -110,7 +110,7 @@ def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
                 yield f"{path.name}: {key} is {_said(own, key)}; planned: {_said(planned, key)}."
     for digest in data.details.get("study_hash", ()):
         if digest not in known:
-            yield (f"Some runs used a study file that is missing here (SHA-256 {digest[:12]}...).")
+            yield f"Some runs used a study file that is missing here (SHA-256 {digest[:12]}...)."
     for key, value in (("seed", str(plan.seed)), ("language", plan.language)):
         others = [other for other in data.details.get(key, ()) if other != value]
         if others:
@@ -122,7 +122,7 @@ def _of_data(_: Bundle, analysis: Analysis) -> Iterator[str]:
     differences = analysis.dataset.journal_differences
     if differences is None:
         yield (
-            "The data have no journals (sourcedata/), so changes to tables after the sessions "
+            "The data contain no journals (sourcedata/), so changes to tables after the sessions "
             "cannot be detected."
         )
         return
@@ -158,9 +158,9 @@ def _of_participants(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
         )
     sessions = set(sessions_of(analysis.dataset))
     for label in [each for each in plan.sessions if each not in sessions]:
-        yield f"There are no data of the planned session {label}."
+        yield f"There are no data for the planned session {label}."
     for label in sorted(sessions - set(plan.sessions)):
-        yield f"There are data of session {label}, which was not planned."
+        yield f"There are data for session {label}, which was not planned."
 
 
 def _of_hand(_: Bundle, analysis: Analysis) -> Iterator[str]:

@@ -96,8 +96,8 @@ def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
     if wanted.notes:
         files[f"{NOTES}{wanted.notes.suffix}"] = (_notes(wanted.notes).encode(), "notes", "")
     stopping = wanted.stopping_rule or (
-        f"Data are collected from {study.participants} participants, whatever they show; "
-        "nobody examines results before then."
+        f"Data are collected from {study.participants} participants, whatever the results; nobody "
+        "examines results before then."
     )
     plan = Manifest(
         frozen_utc=when.isoformat(timespec="seconds"),
@@ -197,7 +197,7 @@ def _power(folder: Path, study: str) -> dict[str, bytes]:
             f"--power {folder}: {POWER_RESULT} is not a result of slipscale power"
         ) from None
     if of != study:
-        raise UserError(f"--power {folder}: is of study '{of}'; expected '{study}'")
+        raise UserError(f"--power {folder}: belongs to study '{of}'; expected '{study}'")
     return found
 
 

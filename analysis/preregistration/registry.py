@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 NOT_STATED = "Not stated. State it with slipscale study freeze {option}."
 BLINDING = (
-    "Trial orders are drawn by the computer from the study's seed. The screens of participant and "
-    "operator do not show the surface, unless the operator unblinds the session."
+    "The computer generates trial orders from the study's seed. The participant's and operator's "
+    "screens do not show the surface unless the operator unblinds the session."
 )
 MISSING = (
     "Nothing is imputed. Practice trials, voided trials and trials without an answer are left out "
-    "and counted. Tests of repeated measures use the participants who have a value at every level; "
+    "and counted. Repeated-measures tests use only participants who have a value at every level; "
     "the report gives n for each test. Rule for zeros: {rule}."
 )
 

@@ -180,9 +180,9 @@ def _refuse_many(
     first = frame.loc[cells.index[:1]]
     raise UserError(
         f"{places(first, sources)[0]}, column {problems.title(column)}: "
-        f"'{cell(first[column].iloc[0])}' and {len(cells) - 1} more of {len(frame)} cells are "
-        "not numbers; expected numbers in one format in the whole file, and n/a for a missing "
-        "one"
+        f"'{cell(first[column].iloc[0])}' and {len(cells) - 1} more of {len(frame)} cells are not "
+        "numbers; expected numbers in the same format throughout the file, and n/a for missing "
+        "values"
     )
 
 
@@ -257,8 +257,8 @@ def _phases(frame: pd.DataFrame, problems: Problems) -> pd.Series[Any]:
     for name, count in counts[counts > 0].items():
         if str(name).lower() not in PHASES:
             problems.add(
-                f"Phase '{cell(name)}': its {count} trials count as main trials; only trials "
-                "of phase 'practice' are left out."
+                f"Phase '{cell(name)}': its {count} trials count as main trials; only trials in "
+                "the phase 'practice' are left out."
             )
     lookup = np.array([str(name).lower() == PRACTICE for name in values.cat.categories], int)
     codes = lookup[values.cat.codes]

@@ -326,7 +326,7 @@ def parse(
             dtype=dict.fromkeys([*words, *as_written], "str"),
         )
     except (pd.errors.ParserError, ValueError) as error:
-        raise UserError(f"{path}: not a table that can be read ({error})") from error
+        raise UserError(f"{path}: not a readable table ({error})") from error
     if columns:
         return frame[[name for name in columns if name in frame]]
     # PsychoPy ends each line with a comma, which creates a column without a name or values.

@@ -268,10 +268,7 @@ def _check_levels(
         raise UserError(
             f"{sources[0].name}, column {problems.title(STIMULUS)}: {name} of "
             f"{levels.min():g} {mapping.stimulus.unit}".rstrip()
-            + (
-                "; expected 0 or more: a quantity that starts at none, not a logarithm or a "
-                "difference"
-            )
+            + "; expected 0 or more: a quantity with a true zero, not a logarithm or a difference"
         )
     if LOGARITHMIC.search(f"{mapping.stimulus.unit} {name}"):
         problems.add(

@@ -104,7 +104,7 @@ def one_quantity(tables: Sequence[Path], folder: Path) -> Quantity:
         (one, first), (other, second) = list(found.items())[:2]
         raise UserError(
             f"{folder}: {first.name} is in {one.unit_in_full} and {second.name} in "
-            f"{other.unit_in_full}; expected data in one quantity: analyse them separately"
+            f"{other.unit_in_full}; expected data in one quantity; analyse them separately"
         )
     return next(iter(found), PLATE_AMPLITUDE)
 

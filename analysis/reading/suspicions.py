@@ -59,8 +59,8 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
             first = numbers.setdefault(found[1], label)
             if first != label:
                 raise UserError(
-                    f"{file}, column {column}: '{first}' and '{label}' are the same number; "
-                    "write each participant's label in one way in the whole file"
+                    f"{file}, column {column}: '{first}' and '{label}' are the same number; write "
+                    "each participant's label the same way throughout the file"
                 )
     lower: dict[str, str] = {}
     return [

@@ -73,8 +73,8 @@ def split(content: bytes, path: Path, separator: str) -> Lines:
         raise UserError(f"{path}: the file is empty; expected a header line and rows")
     if header.count(QUOTE) % 2:
         raise UserError(
-            f"{path}: line {first}, the header, has an unmatched quotation mark; expected a "
-            "mark at either end of a name"
+            f"{path}: line {first}, the header, has an unmatched quotation mark; expected one at "
+            "each end of a name"
         )
     names = _names(header, separator)
     body = body.rstrip(NEWLINE)
@@ -200,8 +200,8 @@ def _rows(
             return
         except csv.Error as error:
             raise UserError(
-                f"{path}: line {first + start} has an unmatched quotation mark, or text after "
-                f"one ({error}); expected a mark at either end of a cell"
+                f"{path}: line {first + start} has an unmatched quotation mark, or text after one "
+                f"({error}); expected one at each end of a cell"
             ) from error
         end = reader.line_num
         yield first + start, first + end, row

@@ -103,10 +103,10 @@ def verdict(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer])
     unknown = [answer.label for answer in columns if answer.consistent is None]
     said = f"No ratings give the printed {_listed('column', none)}." if none else ""
     if not none and not unknown:
-        said = "Ratings exist that give every printed column."
+        said = "There are ratings that give every printed column."
     if unknown:
         said += (
-            f" It was not decided whether ratings give the printed {_listed('column', unknown)}."
+            f" It is undecided whether any ratings give the printed {_listed('column', unknown)}."
         )
     wrong = [one for one in tests if one.verdict == "impossible"]
     open_ = sum(one.verdict == "not decided" for one in tests)
@@ -192,7 +192,7 @@ def column_lines(answer: ColumnAnswer) -> Iterator[str]:
     elif answer.multisets:
         yield f"  multisets        {answer.multisets:,}"
         if answer.ordered is None:
-            why = answer.not_drawn or "this takes long; use --measure ordered"
+            why = answer.not_drawn or "this takes too long; use --measure ordered"
             yield f"  ordered samples  not counted, {why}"
         else:
             yield f"  ordered samples  {answer.ordered:,}"
@@ -240,8 +240,8 @@ def across_lines(answer: Across) -> list[str]:
         return said
     first = answer.distributions[0]
     said.append(
-        f"Over {first.samples:,} uniform samples ({first.measure}, seed {first.seed}), "
-        "by pairing: median, 2.5 % and 97.5 % quantile, share with p < 0.05"
+        f"Over {first.samples:,} uniform samples ({first.measure}, seed {first.seed}), by pairing: "
+        "median, 2.5 % and 97.5 % quantile, proportion with p < 0.05"
     )
     for question, rows in groupby(answer.distributions, key=lambda row: row.question):
         said += [f"  {question}", *map(_distribution, rows)]

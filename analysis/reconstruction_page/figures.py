@@ -54,6 +54,6 @@ def cumulative_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
         linewidth=0, label="95 % of data sets",
     )  # fmt: skip
     axes.step(at, steps(bands.mean), where="post", color=BLUE, label="mean")
-    axes.set(xlabel="Rating", ylabel="Share up to the rating", xlim=ends, ylim=(0, 1.02))
+    axes.set(xlabel="Rating", ylabel="Proportion up to the rating", xlim=ends, ylim=(0, 1.02))
     axes.legend(loc="upper left", bbox_to_anchor=(0, 1.18), ncols=3, frameon=False)
     return figure

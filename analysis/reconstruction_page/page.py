@@ -96,7 +96,7 @@ def _facts(source: Source) -> list[tuple[str, str]]:
         ("Without any data set", ", ".join(none) or "none"),
         *tests,
         ("Equally likely", source.measure),
-        ("Seed of what is drawn", str(source.seed)),
+        ("Random seed for the samples", str(source.seed)),
     ]
 
 

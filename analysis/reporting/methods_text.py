@@ -28,12 +28,12 @@ ZEROS: dict[ZeroRule, str] = {
 }
 #: Primary analysis -> its sentence, for a quantity ``q``.
 PRIMARY: dict[Primary, str] = {
-    "ranks": "The primary analysis was Friedman's test of ranks [[friedman1937]], followed by "
-    "Wilcoxon's signed-rank test of each pair of {q.levels} [[wilcoxon1945]], with Holm's "
-    "correction [[holm1979]].",
+    "ranks": "The primary analysis was Friedman's test [[friedman1937]], followed by Wilcoxon "
+    "signed-rank tests for each pair of {q.levels} [[wilcoxon1945]], with Holm's correction "
+    "[[holm1979]].",
     "logarithms": "The primary analysis was a repeated-measures analysis of variance of mean "
-    "logarithms with Greenhouse and Geisser's correction [[greenhouse1959]], followed by paired t "
-    "tests of each pair of {q.levels}, with Holm's correction [[holm1979]].",
+    "logarithms with the Greenhouse–Geisser correction [[greenhouse1959]], followed by paired t "
+    "tests for each pair of {q.levels}, with Holm's correction [[holm1979]].",
 }
 
 
@@ -50,10 +50,10 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
     if analysis.prepared is not None:
         rule = normalisation.RULES[analysis.rule]
         texts.append(
-            f"Estimates were normalised ({analysis.rule}: {rule.formula.format(q=quantity)}) "
-            f"and averaged for each participant and {quantity.level}. "
-            f"{ZEROS[choices.zero_rule]} {PRIMARY[choices.primary].format(q=quantity)} All "
-            "other tests are secondary and not corrected for each other."
+            f"Estimates were normalised ({analysis.rule}: {rule.formula.format(q=quantity)}) and "
+            f"averaged for each participant and {quantity.level}. {ZEROS[choices.zero_rule]} "
+            f"{PRIMARY[choices.primary].format(q=quantity)} All other tests are secondary, and no "
+            "correction was applied across them."
         )
     bound = choices.equivalence_ratio
     bounds = f"{1 / bound:.3g} and {bound:.3g}"
@@ -71,9 +71,9 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
     versions = {name: version for name, version in software.items() if name in CITED}
     used = ", ".join(f"{CITED[name]} {version}" for name, version in versions.items())
     texts.append(
-        f"Tests were two-sided unless stated otherwise and judged at {level}; intervals have a "
-        f"confidence level of {100 * choices.confidence:g} %. The analysis was done with Slipscale "
-        f"{software.get('slipscale', '')}".rstrip()
+        f"Tests were two-sided unless stated otherwise, with a significance level of {level}; "
+        f"intervals have a confidence level of {100 * choices.confidence:g} %. Data were analysed "
+        f"with Slipscale {software.get('slipscale', '')}".rstrip()
         + (f", using {used}." if used else ".")
     )
     return [text for text in texts if text]

@@ -38,8 +38,8 @@ def c11p() -> Outcome:
         ours=P1_91.plane_strain_pa / 1e10,
         unit="1e10 Pa",
         reason=(
-            "s11/(s11² - s12²) of Appendix B; Table II and Appendix B are inconsistent. The "
-            "beam uses Table II, the finite elements Appendix B, as in the paper"
+            "s11/(s11² - s12²) of Appendix B; Table II and Appendix B are inconsistent. The beam "
+            "model uses Table II and the finite-element model Appendix B, as in the paper"
         ),
     )
 
@@ -78,8 +78,8 @@ def plate_half_wave() -> Outcome:
         ours=Layout.prototype().length_mm / 8,
         unit="mm",
         reason=(
-            "83 mm over 8, which is 10.375. It is not the distance of the nodes: the ends are "
-            "free, and in the middle of our finite-element mode the nodal lines are 11.4 mm apart"
+            "83 mm divided by 8, which is 10.375. It is not the node spacing: the ends are free, "
+            "and in the middle of our finite-element mode the nodal lines are 11.4 mm apart"
         ),
     )
 
@@ -94,11 +94,10 @@ def harmonic_cross() -> Outcome:
         ours=half_wave_frequency_hz(Layout.half_wave(83 / 8)) / 1e3,
         unit="kHz",
         reason=(
-            "the cross is the whole plate's harmonic peak drawn at 10.37 mm; ours is the "
-            "half-wave section of that length, and the cross does not lie on its curve. A "
-            "section as long as the distance of the plate's nodes, 11.36 mm, has 33.86 kHz: "
-            "that the free ends, and not the section's curve, cause the difference is a "
-            "conjecture"
+            "the cross is the whole plate's harmonic peak drawn at 10.37 mm; ours is the half-wave "
+            "section of that length, and the cross does not lie on its curve. A section as long as "
+            "the plate's node spacing, 11.36 mm, resonates at 33.86 kHz; we conjecture that the "
+            "free ends, not the section's curve, cause the difference"
         ),
     )
 

@@ -150,8 +150,8 @@ def fig4_reynolds() -> Outcome:
         unit="of contact",
         rule=some,
         reason=(
-            "equation (3) in full at 40 kHz has no such zone: its mean pressure is at most 1.035 "
-            "p0 where the finger's is 1.05 p0; the zones are the closed form's"
+            "the full equation (3) at 40 kHz has no such zone: its mean pressure is at most 1.035 "
+            "p0, and the finger's is 1.05 p0; the zones exist only in the closed form"
         ),
     )
 

@@ -118,7 +118,7 @@ def fig11() -> Outcome:
         unit="kHz",
         reason=(
             "free edges, continuous ceramic, shorted, default mesh (finer: 35.70); without "
-            "coupling 35.6; with the gaps of 1 mm 34.05, so the paper's model has none here"
+            "coupling 35.6; with the gaps of 1 mm 34.05, so the paper's model has no gaps here"
         ),
     )
 
@@ -150,9 +150,9 @@ def _peak() -> Harmonic:
 
 
 _TWIN = (
-    "measured in the paper; ours is the twin, which is set to it. The finite elements give "
-    "34.06 kHz and 3.23 µm p-p. That a glue softer than ideal causes the difference is a "
-    "conjecture, which the paper shares (Section IV-A); it was not measured"
+    "measured in the paper; ours is the twin, which is set to it. The finite-element model gives "
+    "34.06 kHz and 3.23 µm p-p. A glue softer than ideal may cause the difference, as the paper "
+    "also conjectures (Section IV-A); this was not measured"
 )
 
 

@@ -133,7 +133,8 @@ def _contradictions(one: Path, other: Path) -> Iterator[str]:
         shorter, longer = sorted((ours[place].read_bytes(), theirs[place].read_bytes()), key=len)
         if not longer.startswith(shorter):
             yield (
-                f"{place}: the two data sets have different runs (two people with the same number?)"
+                f"{place}: the two data sets contain different runs (two people with the same "
+                "number?)"
             )
     plans = {folder: list(_plans(folder)) for folder in (one, other)}
     names = [{plan.study.name for plan in plans[folder]} for folder in (one, other)]

@@ -44,8 +44,8 @@ SENSOR = "sensor"
 UNCHANGED = "unchanged"
 FLAGS: Mapping[str, str] = {
     VOIDED: "voided by the operator; not to be analysed",
-    TIMED_OUT: "the time limit ran out before an answer",
-    FAULT: "the rig failed in this trial; the surface was presented once more",
+    TIMED_OUT: "the time limit expired before an answer was given",
+    FAULT: "the apparatus failed during this trial; the surface was presented again",
     PAUSED: "the operator paused in this trial",
     REPRESENTED: "the surface was presented and explored again before the answer",
     RESUMED: "the run was interrupted in this trial and resumed",
@@ -78,8 +78,8 @@ NOTES: Mapping[str, str] = {
     "answered_by": "person, simulated or scripted; the plate is a separate entry",
     "masking_noise": "on, or absent",
     "headphone_test": "result of the headphone test: passed, failed, not done (and why), "
-    "broken off; number of correct tones, the ear in which each noise was "
-    "heard, the operator's decision; omitted if the study has no such test",
+    "broken off; number of correct tones, the ear in which each noise was heard, the operator's "
+    "decision; omitted if the study has no such test",
     "quantity": "quantity of the levels: name, unit, convention, and the judged attribute; "
     "omitted for the vibration amplitude in µm peak to peak",
     "plate_spec": "the plate as specified on the command line",

@@ -16,7 +16,7 @@ from slipscale.stimuli.masking_noise import pink_noise, ramp
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-REMEDY = "plug in headphones and choose them as the system's output, or turn masking off"
+REMEDY = "plug in headphones and select them as the system output, or turn masking off"
 COMMON_RATE_HZ = 48_000.0
 CHANNELS = 2
 STALL_S = 1.0  # maximum time a device may take to finish after a fade

@@ -149,7 +149,7 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
             _cells(found),
             html.figure(
                 svg(figures["fig15"], salt="fig15"),
-                f"Means against {found.quantity.level}, of the first {CURVES} studies at most.",
+                f"Means against {found.quantity.level}, for at most the first {CURVES} studies.",
                 f"Curves of mean estimates that rise with {found.quantity.level}, one per study",
             ),
         ]

@@ -40,13 +40,12 @@ def sentences(found: Distribution) -> list[str]:
     first = found.results[0].seed
     lines = [
         (
-            f"{number} studies of {found.participants} participants each, {whose}, were "
-            f"simulated {how}, and analysed as by slipscale analyse. No person took part."
+            f"{number} studies of {found.participants} participants each, {whose}, were simulated "
+            f"{how} and analysed as in slipscale analyse. No person took part."
         ),
         (
             f"All seeds are derived from {found.seed}. Any study can be repeated in full: "
-            f"slipscale pilot with --seed {first} gives the first; the seeds are listed in "
-            "studies.csv."
+            f"slipscale pilot --seed {first} gives the first one; studies.csv lists all seeds."
         ),
     ]
     if found.study == biet2007.STUDY and found.amplitudes_um_pp:
@@ -70,7 +69,10 @@ def _paper(found: Distribution) -> str:
                 continue
             total += 1
             inside += cell.p5 <= float(getattr(row, statistic)) <= cell.p95
-    return f"Of the paper's {total} cells, {inside} lie within 5 to 95 % of the simulated ones."
+    return (
+        f"Of the paper's {total} cells, {inside} lie within the 5 to 95 % range of the simulated "
+        "ones."
+    )
 
 
 def print_distribution(found: Distribution, console: Console | None = None) -> None:

@@ -219,7 +219,9 @@ def sentence(design: Design, row: Row) -> str:
     width = row.widths["exponent"].mean
     if math.isfinite(width):
         level = design.choices.confidence
-        parts.append(f"the exponent's {level:.0%} interval is ± {width:.2f} wide on average")
+        parts.append(
+            f"the exponent's {level:.0%} interval has an average half-width of {width:.2f}"
+        )
     return "; ".join(parts) + "."
 
 

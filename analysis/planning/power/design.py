@@ -138,8 +138,8 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
     places = [n for n, (each, _) in enumerate(counts) if isinstance(each, MagnitudeEstimation)]
     if not places:
         raise UserError(
-            f"{study.name}: none of its tasks is a magnitude_estimation, the only protocol "
-            "for which power can be computed"
+            f"{study.name}: no task uses magnitude_estimation, the only protocol for which power "
+            "can be computed"
         )
     if len(study.levels) < 2:  # noqa: PLR2004
         raise UserError(f"{study.name}: has one amplitude; expected two or more")

@@ -74,7 +74,7 @@ def catch_figure(found: Sequence[Row]) -> Figure:
     ]
     sizes = sorted({row.condition.participants for row in same})[:CURVES]
     titles = {
-        CATCH_WIDTH: 'Half-width of the interval of\nthe share of "yes" at catch steps',
+        CATCH_WIDTH: 'Half-width of the interval of\nthe proportion of "yes" at catch steps',
         D_PRIME_LOW: "Lower bound of d'",
     }
     for axes, (name, title) in zip(panels, titles.items(), strict=True):
@@ -138,7 +138,7 @@ def precision_figure(found: Sequence[Row]) -> Figure:
     axes.set_yticks(range(len(repetitions)), [str(number) for number in repetitions])
     others = [axis for axis in varying(found) if axis not in ("participants", "repetitions")]
     axes.set_title(first.described(others), fontsize=8.5)
-    axes.set(xlabel="Participants", ylabel="Ratings of each surface")
+    axes.set(xlabel="Participants", ylabel="Ratings per surface")
     bar = figure.colorbar(image, ax=axes)
     bar.set_label("Half-width of the exponent's interval")
     return figure

@@ -90,7 +90,7 @@ class Condition:
 
 
 AXES: tuple[str, ...] = tuple(field.name for field in fields(Condition))
-_SHARE = (lambda value: 0 <= value <= 1, "shares from 0 to 1")
+_SHARE = (lambda value: 0 <= value <= 1, "proportions from 0 to 1")
 #: Axis -> its type, a check of its values, and what was expected.
 EXPECTED: dict[str, tuple[type, tuple[Callable[[float], bool], str]]] = {
     "participants": (
@@ -128,8 +128,8 @@ def orders_of(words: Sequence[str]) -> tuple[Rule, ...]:
     wrong = [word for word in named if word not in known]
     if wrong or not named:
         raise UserError(
-            f"--order {' '.join(wrong)}: expected one or more of {', '.join(known)}, with commas "
-            "between"
+            f"--order {' '.join(wrong)}: expected one or more of {', '.join(known)}, separated by "
+            "commas"
         )
     return tuple(dict.fromkeys(cast("list[Rule]", named)))
 
@@ -149,7 +149,7 @@ def values_of(axis: str, words: Sequence[str]) -> tuple[Any, ...]:
             found += _range(axis, word.strip(), kind)
     if not found:
         raise UserError(
-            f"{option(axis)}: no value; expected a list or a range, as 8:40:4 or 8,12,16"
+            f"{option(axis)}: no value; expected a list or a range, such as 8,12,16 or 8:40:4"
         )
     for value in found:
         if not (math.isfinite(value) and meant(value)):
@@ -163,7 +163,7 @@ def _range(axis: str, word: str, kind: type) -> list[float]:
         numbers = [float(part) for part in parts]
     except ValueError:
         raise UserError(
-            f"{option(axis)} {word}: expected numbers, as a list 8,12 or a range 8:40:4"
+            f"{option(axis)} {word}: expected numbers, such as the list 8,12 or the range 8:40:4"
         ) from None
     if kind is int and any(not number.is_integer() for number in numbers):
         raise UserError(f"{option(axis)} {word}: expected whole numbers")

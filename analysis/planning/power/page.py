@@ -48,7 +48,7 @@ def write_power(folder: Path, design: Design, found: Sequence[Row], target: floa
         page.write_text(_page(design, found, target), encoding="utf-8")
     except OSError as error:
         raise UserError(
-            f"--out {folder}: {error.strerror}; if a --cache was named, nothing computed is lost"
+            f"--out {folder}: {error.strerror}; with --cache, no computed results are lost"
         ) from None
     return page
 
@@ -84,7 +84,7 @@ def _page(design: Design, found: Sequence[Row], target: float) -> str:
             svg(power_figure(found, target), salt="power"),
             "Power of the weakest comparison against the number of participants. Bands: 95 % "
             "Monte Carlo intervals.",
-            "Curves of power that rise with the number of participants",
+            "Power curves that rise with the number of participants",
         ),
         html.figure(
             svg(precision_figure(found), salt="precision"),

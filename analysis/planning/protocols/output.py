@@ -59,10 +59,10 @@ def sentences(found: Sequence[ProtocolPrecision], minutes: float, population: st
     """Return sentences on what was compared, and the conclusions."""
     said = [
         (
-            f"Comparison with the same simulated people (population '{population}') for a "
-            f"median of {minutes:.1f} minutes each, with as many trials as fit. Shown: "
-            "half-width of the 95 % interval of the group's value, in % of that value; "
-            "smaller is more precise."
+            f"Every study uses the same simulated people (population '{population}') for a median "
+            f"of {minutes:.1f} minutes each, with as many trials as fit into that time. Values are "
+            "half-widths of the 95 % interval for the group value, in % of that value; smaller is "
+            "more precise."
         )
     ]
     for quantity, size, rows in _groups(found):
@@ -71,7 +71,7 @@ def sentences(found: Sequence[ProtocolPrecision], minutes: float, population: st
             said.append(f"{quantity}, {size} participants: no study gives an interval.")
             continue
         line = (
-            f"{quantity}, {size} participants: {best.study.name} determines it to ± "
+            f"{quantity}, {size} participants: {best.study.name} estimates it to within ± "
             f"{best.half_width_percent:.0f} %"
         )
         others = [

@@ -129,7 +129,7 @@ def protocol_study(name: str) -> ProtocolStudy:
             )
     tasks = ", ".join(options.protocol for options in study.tasks)
     raise UserError(
-        f"--protocols {name}: none of its tasks ({tasks}) gives an exponent or a threshold of "
+        f"--protocols {name}: none of its tasks ({tasks}) yields an exponent or a threshold for "
         "simulated people; expected magnitude estimation, ratios to a standard, forced choice or "
         "constant stimuli"
     )

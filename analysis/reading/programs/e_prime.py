@@ -76,8 +76,8 @@ def _log(text: str, path: Path) -> pd.DataFrame:
             inside[name] = value.strip()
     if inside is not None or not frames:
         raise UserError(
-            f"{path}: {'a frame does not end' if frames else 'no complete frame'}; expected the "
-            "whole log of a session that was ended"
+            f"{path}: {'a frame is not closed' if frames else 'no complete frame'}; expected the "
+            "complete log of a finished session"
         )
     deepest = max(level for level, _, _ in frames)
     rows, lines = [], []

@@ -77,7 +77,7 @@ def _trials(text: str, path: Path) -> list[object]:
             at += len(text[at:]) - len(text[at:].lstrip(" \r\n\t,"))
     except (json.JSONDecodeError, RecursionError) as error:
         raise UserError(
-            f"{path}: not JSON that can be read ({error}); expected jsPsych.data.get().json()"
+            f"{path}: not readable JSON ({error}); expected jsPsych.data.get().json()"
         ) from None
     # A list of participants, each a list of trials.
     return [trial for part in found for trial in (part if isinstance(part, list) else [part])]

@@ -66,11 +66,11 @@ def _tables(content: bytes, path: Path) -> dict[str, Table]:
     from scipy import io as scipy_io  # noqa: PLC0415 - only for such a file
 
     if content.startswith(VERSION_7_3):
-        raise UserError(f"{path}: version 7.3 of MATLAB's files; expected version 7; {SAVE}")
+        raise UserError(f"{path}: a MATLAB file in version 7.3; expected version 7; {SAVE}")
     try:
         found = scipy_io.loadmat(io.BytesIO(content), simplify_cells=True)
     except Exception as error:  # noqa: BLE001 - loadmat raises whatever damaged bytes lead to
-        raise UserError(f"{path}: not a MATLAB file that can be read ({error})") from None
+        raise UserError(f"{path}: not a readable MATLAB file ({error})") from None
     own = {name: value for name, value in found.items() if not name.startswith("__")}
     tables = {name: table for name, value in own.items() if (table := _table(value))}
     vectors = {name: _cells(value) for name, value in own.items() if name not in tables}

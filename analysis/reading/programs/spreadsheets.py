@@ -55,7 +55,7 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
         *(zipfile.BadZipFile, InvalidFileException, ParseError, KeyError, ValueError, TypeError),
         *(AttributeError, IndexError, OSError, NotImplementedError, EOFError),
     ) as error:
-        raise UserError(f"{path}: not an Excel workbook that can be read ({error})") from None
+        raise UserError(f"{path}: not a readable Excel workbook ({error})") from None
     filled = [found for found in book.worksheets if found.max_row > 1]
     chosen = [found for found in filled if sheet is None or found.title == sheet]
     if len(chosen) != 1:
@@ -100,7 +100,7 @@ def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFra
     try:
         found, meta = pyreadstat.read_sav(str(path))
     except (pyreadstat.ReadstatError, pyreadstat.PyreadstatError, OSError, ValueError) as error:
-        raise UserError(f"{path}: not an SPSS file that can be read ({error})") from None
+        raise UserError(f"{path}: not a readable SPSS file ({error})") from None
     del content  # hashed by the caller; the library opens the file itself
     frame = pd.DataFrame(index=found.index)
     for name in found.columns:

@@ -33,8 +33,9 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         )
     elif anova.df1 > 1:
         texts.append(
-            f"Sphericity cannot be tested: fewer participants than {quantity.levels}. The "
-            f"Greenhouse-Geisser correction is used, ε = {grouped(anova.epsilon_gg, 3)}."
+            "Sphericity cannot be tested because there are fewer participants than "
+            f"{quantity.levels}. The Greenhouse-Geisser correction is used, ε = "
+            f"{grouped(anova.epsilon_gg, 3)}."
         )
     if anova.shapiro_p is not None:
         texts.append(
@@ -43,8 +44,8 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         )
     if anova.n_incomplete:
         texts.append(
-            f"Participants without a log estimate at some {quantity.level}, excluded from the "
-            f"analysis of variance: {anova.n_incomplete}."
+            "Participants excluded from the analysis of variance because they lack a log estimate "
+            f"at some {quantity.level}: {anova.n_incomplete}."
         )
     if texts:
         section.gist, *rest = texts
@@ -52,10 +53,10 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     section.blocks.append(
         html.figure(
             svgs["residuals"],
-            f"Residuals of log estimates. Left: on the line if normal. Right: evenly spread if "
-            f"variances are equal at each {quantity.level}.",
-            "Two charts of residuals: quantiles against a normal distribution's, and the spread "
-            f"at each {quantity.level}",
+            "Residuals of log estimates. Left: points lie on the line if residuals are normal. "
+            f"Right: residuals are evenly spread if variances are equal at each {quantity.level}.",
+            "Two charts of residuals: a normal quantile plot, and the spread at each "
+            f"{quantity.level}",
         )
     )
     return section

@@ -20,12 +20,11 @@ if TYPE_CHECKING:
 SEEDS_LISTED = 12
 #: `Dataset.unchanged` -> statement about the study file's choices.
 FROZEN = {
-    True: "Frozen in the study file before data collection (the sessions' records contain its "
-    "SHA-256)",
-    False: "Set in code/study.toml, which differs from the file used by the sessions: perhaps "
-    "set after data collection",
-    None: "Set in code/study.toml or analysis.toml; the sessions' records do not show whether "
-    "before data collection",
+    True: "Set in the study file before data collection (the session records contain its SHA-256)",
+    False: "Set in code/study.toml, which differs from the study file used in the sessions, so "
+    "possibly after data collection",
+    None: "Set in code/study.toml or analysis.toml; the session records do not show whether this "
+    "was before data collection",
 }
 
 
@@ -45,7 +44,8 @@ def normalisations(analysis: Analysis) -> ReportSection:
         html.table(
             html.columns("Rule", *((value(a), "mean (SD)") for a in amplitudes), left=1),
             [[", ".join(row.rule for row in same), *cells] for cells, same in rules.items()],
-            "Means under every rule that the data allow; the rule in use is highlighted.",
+            "Means under every normalisation rule that the data allow; the rule in use is "
+            "highlighted.",
             marked=next(
                 (n for n, same in enumerate(rules.values()) if any(row.used for row in same)), None
             ),
@@ -61,8 +61,8 @@ def _invariance(analysis: Analysis) -> str:
     ]
     if scales.nunique().gt(1).any(axis=None):
         return (
-            "Some participants' trials have different scale tops or standards, so the rules also "
-            "differ within participants: tests and exponents may change."
+            "For some participants, scale tops or standards differ between trials, so the choice "
+            "of rule can also change tests and exponents."
         )
     if (
         analysis.prepared
@@ -70,12 +70,11 @@ def _invariance(analysis: Analysis) -> str:
         and (analysis.dataset.choices.zero_rule == "half_minimum")
     ):
         return (
-            "Ranks within participants are the same with all rules. Tests on logarithms and "
-            "exponents differ slightly, because half the smallest positive estimate replaces "
-            "zeros."
+            "Ranks within participants are the same under all rules. Tests on logarithms and "
+            "exponents differ slightly, because half the smallest positive estimate replaces zeros."
         )
     return (
-        "Exponents, the ANOVA on logarithms and ranks within participants are the same with all "
+        "Exponents, the ANOVA on logarithms and ranks within participants are the same under all "
         "rules."
     )
 
@@ -92,7 +91,7 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
         html.paragraph(
             f"{FROZEN[data.unchanged]}: {frozen}."
             if frozen
-            else "The study file sets no analysis choices; all are Slipscale's defaults."
+            else "The study file contains no analysis settings, so Slipscale's defaults were used."
         )
     )
     rows = [
@@ -106,7 +105,7 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
         html.table(
             html.columns("What", "Value", left=2),
             rows,
-            "For repeating the analysis.",
+            "Information needed to repeat the analysis.",
         )
     )
     section.blocks.append(html.heading("References"))

@@ -49,9 +49,9 @@ def tests_made(analysis: Analysis) -> ReportSection:
                 ]
                 for family in found.families
             ],
-            "Tests with a p-value. The last column shows how many stay significant if Holm's "
-            "correction covers the whole report. Checks of assumptions and of fit are not "
-            "counted.",
+            "All tests with a p-value. The last column shows how many stay significant when Holm's "
+            "correction is applied to the whole report. Checks of assumptions and goodness of fit "
+            "are not counted.",
         )
     )
     return section

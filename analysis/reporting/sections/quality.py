@@ -21,6 +21,7 @@ from slipscale.analysis.writing.numbers import (
     significant,
 )
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -56,12 +57,12 @@ def quality(analysis: Analysis) -> ReportSection:
     rules = ", ".join(data.choices.exclusions)
     excluded = "; ".join(f"{who} ({', '.join(why)})" for who, why in analysis.excluded.items())
     if rules or excluded:
-        set_by = f"Exclusion rule of the study file: {rules}. " if rules else ""
+        set_by = f"Exclusion rule in the study file: {rules}. " if rules else ""
         section.blocks.append(
             html.paragraph(f"{set_by}Excluded before the analysis: {excluded or 'nobody'}.")
         )
     else:
-        section.blocks.append(html.paragraph("The study file sets no exclusion rule."))
+        section.blocks.append(html.paragraph("The study file defines no exclusion rule."))
     rows = [
         [
             str(who),
@@ -179,7 +180,7 @@ def _counted(analysis: Analysis) -> list[str]:
             )
             title = words.task if trials is DIFFERENCES else trials.title
             texts.append(
-                f"{grouped(read, 0)} rows of {title} were read; "
+                f"{capitalised(title)}: {grouped(read, 0)} rows were read; "
                 + (f"not analysed: {listed}." if listed else "all were analysed.")
             )
     if again := counts.get("faulty"):

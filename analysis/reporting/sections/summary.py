@@ -79,8 +79,9 @@ def _doubts(analysis: Analysis) -> list[str]:
     flagged = int(analysis.flags.any(axis=1).sum())
     if flagged:
         found.append(
-            f"{flagged} of {len(analysis.flags)} participants answered in an unusual pattern. "
-            "“Participants and data quality” lists them and repeats the main results without them."
+            f"{flagged} of {len(analysis.flags)} participants showed an unusual response pattern. "
+            "The section “Participants and data quality” lists them and repeats the main results "
+            "without them."
         )
     return found
 
@@ -104,15 +105,16 @@ def _lines(analysis: Analysis) -> str:
     """Return what Fig. 15 shows for this number of participants."""
     people = len(analysis.cells)
     if people == 1:
-        return "One participant's geometric means: no spread and no intervals."
+        return "Geometric means for a single participant, without a spread or intervals."
     level = 100 * analysis.dataset.choices.confidence
     intervals = (
-        f" Bars: {level:g} % within-participant intervals (Cousineau-Morey, logarithms)."
+        f" Error bars: {level:g} % within-participant confidence intervals (Cousineau–Morey "
+        "method, on logarithms)."
         if analysis.description["within_low"].notna().any()
         else ""
     )
-    each = "each participant" if people <= LINES_AT_MOST else "where participants lie"
+    each = "individual participants" if people <= LINES_AT_MOST else "range of participants"
     return (
-        f"Geometric means of {people} participants.{intervals} Thin: {each}, scaled to the "
+        f"Geometric means of {people} participants.{intervals} Thin lines: {each}, scaled to the "
         "same geometric mean."
     )

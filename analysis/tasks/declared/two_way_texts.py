@@ -41,7 +41,7 @@ def anova_table(factor: str, effects: Effects, n: int, quantity: Quantity) -> Ma
         html.columns("Effect", "F", "df 1", "df 2", "p", "partial η²", left=1),
         rows,
         f"Mean log estimates of {n} participants: {factor} and {quantity.name} within "
-        "participants, degrees of freedom corrected after Greenhouse and Geisser.",
+        "participants, with Greenhouse–Geisser-corrected degrees of freedom.",
     )
 
 

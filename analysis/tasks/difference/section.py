@@ -35,7 +35,9 @@ def _caption(found: DescendingDifference, quantity: Quantity) -> str:
     if fit:
         texts.append(f"Curve: logistic; pointwise band with {fit.df} degrees of freedom.")
     if 1 < found.participants <= LINES_AT_MOST:
-        texts.append("Rings: participants' own shares; larger rings stand for more participants.")
+        texts.append(
+            "Rings: individual participants' proportions; larger rings represent more participants."
+        )
     return " ".join(texts)
 
 
@@ -65,7 +67,9 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         # Participants were not asked about the removed amplitude.
         if (analysis.dataset.differences["amplitude_um_pp"] > 0).any():
             section.blocks.append(
-                html.paragraph("Levels are those of the stimulus less its reference.", "note")
+                html.paragraph(
+                    "Levels are differences between the stimulus and its reference.", "note"
+                )
             )
         return section
     words = found.verbal_reports
@@ -90,11 +94,10 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
                 ]
                 for name, entry in words.categories.items()
             ],
-            f"“What has been removed?” {words.n} reports, coded by: {words.codebook}. A report "
-            "may have several categories. Less slippery: "
+            f"“What has been removed?” {words.n} reports, coded with: {words.codebook}. A report "
+            "may fall into several categories. Less slippery: "
             f"{words.meaning.get('less_slippery', 0)}; more slippery: "
-            f"{words.meaning.get('more_slippery', 0)}; unclear: "
-            f"{words.meaning.get('unclear', 0)}.",
+            f"{words.meaning.get('more_slippery', 0)}; unclear: {words.meaning.get('unclear', 0)}.",
         )
     )
     coders = found.coders

@@ -66,9 +66,9 @@ def psychometric(
         half = f"; half of the answers are “{quantity.yes}” at {at}, {bounds}"
     return (
         f"“{capitalised(quantity.yes)}” {verb} on {size}, log odds "
-        f"{write(found.log_odds_per_unit)} {per}, {level} CI "
-        f"{bracketed(found.interval, write)}, t({found.df}) = {number(found.t)}, "
-        f"{p_value(found.p)}{half} ({found.answers} answers of {found.n} participants)."
+        f"{write(found.log_odds_per_unit)} {per}, {level} CI {bracketed(found.interval, write)}, "
+        f"t({found.df}) = {number(found.t)}, {p_value(found.p)}{half} ({found.answers} answers "
+        f"from {found.n} participants)."
     )
 
 
@@ -80,10 +80,10 @@ def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]
     write = quantity.value
     values = sorted(one.threshold_um_pp.value for one in own)
     text = (
-        f"Own thresholds of {len(own)} of {len(found.thresholds)} participants lie between "
-        f"{number(values[0])} and {write(number(values[-1]))}, "
-        f"median {write(number(median(values)))} (logistic curve with own false alarms and "
-        "lapses; each with its interval in individuals.csv)."
+        f"Individual thresholds, available for {len(own)} of {len(found.thresholds)} participants, "
+        f"lie between {number(values[0])} and {write(number(values[-1]))}, median "
+        f"{write(number(median(values)))} (logistic curves with individual false-alarm and lapse "
+        "rates; individuals.csv has their intervals)."
     )
     return [text]
 
@@ -104,8 +104,8 @@ def finding(found: Finding, quantity: Quantity) -> str:
     said = f"all {n}" if found.all_said_less_slippery else f"{found.said_less_slippery} of {n}"
     less = f", and {said} said that the surface became less slippery" if coded else ""
     return (
-        f"{everyone} participants felt a difference {fell} "
-        f"({found.felt_every_change} of {n} at every step){less}."
+        f"{everyone} participants felt a difference {fell} ({found.felt_every_change} of {n} at "
+        f"every step){less}."
     )
 
 
@@ -155,7 +155,7 @@ def sensitivity(found: SignalDetection, confidence: float, quantity: Quantity) -
     own = (
         ""
         if not mean
-        else f" Mean of participants' own d′ {number(mean.mean)}, {level_of(confidence)} CI "
+        else f" Mean of individual d′ values: {number(mean.mean)}, {level_of(confidence)} CI "
         f"{bracketed(mean.interval)}."
     )
     return f"Sensitivity by {words.kind}: {text} ({level_of(confidence)} intervals).{own}"
@@ -164,7 +164,7 @@ def sensitivity(found: SignalDetection, confidence: float, quantity: Quantity) -
 def _d_prime(found: DPrimeOfSize) -> str:
     low, high = found.interval
     if not isfinite(low) and not isfinite(high):
-        return "d′ not determined by so few answers"
+        return "d′ not determined by this few answers"
     if not isfinite(high):
         return f"at ceiling, d′ ≥ {number(low)}"
     if not isfinite(low):

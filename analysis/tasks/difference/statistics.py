@@ -39,16 +39,16 @@ def _compute(inputs: Inputs) -> DescendingDifference | NotComputed:
 
 DIFFERENCE: Statistic[DescendingDifference] = Statistic(
     key="difference",
-    meaning="descending difference: shares of “yes”, d′, curves, verbal reports",
+    meaning="descending difference: proportions of “yes”, d′, curves, verbal reports",
     compute=_compute,
     families=(Family(name="curves of “{q.yes}”, slope", read=_curves),),
     methods="Proportions of “{q.yes}” have Clopper–Pearson intervals; repeated answers are "
-    "weighted by their effective sample size [[korn1998]]. Answers of “{q.yes}” were "
-    "related to {q.yes_no.size} by a logistic curve from generalised estimating equations with "
-    "exchangeable answers of a participant [[liang1986]], errors for few participants "
-    "[[mancl2001]] and Fieller's interval of its midpoint. Sensitivity, d′, comes from a probit "
-    "model with participants and profile-likelihood intervals; a participant's own d′ and c have "
-    "the log-linear correction [[hautus1995]].",
+    "weighted by their effective sample size [[korn1998]]. “{q.yes}” answers were related to "
+    "{q.yes_no.size} by a logistic curve, fitted with generalised estimating equations with "
+    "exchangeable correlation within participants [[liang1986]], small-sample standard errors "
+    "[[mancl2001]] and Fieller's interval for the midpoint. Sensitivity (d′) comes from a probit "
+    "model that includes participant effects, with profile-likelihood intervals; individual d′ and "
+    "c values use the log-linear correction [[hautus1995]].",
     conclusions={
         r"finding\.all_felt_a_difference": "everybody felt a difference at least once",
         r"finding\.all_said_less_slippery": "everybody said “less slippery”",

@@ -385,9 +385,8 @@ def _mean_of_own(
     fewest = min((min(each.changes, each.catches) for each in own.values()), default=0)
     if fewest < TRIALS_FOR_OWN:
         return NotComputed(
-            f"with {fewest} {quantity.yes_no.trials[1]} of a kind, the correction for counts "
-            f"of 0 shrinks a participant's own d' towards 0 (at least {TRIALS_FOR_OWN} are "
-            "needed)"
+            f"with {fewest} {quantity.yes_no.trials[1]} of a kind, the correction for counts of 0 "
+            f"shrinks individual d' values towards 0 (at least {TRIALS_FOR_OWN} are needed)"
         )
     return mean_over_participants(np.array([each.d_prime for each in own.values()]), confidence)
 

@@ -69,8 +69,8 @@ def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
                     TableColumn(title="p Wilcoxon", unit="Holm"),
                 ],
                 [_row(pair) for pair in pairs],
-                "Paired t tests of log estimates above zero, and Wilcoxon's tests of all "
-                "estimates. d_z: mean difference over the standard deviation of the differences.",
+                "Paired t tests on log estimates above zero, and Wilcoxon tests on all estimates. "
+                "d_z: mean difference divided by the standard deviation of the differences.",
             )
         )
         tested = [(pair, pair.logs) for pair in pairs if pair.logs]
@@ -124,8 +124,8 @@ def _equivalence(
             TableColumn(title="Conclusion", left=True),
         ]
         caption = (
-            f"Equal {within}, or undecided: two one-sided paired t tests of log estimates. BF₀₁: "
-            "Bayes factor of no difference over a difference."
+            f"Pairs that are equivalent {within}, or undecided: two one-sided paired t tests on "
+            "log estimates. BF₀₁: Bayes factor for no difference over a difference."
         )
         blocks.append(html.table(columns, rows, caption))
     if differ:
@@ -133,10 +133,10 @@ def _equivalence(
         bayes = apa.bayes_of_none(min(logs.bayes_factor for logs in differ)).replace("=", "≤")
         blocks.append(
             html.paragraph(
-                f"Different, and not shown to be equal {within}: {len(differ)} of "
-                f"{counted(len(tested), 'pair', 'pairs')} of {quantity.levels} (two one-sided "
-                f"tests, every {p}; every Bayes factor of no difference over a difference {bayes}; "
-                "see pairwise.csv)."
+                f"{len(differ)} of {counted(len(tested), 'pair', 'pairs')} of {quantity.levels} "
+                f"differed and were not shown to be equivalent {within} (two one-sided tests, all "
+                f"{p}; all Bayes factors for no difference over a difference {bayes}; see "
+                "pairwise.csv)."
             )
         )
     return blocks

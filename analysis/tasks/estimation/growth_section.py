@@ -31,9 +31,9 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     section.blocks.append(
         html.figure(
             svgs["growth"],
-            "Above: growth functions of all participants. Below: on logarithmic axes, without "
-            f"{quantity.value(0)}; the slope is the exponent. Bars: t-based intervals over "
-            "participants.",
+            "Top: growth functions for all participants together. Bottom: the same on logarithmic "
+            f"axes, without {quantity.value(0)}; the slope is the exponent. Error bars: t-based "
+            "intervals across participants.",
             f"Two charts of geometric means against {quantity.name}: with fitted growth functions, "
             "and on logarithmic axes with the power function",
         )
@@ -53,9 +53,9 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         )
         section.blocks.append(
             html.paragraph(
-                "Friction is predicted to fall by these fractions, first if the film acts alone, "
-                "then, as a range, if the skin's asperities and the film share the load (not "
-                f"validated): {bands}. The growth with friction therefore depends on the model.",
+                "Predicted fractional decrease in friction if the film acts alone and, as a range, "
+                f"if skin asperities and the film share the load (not validated): {bands}. Growth "
+                "with friction therefore depends on the model.",
                 "note",
             )
         )
@@ -68,10 +68,10 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         )
         section.blocks.append(
             html.paragraph(
-                "A single participant's trials do not discriminate between growth functions."
+                "No participant's trials alone discriminate between growth functions."
                 if own.undecided == len(own.participants)
-                else f"Favoured for single participants: {best or 'none'}; undecided (too few "
-                f"trials, or ΔAICc below 2) {own.undecided}.",
+                else f"Favoured for individual participants: {best or 'none'}; undecided (too few "
+                f"trials, or ΔAICc below 2): {own.undecided}.",
                 "note",
             )
         )
@@ -82,9 +82,9 @@ def _exponents(analysis: Analysis, svg: str) -> Markup:
     level = f"{100 * analysis.dataset.choices.confidence:g} %"
     return html.figure(
         svg,
-        "Individual exponents before and after shrinkage. Rings: least squares on a participant's "
-        f"own trials. Dots: the hierarchical Bayesian power function, with {level} credible "
-        "intervals. Line and band: the group.",
+        "Individual exponents before and after shrinkage. Rings: least-squares fits to each "
+        f"participant's trials. Dots: the hierarchical Bayesian power function, with {level} "
+        "credible intervals. Line and band: the group.",
         "Chart of participants' exponents: from their own trials, and shrunk towards the group",
     )
 
@@ -95,9 +95,9 @@ def _of_friction(found: FrictionGrowth) -> str:
     weight = grouped(compared.models[compared.best].weight)
     verb = "is not clearly better than the next" if compared.undecided else "fits best"
     return (
-        "Against the reduction of friction that the film predicts, 1 − µ′/µ (Reynolds' equation, "
-        f"h_r 0.6 µm, 30.5 kHz, 0.5 N), {apa.MODEL_NAMES[compared.best]} {verb} (weight {weight}; "
-        "all models are in inference.json)."
+        "As a function of the predicted reduction in friction, 1 − µ′/µ (Reynolds' equation, h_r "
+        f"0.6 µm, 30.5 kHz, 0.5 N), {apa.MODEL_NAMES[compared.best]} {verb} (weight {weight}; all "
+        "models are in inference.json)."
     )
 
 
@@ -121,10 +121,10 @@ def _models(found: GrowthComparison, quantity: Quantity) -> Markup:
     return html.table(
         html.columns("Model", "Parameters", ("Residual SD", "log"), "ΔAICc", "Weight", left=2),
         rows,
-        f"{quantity.headed(f'Against {quantity.name}')}: growth functions of {found.n} "
+        f"{quantity.headed(f'Growth functions against {quantity.name}')}, fitted to {found.n} "
         "participants' mean log estimates."
         + (
-            " No function is highlighted: the best is less than 2 below the next."
+            " No function is highlighted because the two lowest AICc values differ by less than 2."
             if found.undecided
             else ""
         ),

@@ -90,7 +90,7 @@ def robust_exponent(data: Prepared) -> RobustExponent | NotComputed:
             few(f"participants with estimates above zero at two {data.quantity.levels}", n)
         )
     if np.ptp(slopes) == 0:
-        return NotComputed("all participants have the same value: no spread to judge it by")
+        return NotComputed("all participants have the same value, so there is no spread")
     ordered, cut = np.sort(slopes), int(TRIMMED * n)
     kept, confidence = n - 2 * cut, data.choices.confidence
     winsorised = np.clip(ordered, ordered[cut], ordered[n - cut - 1])

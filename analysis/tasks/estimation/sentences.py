@@ -136,10 +136,9 @@ def geometric_means(description: pd.DataFrame, quantity: Quantity) -> str:
 def power_law(found: PowerLaw, confidence: float, quantity: Quantity) -> str:
     """Return the sentence of the exponent."""
     return (
-        f"The exponents of participants' power functions of {quantity.name} averaged "
-        f"{number(found.exponent)}, {level_of(confidence)} CI "
-        f"{bracketed(found.interval)} (n = {found.n}; {found.points} "
-        f"{quantity.levels} above {quantity.value(0)})."
+        f"The mean exponent of participants' power functions of {quantity.name} was "
+        f"{number(found.exponent)}, {level_of(confidence)} CI {bracketed(found.interval)} (n = "
+        f"{found.n}; {found.points} {quantity.levels} above {quantity.value(0)})."
     )
 
 
@@ -202,10 +201,10 @@ def equivalence(
         f"two one-sided paired t tests of log estimates within a ratio of "
         f"{apart[0][1].equivalence.bound:g}"
         + (", Holm-corrected" if len(pairs) > 1 else "")
-        + "; BF₀₁: Bayes factor of no difference over a difference"
+        + "; BF₀₁: Bayes factor for no difference over a difference"
     )
-    parts = [f"Of the pairs without a significant difference, equal: {equal or 'none'}"]
-    parts += [f"neither different nor equal, undecided: {undecided}"] if undecided else []
+    parts = [f"Pairs without a significant difference that are equivalent: {equal or 'none'}"]
+    parts += [f"neither different nor equivalent: {undecided}"] if undecided else []
     return f"{'; '.join(parts)} ({how})."
 
 
@@ -269,16 +268,16 @@ def _all_pairs(
     if not doubtful:
         largest = p_value(max(p for _, p, _ in rows)).replace("=", "≤")
         many = f"All {len(rows)} pairs" if len(rows) > 1 else "One pair"
-        return f"{many} of {quantity.levels} differed ({how}, every {largest})."
+        return f"{many} of {quantity.levels} differed ({how}, all {largest})."
     smallest = p_value(min(p for _, p, _ in doubtful)).replace("=", "≥")
     if len(doubtful) == len(rows) > 1:
-        return f"None of {len(rows)} pairs of {quantity.levels} differed ({how}, every {smallest})."
+        return f"None of {len(rows)} pairs of {quantity.levels} differed ({how}, all {smallest})."
     told = len(rows) - len(doubtful)
     listed = "; ".join(
         f"{_pair(pair, quantity)}, {p_value(p)} (n = {n})" for pair, p, n in doubtful
     )
     if len(doubtful) > MOST_LISTED:
-        listed = f"the other {len(doubtful)}, every {smallest}"
+        listed = f"the other {len(doubtful)}, all {smallest}"
     return (
         f"{told or 'None'} of {len(rows)} pairs of {quantity.levels} differed ({how}); no "
         f"significant difference: {listed}."
@@ -301,12 +300,14 @@ def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
         for name, model in models.items()
         for parameter in model.fit.at_bound
     )
-    behind = f" At the limit of the search, so not determined: {bounds}." if bounds else ""
+    behind = (
+        f" Not determined, because the fit reached the search limit: {bounds}." if bounds else ""
+    )
     weight = f"Akaike weight {unit_number(models[best].weight)}"
     if compared.undecided:
         return (
             f"The data do not discriminate between growth functions: {MODEL_NAMES[best]} has the "
-            f"lowest AICc, by less than 2 ({weight}{then}).{behind}"
+            f"lowest AICc, but by less than 2 ({weight}{then}).{behind}"
         )
     return f"Among growth functions, {MODEL_NAMES[best]} was favoured ({weight}{then}).{behind}"
 
@@ -326,18 +327,17 @@ def bayesian_growth(found: BayesianGrowth, confidence: float, quantity: Quantity
         if min(check.p, 1 - check.p) < UNLIKELY
     ]
     fits = (
-        f"predictions of the model do not agree with the data in {' and '.join(missed)}"
+        f"the model's predictions do not agree with the data in {' and '.join(missed)}"
         if missed
-        else "predictions of the model agree with the data in "
+        else "the model's predictions agree with the data in "
         + ", ".join(CHECKS[name].format(q=quantity) for name in found.checks)
     )
     return (
         f"A hierarchical Bayesian power function gave an exponent of {number(found.exponent)}, "
-        f"{level} credible interval {bracketed(found.interval)}; participants' exponents vary with "
-        f"a standard deviation of {number(found.sd_exponent)}, {level} credible interval "
-        f"{bracketed(found.sd_exponent_interval)}, and shrink {100 * found.shrinkage:.0f}% "
-        f"towards the group's exponent (n = {found.n}, {found.trials} trials; "
-        f"{fits})."
+        f"{level} credible interval {bracketed(found.interval)}; participants' exponents have a "
+        f"standard deviation of {number(found.sd_exponent)}, {level} credible interval "
+        f"{bracketed(found.sd_exponent_interval)}, and shrink {100 * found.shrinkage:.0f}% towards "
+        f"the group's exponent (n = {found.n}, {found.trials} trials; {fits})."
     )
 
 
@@ -345,8 +345,8 @@ def order(found: OrderEffects, confidence: float, quantity: Quantity) -> str | N
     """Return the sentence on order and carry-over."""
     texts = []
     for slope, words in (
-        (found.log_slope_per_trial, "the trial's position"),
-        (found.log_slope_per_um_pp_before, f"the {quantity.stimulus} before"),
+        (found.log_slope_per_trial, "trial position"),
+        (found.log_slope_per_um_pp_before, f"the preceding {quantity.stimulus}"),
     ):
         if not slope:
             continue
@@ -361,11 +361,11 @@ def reliability(found: Reliability, confidence: float, _quantity: Quantity) -> s
     """Return the sentence on test-retest reliability."""
     single, mean = found.single, found.mean
     return (
-        f"Test-retest reliability of a participant's single log estimate was ICC = "
+        "Test-retest reliability of a participant's single log estimate was ICC = "
         f"{unit_number(single.value)}{_ci(single.interval, confidence, unit_number)}; of the mean "
-        f"of {found.repetitions:.3g}, {unit_number(mean.value)}"
-        f"{_ci(mean.interval, confidence, unit_number)} (by {found.method}, {found.trials} trials "
-        f"of {found.n} participants)."
+        f"of {found.repetitions:.3g}, "
+        f"{unit_number(mean.value)}{_ci(mean.interval, confidence, unit_number)} (by "
+        f"{found.method}, {found.trials} trials from {found.n} participants)."
     )
 
 
@@ -376,9 +376,9 @@ def mixed_model(found: MixedModel, confidence: float, _quantity: Quantity) -> st
             "The linear mixed model with random intercepts and slopes did not converge; its "
             "exponent is not reported."
         )
-    bound = "; a variance or correlation lies at its bound" if found.at_bound else ""
+    bound = "; a variance or correlation is at its bound" if found.at_bound else ""
     return (
-        f"A linear mixed model gave an exponent of {number(found.exponent)}"
-        f"{_ci(found.interval, confidence)} ({found.trials} trials of {found.n} "
-        f"participants{bound})."
+        "A linear mixed model gave an exponent of "
+        f"{number(found.exponent)}{_ci(found.interval, confidence)} ({found.trials} trials from "
+        f"{found.n} participants{bound})."
     )

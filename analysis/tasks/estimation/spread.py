@@ -46,7 +46,6 @@ def unequal_spread(data: Prepared) -> list[str]:
     return [
         f"Repeated estimates vary {ratio:.1f} times as much at {most:g} as at {least:g} "
         f"{unit}".rstrip()
-        + ". Tests on ranks then find differences that do not exist too often: with a ratio of 2, "
-        "12 participants and 3 repetitions in 9 % of studies instead of 5 %. Prefer the tests of "
-        "logarithms."
+        + ". Rank tests then report too many false differences: with a ratio of 2, 12 participants "
+        "and 3 repetitions, in 9 % of studies instead of 5 %. Prefer the tests on logarithms."
     ]

@@ -84,7 +84,7 @@ def _normalisation(inputs: Inputs) -> NormalisationUsed:
 
 def _bayesian(inputs: Inputs) -> BayesianGrowth | NotComputed:
     if not inputs.bayesian:
-        return NotComputed("not asked for (--bayesian)")
+        return NotComputed("not requested (--bayesian)")
     return of_estimates(bayesian_growth)(inputs)
 
 
@@ -113,9 +113,8 @@ RM_ANOVA: Statistic[omnibus.RmAnova] = Statistic(
         ),
     ),
     sentences=(Sentence(write=write.rm_anova, primary="logarithms"),),
-    methods="Log estimates were compared by a repeated-measures analysis of variance with "
-    "Greenhouse and Geisser's correction [[greenhouse1959]] and generalised eta squared "
-    "[[olejnik2003]].",
+    methods="Log estimates were compared by a repeated-measures analysis of variance with the "
+    "Greenhouse–Geisser correction [[greenhouse1959]] and generalised eta squared [[olejnik2003]].",
     conclusions={"p_gg": "{q.levels} differ (repeated-measures ANOVA of logarithms)"},
 )
 PAIRWISE: Statistic[Pairs] = Statistic(
@@ -147,8 +146,8 @@ PAIRWISE: Statistic[Pairs] = Statistic(
         Sentence(write=write.pairwise_logs, primary="logarithms"),
         Sentence(write=write.equivalence),
     ),
-    methods="Equality of two {q.levels} was tested by two one-sided tests of the ratio of "
-    "geometric means [[schuirmann1987]], with bounds of {bounds}, and by a Bayes factor with a "
+    methods="The equivalence of two {q.levels} was tested with two one-sided tests on the ratio of "
+    "geometric means [[schuirmann1987]], with bounds of {bounds}, and with a Bayes factor with a "
     "Cauchy prior of scale 0.707 [[rouder2009]].",
     conclusions={
         r"(.+) - (.+)\.p_wilcoxon_holm": "{0} and {1} {q.unit} differ (Wilcoxon's test, Holm)",
@@ -164,7 +163,7 @@ PAGE_TREND: Statistic[omnibus.PageTrend] = Statistic(
     compute=of_estimates(omnibus.page_trend),
     families=(Family(name="ordered trend, Page's test", read=lambda found: [found.p]),),
     sentences=(Sentence(write=write.page_trend),),
-    methods="An ordered trend was tested by Page's test [[page1963]].",
+    methods="An ordered trend was tested with Page's test [[page1963]].",
     conclusions={"p": "estimates {q.grow} with {q.level} (Page's test)"},
 )
 LINEAR_TREND: Statistic[omnibus.LinearTrend] = Statistic(
@@ -185,8 +184,8 @@ POWER_LAW: Statistic[PowerLaw] = Statistic(
     meaning="exponent of the power function, the mean of participants' slopes",
     compute=of_estimates(power_law),
     sentences=(Sentence(write=write.power_law),),
-    methods="Exponents are the means of participants' slopes of log estimates on log "
-    "{q.name} [[stevens1957]], with t-based intervals across participants.",
+    methods="Exponents are mean slopes of participants' log estimates on log {q.name} "
+    "[[stevens1957]], with t-based intervals across participants.",
     headlines={"exponent": "exponent of the power function"},
 )
 MIXED_MODEL: Statistic[MixedModel] = Statistic(
@@ -201,11 +200,11 @@ MIXED_MODEL: Statistic[MixedModel] = Statistic(
 ROBUST_EXPONENT: Statistic[RobustExponent] = Statistic(
     key="robust_exponent",
     title="Robust exponent",
-    meaning="exponent with little weight of lapses and outlying people",
+    meaning="exponent that gives little weight to lapses and outlying people",
     compute=of_estimates(robust_exponent),
     sentences=(Sentence(write=write.robust_exponent),),
-    methods="Robust exponents are Theil and Sen's slopes of trials [[sen1968]], averaged without "
-    "the largest and the smallest fifth [[tukey1963]].",
+    methods="Robust exponents are Theil–Sen slopes across trials [[sen1968]], averaged without the "
+    "largest and the smallest fifth [[tukey1963]].",
 )
 GROWTH: Statistic[Growth] = Statistic(
     key="growth",
@@ -214,8 +213,8 @@ GROWTH: Statistic[Growth] = Statistic(
     compute=of_estimates(growth),
     sentences=(Sentence(write=write.growth),),
     methods="Growth functions were fitted to participants' mean log estimates by least squares, "
-    "with one scale factor per participant, and compared by Akaike's corrected criterion "
-    "[[hurvich1989]].",
+    "with one scale factor per participant, and compared by the corrected Akaike information "
+    "criterion [[hurvich1989]].",
     conclusions={
         r"amplitude\.best: (.+)": "of the growth functions, {0} fits best",
         r"friction\.best: (.+)": "of the functions of relative friction, {0} fits best",
@@ -231,7 +230,7 @@ BAYESIAN_GROWTH: Statistic[BayesianGrowth] = Statistic(
 ORDER: Statistic[OrderEffects] = Statistic(
     key="order",
     title="Order and carry-over",
-    meaning="drift over a session, and carry-over from the surface before",
+    meaning="drift over a session, and carry-over from the preceding surface",
     compute=of_estimates(order_effects),
     parts=lambda found: {
         "Order: the trial's position": found.log_slope_per_trial,
@@ -246,11 +245,11 @@ ORDER: Statistic[OrderEffects] = Statistic(
         ),
     ),
     sentences=(Sentence(write=write.order),),
-    methods="Effects of a trial's position and of the {q.stimulus} before were estimated jointly, "
-    "with a jackknife across participants [[tukey1958]].",
+    methods="The effects of trial position and of the preceding {q.stimulus} were estimated "
+    "jointly, with a jackknife across participants [[tukey1958]].",
     conclusions={
         r"position\.p": "estimates drift over a session",
-        r"carry_over\.p": "estimates depend on the surface before",
+        r"carry_over\.p": "estimates depend on the preceding surface",
     },
 )
 RELIABILITY: Statistic[Reliability] = Statistic(
@@ -259,8 +258,8 @@ RELIABILITY: Statistic[Reliability] = Statistic(
     meaning="reliability of repeated estimates",
     compute=of_estimates(reliability),
     sentences=(Sentence(write=write.reliability),),
-    methods="Test-retest reliability is an intraclass correlation from components of variance, "
-    "with {q.levels} as a fixed effect and a jackknife across participants.",
+    methods="Test-retest reliability is an intraclass correlation from variance components, with "
+    "{q.levels} as a fixed effect and a jackknife across participants.",
 )
 NORMALISATION: Statistic[NormalisationUsed] = Statistic(
     key="normalisation",

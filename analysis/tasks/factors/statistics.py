@@ -268,11 +268,11 @@ FACTORS: Statistic[tuple[FactorEffects, ...]] = Statistic(
         Family(name="factors, analysis of variance", read=_anova_ps),
         Family(name="changes between conditions", corrected=True, read=_change_ps),
     ),
-    methods="Each factor was tested with {q.name} by an analysis of variance of mean log estimates "
-    "with both within participants, Greenhouse and Geisser's correction [[greenhouse1959]], and "
+    methods="Each factor was tested together with {q.name} in a within-participant analysis of "
+    "variance of mean log estimates with the Greenhouse–Geisser correction [[greenhouse1959]], and "
     "by each participant's changes of exponent and level from the first condition, with Holm's "
-    "correction [[holm1979]]. A mixed model of all trials, in which intercept, exponent and "
-    "conditions differ between participants, was fitted by restricted maximum likelihood "
+    "correction [[holm1979]]. A mixed model of all trials, in which the intercept, exponent and "
+    "condition effects vary between participants, was fitted by restricted maximum likelihood "
     "[[laird1982]].",
     conclusions={
         r"(.+)\.anova\.factor\.p": "conditions of {0} differ (analysis of variance)",

@@ -25,18 +25,18 @@ def _answer(task: TaskIdentification, confidence: float, quantity: Quantity) -> 
     share = fold(
         task.share_right,
         lambda mean: (
-            f" {100 * mean.mean:.0f} % of answers were right, {level_of(confidence)} CI "
+            f" {100 * mean.mean:.0f} % of answers were correct, {level_of(confidence)} CI "
             f"{bracketed(mean.interval, lambda value: f'{100 * value:.0f}')}."
         ),
         lambda _: "",
     )
     people = counted(task.participants, "participant", "participants")
     return (
-        f"Identification ({task.task}), {counted(task.answers, 'answer', 'answers')} of "
-        f"{people}: {number(task.corrected_bits)} "
-        f"of {number(task.most_bits)} bits were transferred (not corrected: "
-        f"{number(task.information_bits)}), as if {number(2**task.corrected_bits, 1)} "
-        f"{quantity.stimuli} were identified without error.{share}"
+        f"Identification ({task.task}), {counted(task.answers, 'answer', 'answers')} from "
+        f"{people}: {number(task.corrected_bits)} of {number(task.most_bits)} bits were "
+        f"transferred (not corrected: {number(task.information_bits)}), as if "
+        f"{number(2**task.corrected_bits, 1)} {quantity.stimuli} were identified without "
+        f"error.{share}"
     )
 
 
@@ -45,7 +45,7 @@ def _doubts(task: TaskIdentification, _confidence: float, _quantity: Quantity) -
         return []
     text = (
         f"Identification ({task.task}): each participant has {task.trials_per_cell:.1f} trials per "
-        f"cell of the table; with fewer than {TRIALS_PER_CELL}, their own information is "
+        f"cell of the table; with fewer than {TRIALS_PER_CELL}, individual information is "
         "overestimated despite the correction."
     )
     return [text]
@@ -65,13 +65,14 @@ def _blocks(
         *html.figure_if_drawn(
             svgs,
             f"identification_{task.task}",
-            "Proportion of answers to each presented surface; the diagonal holds correct answers.",
+            "Proportion of answers for each presented surface; correct answers are on the "
+            "diagonal.",
             "Table of presented and named surfaces: " + ", ".join(task.items),
         ),
         html.table(
             html.columns("Presented", *task.items, left=1),
             [[item, *map(str, row)] for item, row in zip(task.items, task.table, strict=True)],
-            f"Counts of named {quantity.stimuli} (columns). Mean of participants' own information: "
+            f"Counts of named {quantity.stimuli} (columns). Mean information per participant: "
             f"{own}.",
         ),
     ]

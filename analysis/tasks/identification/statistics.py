@@ -141,7 +141,7 @@ IDENTIFICATION: Statistic[tuple[TaskIdentification, ...]] = Statistic(
     key="identification",
     meaning="identification: table of presented and named stimuli, information transferred",
     compute=identifications,
-    methods="Information transferred is the mutual information of the presented and the named "
-    "stimulus [[miller1956]], with Miller and Madow's correction of its bias.",
+    methods="Information transferred is the mutual information between the presented and the named "
+    "stimulus [[miller1956]], with the Miller–Madow bias correction.",
     headlines={r"(.+)\.corrected_bits": "{0}: information transferred, in bits"},
 )

@@ -38,7 +38,7 @@ def _threshold(task: TaskLimits, confidence: float, quantity: Quantity) -> str:
     standard = task.standard_um_pp
     of = "" if standard is None else f" against a standard of {quantity.value(standard)}"
     return (
-        f"{named}, {counted(task.series, 'series', 'series')} of "
+        f"{named}, {counted(task.series, 'series', 'series')} from "
         f"{counted(task.participants, 'participant', 'participants')}: the answer changed at "
         f"{quantity.value(f'{threshold.mean:.3g}')}{of}, {level_of(confidence)} CI "
         f"{bracketed(threshold.interval, lambda value: number(value, 3))}."
@@ -62,8 +62,8 @@ def _remarks(task: TaskLimits, confidence: float, quantity: Quantity) -> list[st
         )
     if task.without_transition:
         said.append(
-            f"{task.without_transition} of {task.series} series have no transition and are "
-            "left out."
+            f"Series without a transition, which were left out: {task.without_transition} of "
+            f"{task.series}."
         )
     return said
 
@@ -87,8 +87,8 @@ def _blocks(
         *html.figure_if_drawn(
             svgs,
             f"limits_{task.task}",
-            "Mean transitions of participants (pale) in ascending and descending series; blue: "
-            f"means with a t-based {level:g} % interval.",
+            "Individual participants' mean transitions (pale) in ascending and descending series; "
+            f"blue: means with a t-based {level:g} % interval.",
             "Mean transitions of ascending and descending series",
         ),
         html.table(

@@ -149,8 +149,8 @@ LIMITS: Statistic[tuple[TaskLimits, ...]] = Statistic(
             ],
         ),
     ),
-    methods="Thresholds by the method of limits are means of the transitions of ascending and "
-    "descending series, with equal weights of both directions.",
+    methods="Thresholds by the method of limits are means of the transitions in ascending and "
+    "descending series, with equal weight for both directions.",
     conclusions={
         r"(.+)\.constant_error_um_pp\.p": "{0}: ascending and descending series differ (t test)"
     },

@@ -152,9 +152,9 @@ class _Guard:
 
     def _section(self, name: str, write: SectionWriter) -> SectionWriter:
         whose = (
-            f"This section is not part of Slipscale: it is the analysis '{name}' of the "
-            f"package {package_of(self.point)} {self.version}, installed on the computer that "
-            "made this report."
+            f"This section is not part of Slipscale. It comes from the analysis '{name}' in the "
+            f"package {package_of(self.point)} {self.version}, installed on the computer that made "
+            "this report."
         )
 
         def written(analysis: Analysis, svgs: Mapping[str, str]) -> html.ReportSection:

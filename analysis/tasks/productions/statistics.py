@@ -218,7 +218,7 @@ def _task(
         exponent=exponent,
         exponent_interval=exponent_interval,
         beginning=_beginning(main, confidence),
-        both=NotComputed("no participant has an exponent of estimation")
+        both=NotComputed("no participant has an estimation exponent")
         if counterpart is None
         else both_exponents(own, counterpart, confidence),
     )

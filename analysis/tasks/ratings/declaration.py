@@ -216,7 +216,7 @@ ANALYSIS = of_one_statistic(
     session_tables=mean_by_session(
         TRIALS,
         "mean rating",
-        "place on the line, 0 to 100, or category",
+        "position on the line, 0 to 100, or category",
         lambda rows: rows["rating"].astype(float),
     ),
 )

@@ -60,5 +60,5 @@ def ratings(found: TaskRatings, trials: pd.DataFrame, quantity: Quantity) -> Fig
         shown = apart(axes, places)
         axes.set_xticks(shown, [f"{value:g}" for value in shown])
     axes.set_xlabel(quantity.headed(quantity.title) if whole else "Surface")
-    axes.set_ylabel("Place on the line (0 to 100)" if low == 0 else f"Category (1 to {high})")
+    axes.set_ylabel("Position on the line (0 to 100)" if low == 0 else f"Category (1 to {high})")
     return figure

@@ -169,7 +169,7 @@ ANALYSIS = of_one_statistic(
     "scales",
     TRIALS,
     SCALES,
-    question="How do the {q.stimuli} lie on one scale of {q.judged}?",
+    question="Where do the {q.stimuli} lie on a single scale of {q.judged}?",
     what="paired comparison",
     title="Paired comparison",
     answers=lambda task, _level, q: [_answer(task, q)],

@@ -190,7 +190,7 @@ def _why_no_scale(values: Array) -> npt.NDArray[np.str_]:
     return np.select(
         [~(np.abs(values).max(axis=1) <= LARGEST), values[:, -1] <= 0],
         [
-            "answers without errors: the noise has no lower limit",
+            "the answers contain no errors, so the noise has no lower limit",
             "the strongest surface seems no stronger than the weakest",
         ],
         "",

@@ -206,10 +206,10 @@ SESSIONS: Statistic[SessionEffects] = Statistic(
         Family(name="sessions, analysis of variance", read=_anova_ps),
         Family(name="changes from the first session", corrected=True, read=_change_ps),
     ),
-    methods="Sessions were compared by an analysis of variance of mean log estimates with "
-    "session and {q.name} within participants, Greenhouse and Geisser's correction "
+    methods="Sessions were compared by an analysis of variance of mean log estimates with session "
+    "and {q.name} as within-participant factors and the Greenhouse–Geisser correction "
     "[[greenhouse1959]], and by each participant's change from the first session, with Holm's "
-    "correction over all changes [[holm1979]]; agreement between sessions is the intraclass "
+    "correction across all changes [[holm1979]]; agreement between sessions is the intraclass "
     "correlation ICC(A,1) [[mcgraw1996]].",
     conclusions={
         r"anova\.session\.p": "sessions differ (analysis of variance)",

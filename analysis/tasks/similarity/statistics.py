@@ -236,6 +236,6 @@ SIMILARITY: Statistic[tuple[TaskMap | NotComputed, ...]] = Statistic(
     "weights of participants",
     compute=maps,
     methods="Dissimilarities, divided by each participant's root mean square and averaged, were "
-    "scaled by non-metric multidimensional scaling [[kruskal1964]]. Weights of participants are "
-    "those of squared distances along the map's principal axes [[carroll1970]].",
+    "scaled by non-metric multidimensional scaling [[kruskal1964]]. Participants' weights apply to "
+    "squared distances along the map's principal axes [[carroll1970]].",
 )

@@ -34,7 +34,7 @@ ANALYSIS = of_one_statistic(
     "thresholds",
     TRIALS,
     THRESHOLDS,
-    question="How small {q.a_level}, or a change of it, is felt?",
+    question="How small {q.a_level}, or a change in it, can be felt?",
     what="forced choice",
     title="Thresholds",
     answers=lambda task, level, q: [sentences.answer(task, level, q)],

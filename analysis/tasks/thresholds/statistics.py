@@ -228,7 +228,7 @@ def _fit(
     if not adaptive:
         return goodness_of_fit(likeliest, answers)
     if rule is None or isinstance(function, NotComputed):
-        return NotComputed("levels followed the answers by a rule that the data do not state")
+        return NotComputed("levels followed the answers by a rule that the data do not record")
     return goodness_of_fit(likeliest, answers, tracks=rule, generating=function)
 
 
@@ -269,18 +269,17 @@ THRESHOLDS: Statistic[tuple[TaskThresholds, ...]] = Statistic(
             name="thresholds by group, session and condition", corrected=True, read=_contrast_ps
         ),
     ),
-    methods="Thresholds come from psychometric functions with lapses [[wichmann2001]]. The "
-    "population's comes from a hierarchical model of all participants' answers: "
-    "participants' thresholds are normally distributed on the curve's axis and "
-    "integrated, as are the logarithms of their slopes if there is one session and condition. The "
-    "lapse rate is shared; catch trials inform it. Thresholds by a factor are averaged over the "
-    "other factors. Intervals are profile-likelihood intervals, with a t quantile. A "
-    "participant's own threshold is the median of a posterior in which the lapse rate is "
-    "integrated.",
+    methods="Thresholds come from psychometric functions with a lapse rate [[wichmann2001]]. The "
+    "population threshold comes from a hierarchical model of all participants' answers: individual "
+    "thresholds, normally distributed on the curve's axis, are integrated out, as are the "
+    "logarithms of individual slopes if there is one session and condition. The lapse rate is "
+    "shared across participants and also informed by catch trials. Thresholds for a factor are "
+    "averaged over the other factors. Intervals are profile-likelihood intervals with a t "
+    "quantile. Individual thresholds are posterior medians, with the lapse rate integrated out.",
     headlines={
         r"([^ ]+)(?: - .+)?\.population\.threshold_um_pp\.value": "{0}: threshold, "
         "{q.unit_in_short}",
-        r"([^ ]+)(?: - .+)?\.population\.sd": "{0}: SD over people, log10 units",
+        r"([^ ]+)(?: - .+)?\.population\.sd": "{0}: SD across people, log10 units",
         r"([^ ]+)(?: - .+)?\.weber_fraction\.value": "{0}: Weber fraction",
     },
 )

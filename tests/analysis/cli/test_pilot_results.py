@@ -11,7 +11,7 @@ from slipscale.experiments.study.file import shipped_studies
 
 #: Study -> what its result begins with, and has a number after it.
 RESULTS = {
-    "biet2007": r"exponents of participants' power functions of amplitude averaged \d",
+    "biet2007": r"exponent of participants' power functions of amplitude was \d",
     "constant_stimuli": r"Difference threshold at 1\.2 µm \(constantstimuli\): \d",
     "detection_threshold": r"Detection threshold \(detectionthreshold\): \d",
     "difference_threshold": r"Difference threshold at 1\.2 µm \(differencethreshold\): \d",
@@ -19,9 +19,9 @@ RESULTS = {
     "matching": r"0\.8 µm \(peak to peak\) was matched by \d",
     "meyer2015": r"d' by the differencing model was \d",
     "paired_comparison": r"to the most slippery: .*\d",
-    "ratio_to_standard": r"power functions of amplitude averaged \d",
+    "ratio_to_standard": r"power functions of amplitude was \d",
     "textures_demo": r"The two amplitudes did not differ reliably \(Wilcoxon's test, p = \.\d",
-    "visual_analogue_scale": r"mean places on the line from 0 \(left\) to 100 were \d",
+    "visual_analogue_scale": r"mean positions on the line from 0 \(left\) to 100 \(right\) were \d",
 }
 
 

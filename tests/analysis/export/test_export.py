@@ -161,7 +161,7 @@ def test_the_methods_section_cites_what_it_lists(exported):
     for key, paper in REFERENCES.items():
         cited = f"({paper.cited})" in body
         assert cited is (paper.listed in listed) is (f"{{{key}," in bibliography), key
-    assert "Friedman's test of ranks (Friedman, 1937)" in body
+    assert "Friedman's test (Friedman, 1937)" in body
     assert "[[" not in text
 
 

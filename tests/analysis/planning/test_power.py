@@ -325,7 +325,7 @@ def test_catch_steps_of_a_study_without_a_descending_series_are_refused(capsys, 
 def test_all_nonsense_is_named_at_once(capsys):
     assert commands.main(["power", "--alpha", "5", "--studies", "0"]) == 2
     said = capsys.readouterr().err
-    assert "--alpha 5.0: expected a share above 0 and below 1" in said
+    assert "--alpha 5.0: expected a proportion above 0 and below 1" in said
     assert "--studies 0: expected 1 or more" in said
 
 
@@ -341,7 +341,7 @@ def test_a_protocol_without_simulated_ratings_is_refused(capsys, tmp_path):
     file = tmp_path / "only.toml"
     file.write_text(first + rest[rest.index("[[about_you]]") :])
     assert commands.main(["power", str(file)]) == 2
-    assert "none of its tasks is a magnitude_estimation" in capsys.readouterr().err
+    assert "no task uses magnitude_estimation" in capsys.readouterr().err
 
 
 def test_the_command_says_how_many_and_exits_1_where_none_suffices(capsys):

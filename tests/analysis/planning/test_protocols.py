@@ -114,7 +114,7 @@ def test_the_comparison_is_told_in_words_and_written(capsys, tmp_path):
     said = " ".join(capsys.readouterr().out.split())
     assert "…" not in said
     assert "the same simulated people (population 'biet2007') for a median of 4.0 minutes" in said
-    assert "exponent, 3 participants: biet2007 determines it to ±" in said
+    assert "exponent, 3 participants: biet2007 estimates it to within ±" in said
     assert "answer different questions" in said
     with (tmp_path / "protocols.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))

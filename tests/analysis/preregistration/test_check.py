@@ -45,7 +45,7 @@ def deviations(root):
 
 def without_journals(found):
     """Return deviations except that the copy has no journals."""
-    return [(kind, what) for kind, what in found if "have no journals" not in what]
+    return [(kind, what) for kind, what in found if "contain no journals" not in what]
 
 
 def edited(path, old, new):
@@ -135,7 +135,7 @@ CHANGES = {
     "session missing": (
         in_another_session,
         "participants",
-        "There are no data of the planned session 01.",
+        "There are no data for the planned session 01.",
     ),
     "session more": (in_another_session, "participants", "session 02, which was not planned"),
     "before": (
@@ -180,7 +180,7 @@ CHANGES = {
         "The code book words.toml differs from the frozen one.",
     ),
     "page": (
-        lambda root: edited(root / "plan" / "plan.html", "whatever they show", "or so"),
+        lambda root: edited(root / "plan" / "plan.html", "whatever the results", "or so"),
         "bundle",
         "plan.html has changed since it was frozen: its SHA-256 differs.",
     ),
@@ -237,7 +237,7 @@ TAMPERED = {
     ),
     "removed journals": (
         lambda root: shutil.rmtree(root / "data" / "sourcedata"),
-        "The data have no journals (sourcedata/)",
+        "The data contain no journals (sourcedata/)",
     ),
 }
 

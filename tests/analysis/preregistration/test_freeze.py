@@ -74,10 +74,10 @@ def test_folder_and_zip_hold_the_same(frozen):
 def test_the_page_says_tests_corrections_choices_and_versions(frozen):
     page = (frozen / "plan" / "plan.html").read_text()
     for words in (
-        "The primary analysis was Friedman&#39;s test of ranks",
+        "The primary analysis was Friedman&#39;s test",
         "Holm, within the family",
         "scale_top: each estimate over its participant&#39;s declared scale top, times 100",
-        "Data are collected from 4 participants, whatever they show",
+        "Data are collected from 4 participants, whatever the results",
         "No rule excludes participants",
         "study/files/words.toml",
     ):
@@ -105,7 +105,7 @@ def test_notes_and_a_stopping_rule_are_taken_in(frozen, tmp_path):
     assert "H1: a &lt;b&gt;rise&lt;/b&gt;." in page
     assert plan.stopping_rule == "After Christmas."
     assert "After Christmas." in page
-    assert "whatever they show" not in page
+    assert "whatever the results" not in page
 
 
 def test_the_page_answers_what_registries_ask(frozen):
@@ -154,13 +154,13 @@ def test_the_power_is_computed_or_taken_in(frozen, tmp_path, capsys):
     capsys.readouterr()
     words = ["study", "freeze", "biet2007", "--out", str(tmp_path / "b"), "--power", words[-1]]
     assert commands.main(words) == 2
-    assert "is of study 'small'; expected 'biet2007'" in capsys.readouterr().err
+    assert "belongs to study 'small'; expected 'biet2007'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     "options, sentence",
     [
-        (["--out", "."], "already exists; a plan is frozen once"),
+        (["--out", "."], "already exists; a plan is frozen only once"),
         (["--out", "new", "--notes", "none.md"], "--notes none.md: No such file"),
         (["--out", "new", "--power", "none"], "expected the folder that slipscale power --out"),
         (["--out", "new", "--power", "odd"], "power.json is not a result of slipscale power"),

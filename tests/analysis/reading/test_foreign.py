@@ -265,7 +265,7 @@ def test_levels_are_told_in_another_prefix_of_their_unit(table_by_hand):
 def test_units_that_do_not_convert_are_one_sentence(unit, wanted):
     columns = {"participant": "who", "stimulus": "level", "response": "loudness"}
     table = {"columns": columns, "stimulus": {"unit": unit, "in_unit": wanted}}
-    with pytest.raises(UserError, match=f"does not convert to {wanted}; expected the same unit"):
+    with pytest.raises(UserError, match=f"cannot be converted to {wanted}; expected the same unit"):
         parse_mapping(table, "x")
 
 

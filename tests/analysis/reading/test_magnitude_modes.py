@@ -150,10 +150,10 @@ def test_each_task_is_in_every_output(analysis, tmp_path):
     for figure in ("ratings_line", "ratios_ratios", "productions_made"):
         assert (tmp_path / f"{figure}.svg").exists()
     for said in (
-        "Visual analogue scale (line), 24 ratings of 3 participants",
-        "allow neither ratios nor an exponent",
-        "Ratio judgements against 1 µm (ratios), 9 judgements of 3 participants",
-        "Magnitude production (made), 12 productions of 3 participants",
+        "Visual analogue scale (line), 24 ratings by 3 participants",
+        "do not allow ratios or an exponent",
+        "Ratio judgements against 1 µm (ratios), 9 judgements by 3 participants",
+        "Magnitude production (made), 12 productions by 3 participants",
         "Of the 3 who did both, the exponent of production",
     ):
         assert said in page.replace("\N{NO-BREAK SPACE}", " ")

@@ -167,7 +167,7 @@ def test_models_closer_than_2_are_undecided_and_a_parameter_at_its_limit_is_name
     deltas = sorted(model.delta_aicc for model in found.models.values())
     assert deltas[1] < 2
     assert found.undecided
-    none = NotComputed("not asked for")
+    none = NotComputed("not requested")
     text = apa.growth(
         growth.Growth(amplitude=found, friction=none, individual=none), 0.95, PLATE_AMPLITUDE
     )

@@ -70,8 +70,8 @@ def test_each_condition_of_a_factor_is_reported_as_a_task_and_effects_are_found(
 def test_the_report_holds_every_task_with_its_numbers(piloted, page):
     text = page(piloted)
     for said in (
-        "Method of limits (limits_hand_left), 12 series of 3 participants",
-        "Identification (identification_hand_right), 24 answers of 3 participants",
+        "Method of limits (limits_hand_left), 12 series from 3 participants",
+        "Identification (identification_hand_right), 24 answers from 3 participants",
         "mean categories, from 1 (lowest) to 4, were",
         "trials per cell of the table",
     ):

@@ -119,7 +119,7 @@ def test_ratings_keep_both_ends_of_the_line(found):
     assert [each["ratings"] for each in task["surfaces"]] == [3, 3, 3]
     assert task["friedman"]["chi2"] == pytest.approx(6)
     assert "were 10.0 (0 µm), 50.0 (1 µm), 96.7 (2 µm)" in sentences["Rating scales"]
-    assert "3 of 9 ratings are at an end of the line" in sentences["Rating scales"]
+    assert "Ratings at an end of the line (3 of 9)" in sentences["Rating scales"]
     assert drawn(figures["ratings_line"]) == [(0, 10), (1, 50), (2, 96.666667)]
 
 
@@ -128,7 +128,7 @@ def test_ratios_have_their_geometric_means_and_exponent(found):
     assert tables["ratios"]["ratio"].tolist() == pytest.approx([0.5, 4])
     (task,) = inference["ratios"]
     assert task["power_law"]["exponent"] == pytest.approx(1.5)
-    assert "averaged 1.50, 95% CI" in sentences["Ratio judgements"]
+    assert "was 1.50, 95% CI" in sentences["Ratio judgements"]
     assert "2 µm 4.00 times" in sentences["Ratio judgements"]
     assert drawn(figures["ratios_ratios"]) == [(0.5, 0.5), (2, 4)]
     assert drawn(figures["ratios_ratios"], "D") == [(1, 1)]

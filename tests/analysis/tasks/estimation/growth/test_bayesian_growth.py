@@ -182,7 +182,7 @@ def test_too_little_is_not_sampled(logs, why):
 
 def test_it_is_neither_computed_nor_loaded_unless_asked_for(dataset):
     found = analyse(dataset()).inference.bayesian_growth
-    assert found == NotComputed("not asked for (--bayesian)")
+    assert found == NotComputed("not requested (--bayesian)")
 
 
 def test_a_missing_extra_is_one_sentence_before_anything_is_computed(monkeypatch, capsys, tmp_path):
