@@ -161,7 +161,7 @@ class GuardedOutput(ABC):
 
     @abstractmethod
     def _silence(self) -> None:
-        """Stop the vibration and have that confirmed; do nothing if not connected."""
+        """Stop the vibration and confirm it; do nothing if not connected."""
 
     @abstractmethod
     def _close(self) -> None:

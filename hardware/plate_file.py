@@ -212,7 +212,7 @@ class PlateFile(PlateTable):
         return known is not None and known.sha256 == known.checksum()
 
     def implausible(self, calibration: Calibration) -> list[str]:
-        """Return what does not fit this plate in a calibration."""
+        """Return the values in a calibration that do not fit this plate."""
         told = [
             ("backend", calibration.device.backend, self.wiring.backend),
             ("plate", calibration.device.plate, self.identity.serial),

@@ -4,7 +4,7 @@ A level is a number in a quantity; names in the code do not contain its unit. Th
 names and words for levels in input and output: files, tables, sentences, axes. Texts that are
 declared rather than computed have placeholders for it, such as ``"pairs of {q.levels}"``.
 
-Each thing has three names:
+Each field has three names:
 
 ===============  ===================  ===================  ==============================
 in the code      in a file in µm      in a file in volts   conversion
@@ -126,7 +126,7 @@ class Quantity:
     unit : str
         As written: "µPa"; may be empty.
     convention : str
-        What the unit leaves open: "peak to peak"; may be empty.
+        What the unit does not state: "peak to peak"; may be empty.
     column : str
         The column's name in written files.
     judged : str

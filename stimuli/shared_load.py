@@ -12,8 +12,8 @@ therefore ranges, and its result is a band (`band`), never a point. The equation
 - **Bounce**: the gap oscillates with a multiple of the plate's amplitude, because the skin also
   moves (Friesen, Wiertlewski and Colgate 2016, doi:10.1109/HAPTICS.2016.7463172).
 - **Film**: the mean overpressure from Reynolds' equation (3) for a flat film with that mean gap.
-- At the mean gap, asperities and film, each averaged over a period, together carry p. Friction is
-  the asperities' share (Coulomb's law); without vibration it is 1.
+- At the mean gap, asperities and film, each averaged over a period, together carry p. Relative
+  friction is the asperities' fraction of the load (Coulomb's law), 1 without vibration.
 
 For stiff asperities (l → 0) without bounce, the gap is h_r + h_vib: equation (15) for a flat
 finger. Speed is not modelled.

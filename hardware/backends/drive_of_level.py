@@ -1,4 +1,4 @@
-"""Which sine at the plate makes a level: by the calibration, or stated in the SPEC.
+"""Which sine at the plate produces a level, from the calibration or as stated in the SPEC.
 
 A plate in µm needs a calibration. For a plate file in another quantity, the SPEC has
 

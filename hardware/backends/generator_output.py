@@ -133,7 +133,7 @@ class GeneratorOutput:
         self.write(self.dialect.output, self.dialect.on)
 
     def switch_off(self) -> None:
-        """Switch the output off and have that confirmed. Raises `PlateFault`."""
+        """Switch the output off and confirm it. Raises `PlateFault`."""
         self.write(self.dialect.output, self.dialect.off)
         if self.is_on():
             raise PlateRefused(

@@ -121,7 +121,7 @@ def calibration_from(
     ------
     UserError
         The points do not contain a resonance or a voltage sweep, the plate changed between them,
-        or the readings are not those of a sound plate.
+        or the readings indicate a faulty plate.
     """
     resonance, gain = fitted(points)
     source_max_v = gain.voltage_max_v / drive.amplifier_gain

@@ -52,7 +52,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    """Present an amplitude and print one line of the plot per readback, until told to end."""
+    """Present an amplitude and print one line of the plot per readback, until stopped."""
     from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
     from slipscale.hardware.registry import open_plate  # noqa: PLC0415
     from slipscale.hardware.signals import silent_on_signals  # noqa: PLC0415

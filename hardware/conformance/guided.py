@@ -29,7 +29,7 @@ STEP_MS = 200.0
 
 
 class Assistant(Protocol):
-    """Handles the load and reads the second instruments; time may pass meanwhile."""
+    """Handles the load and reads the second instruments; its methods may take time."""
 
     def load(self, *, on: bool) -> None:
         """Put the load on the plate, or remove it."""

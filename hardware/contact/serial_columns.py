@@ -200,7 +200,7 @@ class SerialColumns(ContactSource):
         self._tared = True
 
     def _read(self, line: SerialLine) -> None:
-        """Read lines until told to stop; leave the first fault for `take`."""
+        """Read lines until stopped; leave the first fault for `take`."""
         buffer = b""
         while not self._stop.is_set():
             try:

@@ -17,7 +17,7 @@ The film carries part of the finger's load, and friction acts on the rest. If th
 that the finger levitates, there is no friction.
 
 A reading depends on the seed, the finger and the time, but not on the number of queries: an
-interrupted and resumed pilot measures the same values as an undisturbed one.
+interrupted and resumed pilot measures the same values as an uninterrupted one.
 """
 
 from __future__ import annotations

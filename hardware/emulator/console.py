@@ -41,7 +41,7 @@ ACTS: dict[str, Callable[[Emulator], None]] = {
 
 
 def run(emulator: Emulator) -> None:
-    """Print the port, then emulate the board until told to end."""
+    """Print the port, then emulate the board until stopped."""
     print(emulator.port, flush=True)
     control: int | None = sys.stdin.fileno()
     buffer = b""

@@ -1,7 +1,7 @@
 """The physical twin: a simulated plate with its drive, temperature and vibrometer.
 
 Its behaviour depends on seed, drive and time, but not on the number of queries: a session that was
-interrupted and resumed reads the same values as an undisturbed one.
+interrupted and resumed reads the same values as an uninterrupted one.
 """
 
 from __future__ import annotations

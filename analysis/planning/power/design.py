@@ -41,7 +41,7 @@ class Design:
     declared : bool
         Whether participants state the maximum of their scale.
     choices : AnalysisChoices
-        The study's choices.
+        The study's analysis choices.
     population : Population
     alpha : float
     """

@@ -111,7 +111,7 @@ def simulate_steps(
 def _catch_marks(
     task: StepTask, shape: tuple[int, int], rng: np.random.Generator
 ) -> NDArray[np.bool_]:
-    """Return which steps of a series are catch steps; all positions are equally likely."""
+    """Return which steps in a series are catch steps; all positions are equally likely."""
     marks = np.array([False] * (len(task.descent_um_pp) - 1) + [True] * task.catch_steps)
     return rng.permuted(np.broadcast_to(marks, (*shape, len(marks))), axis=2)
 

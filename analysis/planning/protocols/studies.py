@@ -49,7 +49,7 @@ class ProtocolStudy:
     Parameters
     ----------
     name : str
-        The file, or the shipped study's name.
+        Path of the file, or name of the shipped study.
     text : str
         Text of the study file, with the number of trials set.
     place : int

@@ -89,7 +89,7 @@ class SerialBoard(PlateDriver):
     plate_file : PlateFile
         Stored with the data.
     attention_s : float
-        The heartbeat stops after this time without a command or `check`; 0 keeps it up forever.
+        The heartbeat stops after this time without a command or `check`; 0: never.
     """
 
     name = "serial"
@@ -235,7 +235,7 @@ class SerialBoard(PlateDriver):
         self._line = self._link = self._heart = None
 
     def _beat(self, link: BoardLink) -> None:
-        """Query the status until told to stop; leave the first fault for `check`."""
+        """Query the status until stopped; leave the first fault for `check`."""
         watched, reached_s = None, 0.0
         while not self._stop_heart.wait(HEARTBEAT_S):
             now_s = self._machine.now()

@@ -2,8 +2,8 @@
 
 The amplitude requires a sufficiently long half wave (equation 37). The squeeze number requires a
 sufficiently high frequency, and thus a sufficiently short half wave. Candidates in between are
-worth solving by finite elements, which decide (`verdict`). A plate with n ceramics in a row is
-driven in its free-free mode with n + 1 nodal lines.
+worth solving with finite elements, which decide whether they are admissible (`verdict`). A plate
+with n ceramics in a row is driven in its free-free mode with n + 1 nodal lines.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ class Candidate:
     frequency_hz : float
         Resonance of Timoshenko's beam in plane strain at that half wave.
     amplitude_um_peak : float
-        Deflection at resonance from equation (37). Finite elements give two thirds of it at the
-        plate's edge and less than half in its middle, see `verdict`.
+        Deflection at resonance from equation (37). The finite-element model gives two thirds of it
+        at the plate's edge and less than half in its middle, see `verdict`.
     squeeze_number : float
         At that frequency, for the worst case of the brief.
     beam_admissible : bool
@@ -104,7 +104,7 @@ class Design:
 
     @property
     def beam_admissible(self) -> tuple[Candidate, ...]:
-        """The plates that are worth solving by finite elements."""
+        """The plates that are worth solving with finite elements."""
         return tuple(plate for plate in self.candidates if plate.beam_admissible)
 
 

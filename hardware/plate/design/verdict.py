@@ -1,4 +1,4 @@
-"""Check by finite elements whether a plate meets its requirements at the finger's position.
+"""Check with finite elements whether a plate meets its requirements at the finger's position.
 
 The beam of equation (37) bends uniformly over its width and therefore overestimates the amplitude:
 the paper's plate reaches two thirds of that value at its edge and less than half in its middle.
@@ -34,7 +34,7 @@ CONVERGED = 0.04  # of the amplitude, from one mesh to the next
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Solution:
-    """A plate's driven mode by finite elements, with shorted electrodes and the ceramic's Q.
+    """A plate's driven mode from finite elements, with shorted electrodes and the ceramic's Q.
 
     Parameters
     ----------
