@@ -121,8 +121,8 @@ class GuardedOutput(ABC):
         """Update the state of the output around a command, according to this module's rules."""
         if not self._opened or self.output is Output.UNREACHABLE:
             raise ConnectionLost(
-                f"plate '{self.name}': it is not connected, or did not confirm that it is "
-                "off; nothing is presented until it is reconnected"
+                f"plate '{self.name}': it is not connected, or did not confirm that it is off; "
+                "nothing can be presented until it is reconnected"
             )
         with self._silent_on_fault():
             self._on_time.command(self.clock.now(), vibrates=vibrates)

@@ -189,7 +189,7 @@ def part_of(text: str | None, cache: Path | None) -> Part:
         return Part()
     found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text)
     if not found or not 1 <= int(found[1]) <= int(found[2]):
-        raise UserError(f"--shard {text}: expected K/N, K from 1 to N, as 3/20")
+        raise UserError(f"--shard {text}: expected K/N with K from 1 to N, such as 3/20")
     if cache is None:
         raise UserError(f"--shard {text}: expected --cache, with one folder that all parts share")
     return Part(number=int(found[1]), of=int(found[2]))
@@ -206,7 +206,7 @@ def assurance_of(text: str | None) -> Assurance | None:
     except ValueError:
         mean = sd = math.nan
     if not (math.isfinite(mean) and math.isfinite(sd) and mean >= 0 and sd > 0):
-        raise UserError(f"--assurance {text}: expected a mean and a positive SD, as 1,0.4")
+        raise UserError(f"--assurance {text}: expected a mean and a positive SD, such as 1,0.4")
     return Assurance(mean=mean, sd=sd)
 
 

@@ -76,12 +76,7 @@ def beyond_tops(data: Dataset) -> list[str]:
 def nothing(data: Dataset, kinds: Sequence[TaskTrials]) -> str:
     """Return the reason why there is nothing to analyse."""
     rows = sum(data.counts.get(f"{kind.counted}_rows", 0) for kind in kinds)
-    parts = [
-        f"{data.counts[key]} {words}"
-        for kind in kinds
-        for key, words in kind.left_out.items()
-        if data.counts.get(key)
-    ]
+    parts = [part for kind in kinds for part in kind.counted_left_out(data.counts)]
     why = f" ({rows} rows read: {', '.join(parts)})" if parts else f" ({rows} rows read)"
     first = f". {data.problems[0]}" if data.problems else ""
     if data.others and not rows:

@@ -195,5 +195,5 @@ def _of_zip(path: Path) -> dict[str, bytes]:
 def _refuse_large(path: Path, name: str, size_bytes: int) -> None:
     if size_bytes > LARGEST_BYTES:
         raise UserError(
-            f"--plan {path}: {name} has {size_bytes} bytes, too many for a file in a plan"
+            f"--plan {path}: {name} is too large for a file in a plan ({size_bytes} bytes)"
         )

@@ -81,6 +81,14 @@ class TaskTrials:
             f"{self.counted}_unanswered": f"trials of {self.title} without a usable answer",
         }
 
+    def counted_left_out(self, counts: Mapping[str, int]) -> list[str]:
+        """Return how many rows were not analysed, and why: "1 practice trial"."""
+        return [
+            f"{n} {why if n != 1 else why.replace('trials', 'trial', 1)}"
+            for name, why in self.left_out.items()
+            if (n := counts.get(name, 0))
+        ]
+
 
 #: Label of a part of a file name -> the column that it fills.
 IDENTITY_OF = {"sub": PARTICIPANT, "ses": "session", "task": "task", "run": "run"}

@@ -58,8 +58,8 @@ def sidecars(
             versions = dict(own.get(VERSIONS) or {})
         except (ValueError, TypeError, AttributeError, RecursionError) as error:
             raise UserError(
-                f"{path}: not a sidecar; expected a JSON object, its Slipscale and software "
-                f"objects too ({error})"
+                f"{path}: not a sidecar; expected a JSON object that contains Slipscale and "
+                f"software objects ({error})"
             ) from error
         if mode := own.get(WHOSE):
             modes.append((str(mode), path))
@@ -92,8 +92,8 @@ def refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:
             f"'{mode}' in {path.relative_to(folder)}" for mode, path in sorted(first.items())
         )
         raise UserError(
-            f"{folder}: records of a pilot and of participants are mixed ({examples}); "
-            "expected one kind: move the pilot's files to a separate folder"
+            f"{folder}: pilot and participant records are mixed ({examples}); expected only one "
+            "kind: move the pilot's files to a separate folder"
         )
 
 

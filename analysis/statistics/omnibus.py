@@ -199,7 +199,8 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
     values = table.to_numpy(float)
     if _is_constant(values):
         return NotComputed(
-            f"no variance remains after participants' and {data.quantity.levels}' means"
+            "no variance remains after removing the means of participants and "
+            f"{data.quantity.levels}"
         )
     df1 = values.shape[1] - 1
     df2 = df1 * (len(values) - 1)

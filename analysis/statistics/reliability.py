@@ -92,7 +92,8 @@ def reliability(data: Prepared) -> Reliability | NotComputed:
     counts = cells.size().unstack(fill_value=0)  # noqa: PD010 - a Series has no pivot_table
     if not len(counts) or counts.to_numpy().max() < 2:  # noqa: PLR2004
         return NotComputed(
-            f"no repetitions: reliability needs two estimates of a {data.quantity.stimulus} or more"
+            "there are no repetitions, and reliability requires at least two estimates per "
+            f"{data.quantity.stimulus}"
         )
     n, k = counts.shape
     if n < FEWEST:

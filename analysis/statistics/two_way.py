@@ -84,7 +84,9 @@ def two_way(
         return NotComputed(few(f"participants with {cells}", len(whole)))
     residuals = whole.to_numpy(float) - whole.to_numpy(float).mean(axis=0)
     if np.abs(residuals - residuals.mean(axis=1, keepdims=True)).max() <= TINY:
-        return NotComputed("no variance remains after participants' and conditions' means")
+        return NotComputed(
+            "no variance remains after removing the means of participants and conditions"
+        )
     import pingouin  # noqa: PLC0415 - a second's import
 
     n = len(whole)

@@ -15,7 +15,7 @@ from itertools import chain
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """A kind of place on a screen.
+    """A type of position for a text on a screen.
 
     Parameters
     ----------

@@ -57,8 +57,8 @@ def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]
         return
     if now < then:
         yield (
-            f"this computer's date, {now:%Y-%m-%d %H:%M} UTC, is before the beginning of "
-            f"{last.stem}, {then:%Y-%m-%d %H:%M} UTC: set the clock"
+            f"this computer's date, {now:%Y-%m-%d %H:%M} UTC, is before the start of {last.stem}, "
+            f"{then:%Y-%m-%d %H:%M} UTC: set the clock"
         )
 
 

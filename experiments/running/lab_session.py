@@ -326,8 +326,8 @@ def _tracking(
         return None
     if not plate.tracks:
         raise UserError(
-            f"track_resonance: backend '{plate.name}' tracks its resonance itself; remove the "
-            "key from the study file"
+            f"track_resonance: backend '{plate.name}' follows its resonance automatically; remove "
+            "the key from the study file"
         )
     vibrometer = stack.enter_context(open_vibrometer(wanted.track_resonance, clock))
     return ResonanceTracking(plate, vibrometer, wanted.track_every_s)

@@ -74,8 +74,8 @@ def stated(backend: str, options: Mapping[str, Any], plate: addresses.Plate) -> 
     quantity = plate.limits.quantity
     if plate.calibration is not None or quantity.in_um_pp:
         raise UserError(
-            f"plate '{backend}': frequency and per_volt are for a plate file in another quantity "
-            "than µm; a plate in µm has them in its calibration"
+            f"plate '{backend}': frequency and per_volt are only for a plate file in a quantity "
+            "other than µm; a plate in µm has them in its calibration"
         )
     in_volts = quantity.unit == VOLTS
     if "frequency" not in options or ("per_volt" in options) == in_volts:

@@ -11,7 +11,7 @@ SPEC: ``scpi:RESOURCE,option=value,...`` where RESOURCE is a VISA resource
                   gain and channel
 ``channel``       the generator's channel, 1 or 2 (1)
 ``dialect``       the make, see `generator_dialects` (default: from ``*IDN?``)
-``frequency``     of the sine, Hz: for a plate file in another quantity than µm, in
+``frequency``     of the sine, Hz: for a plate file in a quantity other than µm, in
                   place of a calibration
 ``per_volt``      the level per V peak at the plate, your own measurement at that
                   frequency; not for a plate in volts
@@ -86,7 +86,7 @@ class FunctionGenerator(PlateDriver):
     dialect : Dialect
         The generator's make; default: identified with ``*IDN?``.
     drive : DriveOfLevel
-        For a plate in another quantity than µm; default: the calibration's.
+        For a plate in a quantity other than µm; default: the calibration's.
 
     Raises
     ------

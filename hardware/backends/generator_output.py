@@ -83,12 +83,12 @@ class GeneratorOutput:
         resource = self.line.resource
         fields = self.line.ask("*IDN?").split(",")
         if len(fields) != len(PlateIdentity.__slots__):
-            raise WrongDevice(f"{resource}: '{','.join(fields)}' answers, which is not a generator")
+            raise WrongDevice(f"{resource}: the device '{','.join(fields)}' is not a generator")
         found = self._chosen or dialect_of(fields[0], fields[1])
         if found is None:
             raise WrongDevice(
-                f"{resource}: '{fields[0]} {fields[1]}' answers, an unknown make; use "
-                f"dialect=... with one of: {', '.join(DIALECTS)}"
+                f"{resource}: '{fields[0]} {fields[1]}' is an unknown make; use dialect=... with "
+                f"one of: {', '.join(DIALECTS)}"
             )
         self.dialect, self.range = found, found.range_of(fields[1])
         self._may_be_on = True

@@ -108,7 +108,7 @@ class Disk:
         self.kept = length
 
     def revive(self) -> None:
-        """Begin the next life, without a fault unless the process is to die repeatedly."""
+        """Start the next process; it has no fault unless it is to be killed repeatedly."""
         self.dead = False
         dies = self.fault == AGAIN and self.kills < LIVES
         self.at = self.writes + self._random.randrange(LIFE) if dies else -1

@@ -175,16 +175,16 @@ def _counted(analysis: Analysis) -> list[str]:
     counts, words, texts = analysis.dataset.counts, analysis.dataset.quantity.yes_no, []
     for trials in (kind.trials for kind in analysis.kinds if kind.trials):
         if read := counts.get(f"{trials.counted}_rows"):
-            listed = ", ".join(
-                f"{counts[name]} {why}" for name, why in trials.left_out.items() if counts.get(name)
-            )
+            listed = ", ".join(trials.counted_left_out(counts))
             title = words.task if trials is DIFFERENCES else trials.title
             texts.append(
                 f"{capitalised(title)}: {grouped(read, 0)} rows were read; "
                 + (f"not analysed: {listed}." if listed else "all were analysed.")
             )
     if again := counts.get("faulty"):
-        texts.append(f"Estimates presented again after a fault or a pause: {again}.")
+        texts.append(
+            f"Trials in which a surface was presented again after a fault or a pause: {again}."
+        )
     return texts
 
 

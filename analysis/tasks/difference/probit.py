@@ -104,7 +104,7 @@ def d_primes(
     people = int(who.max()) + 1 if len(who) else 0
     if 0.0 not in kinds:
         return NotComputed(
-            "no catch steps: 'yes' cannot be distinguished from a readiness to say yes"
+            "no catch steps: sensitivity cannot be separated from a tendency to say yes"
         )
     if people < FEWEST:
         return NotComputed(few("participants", people))

@@ -60,8 +60,8 @@ TRIALS = TaskTrials(
     divide=divide,
     empty=empty_differences,
     reasons={
-        "difference_practice": "practice",
-        "difference_voided": "voided",
-        "difference_unanswered": "without a usable answer",
+        "difference_practice": "practice trials",
+        "difference_voided": "voided trials",
+        "difference_unanswered": "trials without a usable answer",
     },
 )

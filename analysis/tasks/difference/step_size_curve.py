@@ -162,18 +162,21 @@ def separated(
 ) -> str | None:
     """Return the reason why no finite slope exists, or None.
 
-    >>> separated(np.array([0, 1.0, 2]), np.array([0, 1.0, 1]))[:19]
-    'complete separation'
+    >>> separated(np.array([0, 1.0, 2]), np.array([0, 1.0, 1]))[:25]
+    'the size of the step sepa'
     """
     yes, no = removed[felt == 1], removed[felt == 0]
     if not len(yes) or not len(no):
         return f"every answer is {'yes' if len(yes) else 'no'}, so no curve can be fitted"
     if np.ptp(removed) == 0:
-        return f"one {'size of step' if quantity.stepped else 'level'}: a curve needs two"
+        return (
+            f"there is only one {'size of step' if quantity.stepped else 'level'}, and a curve "
+            "needs two"
+        )
     if no.max() <= yes.min() or yes.max() <= no.min():
         return (
-            f"complete separation: {quantity.yes_no.size} separates every yes from every no, "
-            "so the most likely curve is a jump without a finite slope"
+            f"{quantity.yes_no.size} separates every yes from every no (complete separation), so "
+            "the most likely curve is a jump without a finite slope"
         )
     return None
 

@@ -299,7 +299,7 @@ def signal_detection(
     """Return d' and c, pooled and for each participant with both kinds of step."""
     if not len(catches):
         return NotComputed(
-            f"no {quantity.yes_no.catch[1]}: “{quantity.yes}” cannot be separated from a readiness "
+            f"no {quantity.yes_no.catch[1]}: “{quantity.yes}” cannot be separated from a tendency "
             "to say it"
         )
     if not len(changes):
@@ -385,7 +385,7 @@ def _mean_of_own(
     fewest = min((min(each.changes, each.catches) for each in own.values()), default=0)
     if fewest < TRIALS_FOR_OWN:
         return NotComputed(
-            f"with {fewest} {quantity.yes_no.trials[1]} of a kind, the correction for counts of 0 "
+            f"with {fewest} {quantity.yes_no.trials[1]} per kind, the correction for counts of 0 "
             f"shrinks individual d' values towards 0 (at least {TRIALS_FOR_OWN} are needed)"
         )
     return mean_over_participants(np.array([each.d_prime for each in own.values()]), confidence)

@@ -145,8 +145,8 @@ def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
         data.zero_sentence: data.refused,
         few("participants", n): n < FEWEST,
         few(f"{data.quantity.levels} above 0", frame["lx"].nunique(), 2): frame["lx"].nunique() < 2,  # noqa: PLR2004
-        f"{n} participants: supported up to {AT_MOST}; with more, the t interval of participants' "
-        "exponents (power_law) is the same estimate": n > AT_MOST,
+        f"{n} participants: at most {AT_MOST} are supported; with more, the t interval for "
+        "participants' exponents (power_law) gives the same estimate": n > AT_MOST,
         f"at most two estimates above {data.quantity.value(0)} per participant: no residual "
         "is left": len(frame) <= 2 * n,
         "every participant's estimates are all the same": len(frame) > 0

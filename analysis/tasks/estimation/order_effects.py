@@ -157,7 +157,8 @@ def _slope(products: Array, place: int, data: Prepared) -> MeanOverParticipants 
     )
     if not left > IDENTIFIABLE * max(own, np.finfo(float).tiny):
         return NotComputed(
-            f"not identifiable: confounded with the {data.quantity.name} in everybody's order"
+            f"not identifiable: confounded with the {data.quantity.name} in every participant's "
+            "order"
         )
 
     def solve(sums: Array) -> Array:

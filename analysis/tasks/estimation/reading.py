@@ -101,9 +101,9 @@ TRIALS = TaskTrials(
     divide=divide,
     empty=empty_estimates,
     reasons={
-        "practice": "practice",
-        "voided": "voided",
-        "textures": "of textures, which are described on the scale of plain surfaces",
-        "unanswered": "without a usable answer",
+        "practice": "practice trials",
+        "voided": "voided trials",
+        "textures": "trials of textures, which are described on the scale of plain surfaces",
+        "unanswered": "trials without a usable answer",
     },
 )

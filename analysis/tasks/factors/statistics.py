@@ -220,7 +220,7 @@ def _mixed(
     n, levels = frame["who"].nunique(), frame["lx"].nunique()
     reasons = {
         few("participants", n): n < FEWEST,
-        f"{n} participants: fitted up to {AT_MOST}": n > AT_MOST,
+        f"{n} participants: at most {AT_MOST} can be fitted": n > AT_MOST,
         few(f"{prepared.quantity.levels} above 0", levels, 2): levels < 2,  # noqa: PLR2004
         "too few trials per participant: no residual is left": len(frame) <= 2 * len(labels) * n,
     }

@@ -101,7 +101,7 @@ def membership(data: Dataset) -> pd.Series[str] | NotComputed:
         )
     column = asked or DEFAULT_COLUMN
     if column not in columns:
-        return NotComputed("the participants are not in groups")
+        return NotComputed("no groups are defined")
     named = about.dropna(subset=[column]).drop_duplicates(PARTICIPANT)
     values = [f"{one:g}" if isinstance(one, float) else str(one) for one in named[column]]
     return pd.Series(values, index=named[PARTICIPANT].astype(str), name=column)
@@ -174,7 +174,9 @@ def _mixed_anova(
         return NotComputed(few(data.quantity.levels, k, 2))
     residuals = table.to_numpy(float) - table.groupby(level=0).transform("mean").to_numpy(float)
     if np.abs(residuals - residuals.mean(axis=1, keepdims=True)).max() <= TINY:
-        return NotComputed("no variance remains after participants' and groups' means")
+        return NotComputed(
+            "no variance remains after removing the means of participants and groups"
+        )
     long = pd.DataFrame(
         {
             "who": np.repeat(np.arange(n), k),

@@ -131,8 +131,8 @@ def _blocks(
         html.table(
             html.columns("Feedback", *HEADS, left=1),
             rows,
-            f"Means over participants with {level:g} % intervals. Errors: share of selections "
-            "that missed the target.",
+            f"Means across participants with {level:g} % intervals. Errors: proportion of "
+            "selections that missed the target.",
         ),
     ]
 

@@ -45,8 +45,8 @@ def analysis(own):
         tables.append(last.reset_index().assign(task=task))
         numbers[task] = {"mean_um_pp": float(last.mean()), "participants": len(last)}
         sentences.append(
-            f"The last {LAST} differences of {task} were {last.mean():.2f} µm (peak to peak) in "
-            f"the mean of {len(last)} participant(s)."
+            f"The mean of the last {LAST} differences in {task} was {last.mean():.2f} µm (peak to "
+            f"peak, {len(last)} participants)."
         )
     return OwnResult(
         sentences=tuple(sentences),

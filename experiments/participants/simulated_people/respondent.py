@@ -92,7 +92,7 @@ def unanswered(protocol: str, name: str) -> str:
     """Return the error message for a question that no simulated participant answers."""
     return (
         f"{protocol}: no simulated participant can answer '{name}', so the study cannot be "
-        "piloted; expected the protocol's 'simulated' to name who answers"
+        "piloted; expected an answer for it in the protocol's 'simulated'"
     )
 
 

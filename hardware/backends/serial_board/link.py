@@ -100,7 +100,7 @@ class BoardLink:
                 foreign += self._foreign if started else 0
                 if foreign >= FOREIGN_LINES:
                     raise WrongDevice(
-                        f"{self._line.port}: the device there does not speak the plate's protocol"
+                        f"{self._line.port}: the device does not use the plate's protocol"
                     ) from fault
                 if self._clock.now() - begun_s > GREETING_S:
                     raise
@@ -160,7 +160,7 @@ class BoardLink:
         if self._boot is None:
             self._boot = reply.boot
         if reply.boot != self._boot:
-            raise ConnectionLost(f"{self._line.port}: the board restarted, its output is off")
+            raise ConnectionLost(f"{self._line.port}: the board restarted, so its output is off")
         if reply.code != wire.OK:
             fault = REFUSALS.get(reply.code, PlateRefused)
             raise fault(f"the board refused '{body}': {reply.value} ({reply.code})")

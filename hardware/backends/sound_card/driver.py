@@ -12,7 +12,7 @@ SPEC: ``sound:DEVICE,option=value,...`` where DEVICE is a number or a part of a 
 ``channel``       1 (left, the default) or 2; the other is silent
 ``attention``     seconds (5); if a session neither commands nor checks for this
                   long, it is assumed to hang and the carrier stops; 0: never
-``frequency``     of the sine, Hz: for a plate file in another quantity than µm, in
+``frequency``     of the sine, Hz: for a plate file in a quantity other than µm, in
                   place of a calibration
 ``per_volt``      the level per V peak at the plate, your own measurement at that
                   frequency; not for a plate in volts
@@ -104,7 +104,7 @@ class SoundCard(PlateDriver):
     attention_s : float
         The carrier stops after this time without a command or `check`; 0: never.
     drive : DriveOfLevel
-        For a plate in another quantity than µm; default: the calibration's.
+        For a plate in a quantity other than µm; default: the calibration's.
 
     Raises
     ------

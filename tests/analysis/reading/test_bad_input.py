@@ -192,8 +192,11 @@ def test_only_rules_that_the_data_allow_are_offered(table_by_hand):
     "rows,words",
     [
         ("", r"nothing to analyse \(0 rows read\)"),
-        ("a,0,,main,\nb,0,NA,main,\n", r"\(2 rows read: 2 without a usable answer\)"),
-        ("a,0,5,practice,\nb,0,5,main,x\n", r"\(2 rows read: 1 practice, 1 of textures"),
+        ("a,0,,main,\nb,0,NA,main,\n", r"\(2 rows read: 2 trials without a usable answer\)"),
+        (
+            "a,0,5,practice,\nb,0,5,main,x\n",
+            r"\(2 rows read: 1 practice trial, 1 trial of textures",
+        ),
     ],
 )
 def test_where_nothing_is_left_to_analyse_it_is_said_why(table_by_hand, rows, words):

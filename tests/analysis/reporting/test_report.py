@@ -57,8 +57,8 @@ def test_a_study_of_differences_alone_does_not_speak_of_estimates(dataset, page)
         path.unlink()
     text = page(analyse(folder))
     assert (
-        "The descending difference: 14 rows were read; not analysed: 1 voided, 1 without a "
-        "usable answer." in text
+        "The descending difference: 14 rows were read; not analysed: 1 voided trial, 1 trial "
+        "without a usable answer." in text
     )
     assert "Magnitude estimation: " not in text
     assert "normalised, averaged" not in text

@@ -117,7 +117,7 @@ def test_the_page_is_followed_from_validate_to_analyse(package, slipscale):
     assert '"kind":"end"' not in journal.read_text()
     said = slipscale(COMMANDS, f"resume {journal}", "data build killed", "analyse killed")
     assert tables(package / "killed") == whole
-    assert "Shrinking differences: The last 4 differences of coarse were" in said
+    assert "Shrinking differences: The mean of the last 4 differences in coarse was" in said
     out = package / "killed/derivatives/slipscale"
     own = json.loads((out / "inference.json").read_text())["own_last_differences"]
     assert set(own["numbers"]) == {"coarse", "fine"}

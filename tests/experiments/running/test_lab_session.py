@@ -445,7 +445,7 @@ def tracking_of(tmp_path, plate, port="COM3", spec="vibrometer:"):
 def test_a_simulated_plate_needs_no_tracking_and_one_that_follows_by_itself_refuses_it(tmp_path):
     assert tracking_of(tmp_path, SimpleNamespace(simulated=True, tracks=False)) is None
     board = SimpleNamespace(simulated=False, tracks=False, name="serial")
-    with pytest.raises(UserError, match="backend 'serial' tracks its resonance itself"):
+    with pytest.raises(UserError, match="backend 'serial' follows its resonance automatically"):
         tracking_of(tmp_path, board)
 
 

@@ -94,7 +94,7 @@ def test_a_sound_card_makes_volts_peak_to_peak():
         ({"per_volt": 2.0}, {"quantity": ACCELERATION}, "frequency=HZ,per_volt=LEVEL"),
         ({"frequency": 125.0}, {"quantity": ACCELERATION}, "frequency=HZ,per_volt=LEVEL"),
         ({"frequency": 5.0}, {}, "plate 'scpi': drive frequency 5"),
-        ({"frequency": 125.0}, {"quantity": PlateLimits().quantity}, "in another quantity than µm"),
+        ({"frequency": 125.0}, {"quantity": PlateLimits().quantity}, "in a quantity other than µm"),
     ],
 )
 def test_a_drive_that_does_not_fit_the_plate_is_refused(options, changes, said):

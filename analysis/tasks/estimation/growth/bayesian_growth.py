@@ -159,7 +159,7 @@ def _trials(data: Prepared) -> Trials | NotComputed:
     reasons = {
         few("participants", len(names)): len(names) < FEWEST,
         few(f"{data.quantity.levels} above 0", len(np.unique(log_x)), 2): len(np.unique(log_x)) < 2,  # noqa: PLR2004
-        f"{len(names)} participants: supported up to {AT_MOST}": len(names) > AT_MOST,
+        f"{len(names)} participants: at most {AT_MOST} are supported": len(names) > AT_MOST,
         f"at most two estimates above {data.quantity.value(0)} per participant: no residual is "
         "left": len(rows) <= 2 * len(names),
     }

@@ -158,8 +158,8 @@ def against_friction(logs: pd.DataFrame, confidence: float = 0.95) -> FrictionGr
     reductions = np.array([predicted_reduction(float(a)) for a in amplitudes if sensible])
     if not sensible or (reductions > 1).any():
         return NotComputed(
-            f"amplitudes up to {amplitudes.max():g} µm are beyond the film's model: it would "
-            f"predict an impossible reduction of friction, above 1"
+            f"amplitudes up to {amplitudes.max():g} µm are beyond the film model, which would "
+            "predict a friction reduction above 1"
         )
     above = reductions > NO_REDUCTION
     if len(np.unique(reductions[above])) < above.sum():
