@@ -89,5 +89,5 @@ def _subject(analysis: Analysis) -> str:
     if analysis.prepared is not None:
         parts.append(f"normalised by {analysis.rule}")
     if analysis.problems:
-        parts.append(f"{len(analysis.problems)} remarks (.problems)")
+        parts.append(f"{len(analysis.problems)} notes (.problems)")
     return ", ".join(parts)

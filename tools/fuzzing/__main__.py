@@ -169,7 +169,7 @@ def show(name: str, number: int) -> None:
 
 
 def main(words: list[str] | None = None) -> int:
-    """Run the campaign; return 1 if there are finds."""
+    """Run the campaign; return 1 if there are findings."""
     parser = argparse.ArgumentParser(prog="fuzzing", description="texts of any content")
     parser.add_argument("--texts", type=int, default=10_000, help="of each kind (default: 10000)")
     parser.add_argument("--kind", action="append", choices=KINDS, help="this one (default: all)")

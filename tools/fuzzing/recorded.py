@@ -1,4 +1,4 @@
-"""Short recorded runs of every protocol, from which journals and data sets are changed."""
+"""Short recorded runs of every protocol, whose journals and data sets are then altered."""
 
 from __future__ import annotations
 

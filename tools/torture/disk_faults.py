@@ -1,4 +1,4 @@
-"""A file layer below the journal that fails as disks and dying processes do.
+"""A file layer below the journal that fails like faulty disks and killed processes.
 
 Here a kill is an exception that nothing catches, after which nothing that the session does reaches
 the disk. This is fast, so every record can be a place to kill at. For real kills, see

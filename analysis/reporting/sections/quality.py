@@ -175,7 +175,7 @@ def _counted(analysis: Analysis) -> list[str]:
     counts, words, texts = analysis.dataset.counts, analysis.dataset.quantity.yes_no, []
     for trials in (kind.trials for kind in analysis.kinds if kind.trials):
         if read := counts.get(f"{trials.counted}_rows"):
-            listed = ", ".join(trials.counted_left_out(counts))
+            listed = ", ".join(trials.counted_left_out(counts)).replace(f" of {trials.title}", "")
             title = words.task if trials is DIFFERENCES else trials.title
             texts.append(
                 f"{capitalised(title)}: {grouped(read, 0)} rows were read; "

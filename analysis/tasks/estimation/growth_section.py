@@ -64,7 +64,7 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     own = found.individual
     if own:
         best = ", ".join(
-            f"{apa.MODEL_NAMES[name]} {count}" for name, count in own.best.items() if count
+            f"{apa.MODEL_NAMES[name]} ({count})" for name, count in own.best.items() if count
         )
         section.blocks.append(
             html.paragraph(
