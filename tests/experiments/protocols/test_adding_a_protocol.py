@@ -126,4 +126,4 @@ def test_the_page_is_followed_from_validate_to_analyse(package, slipscale):
     )
     assert (out / "own_last_differences.svg").exists()
     assert len((out / "own_last_differences.csv").read_text().splitlines()) == 1 + 2
-    assert "of the package slipscale-roughness 1.0" in (out / "report.html").read_text()
+    assert "in the package slipscale-roughness 1.0" in (out / "report.html").read_text()
