@@ -79,8 +79,8 @@ def _participants(plan: Manifest, people: str) -> html.ReportSection:
         html.paragraph(f"{plan.participants} participants; {visits} of {runs} each."),
         html.labelled("Stopping rule", plan.stopping_rule),
         html.paragraph(
-            f"The plan was made with simulated people like population “{people}”; all its "
-            "numbers are in population.json.",
+            f"The plan was made with simulated people from the population “{people}”; "
+            "population.json contains its parameters.",
             "note",
         ),
     ]
@@ -134,7 +134,7 @@ def _power(plan: Manifest, contents: Mapping[str, bytes]) -> list[html.ReportSec
         ]
         for each in told.get("conditions", [])
     ]
-    titles = ("Participants", "Ratings of each surface", "Effect", "Power of the weakest")
+    titles = ("Participants", "Ratings per surface", "Effect", "Power of the weakest")
     columns = html.columns(*titles)
     section.blocks += [html.paragraph(each) for each in _remarks(told, plan.participants)]
     section.blocks.append(
@@ -191,7 +191,7 @@ def _provenance(plan: Manifest) -> html.ReportSection:
         html.table(
             two,
             software,
-            ("Packages that take part in the analysis; for all packages, see packages.txt."),
+            "Packages used in the analysis; packages.txt lists all installed packages.",
         ),
         html.table(three, listed, "Every file except this page and manifest.json."),
         html.paragraph(NOT_PROVED, "note"),

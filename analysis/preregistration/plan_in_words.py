@@ -114,7 +114,11 @@ def _families(analysis: Analysis) -> list[Markup]:
     columns = [html.TableColumn(title=title, left=title != "Tests") for title in titles]
     level = f"{found.level:g}"
     return [
-        html.table(columns, rows, (f"Tests that are judged by their p values, each at {level}."))
+        html.table(
+            columns,
+            rows,
+            f"Tests with a p-value, each judged at a significance level of {level}.",
+        )
     ]
 
 
@@ -129,7 +133,7 @@ def _choices(choices: AnalysisChoices) -> Markup:
         (f"thresholds.{key}", _value(value), _whose(key, of_flags)) for key, value in inner.items()
     ]
     columns = html.columns("Choice", "Value", "Set by", left=3)
-    return html.table(columns, rows, "Every choice of the study's [analysis] table.")
+    return html.table(columns, rows, "All settings in the study's [analysis] table.")
 
 
 def _whose(key: str, set_in_file: set[str]) -> str:

@@ -50,18 +50,17 @@ def sentence(one: ExponentAndWeber, confidence: float, quantity: Quantity) -> st
         f"{people} both: exponent {one.exponent.value:.2f}, {level} CI "
         f"{bracketed(one.exponent.interval)}; Weber fraction at "
         f"{quantity.value(one.standard_um_pp)} ({one.task}) {weber}. By Ekman's law with "
-        f"{unit_number(EKMAN, 2)} (Teghtsoonian, 1971) that Weber fraction goes with an "
-        f"exponent of {expected.value:.2f}, CI "
-        f"{bracketed(expected.interval)}. Here a just noticeable difference is "
-        f"{unit_number(one.ekman_fraction.value, 3)} of the sensation, CI "
+        f"{unit_number(EKMAN, 2)} (Teghtsoonian, 1971) this Weber fraction corresponds to an "
+        f"exponent of {expected.value:.2f}, CI {bracketed(expected.interval)}. Here a just "
+        f"noticeable difference is {unit_number(one.ekman_fraction.value, 3)} of the sensation, CI "
         f"{_bracketed(one.ekman_fraction)} (published: {unit_number(low, 3)} to "
         f"{unit_number(high, 3)}). The exponent {VERDICTS[one.verdict]}."
     )
     if one.grows:
         return text
     return (
-        f"{text} Its interval contains 0, so an increase of sensation with the "
-        f"{quantity.level} is not shown."
+        f"{text} Its interval contains 0, so the data do not show that sensation increases with "
+        f"the {quantity.level}."
     )
 
 

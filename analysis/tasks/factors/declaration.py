@@ -123,9 +123,9 @@ def _changes(found: FactorEffects, level: str) -> Markup:
             ]
             for each in found.changes
         ],
-        "Participants' own changes from the first condition (t-based interval), and the mixed "
-        "model of all trials, whose ratio is at the mean logarithmic level. The model assumes that "
-        "exponents change equally for everybody: if they do not, its intervals are too short.",
+        "Mean changes from the first condition across participants (t-based interval), and a mixed "
+        "model of all trials, whose ratio applies at the mean logarithmic level. The model assumes "
+        "that exponents change equally for everybody; if they do not, its intervals are too short.",
     )
 
 

@@ -64,14 +64,14 @@ def measured_friction(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSect
                 ]
                 for line in found.participants
             ],
-            "Participants' lines: logarithm of the estimate against the coefficient of "
+            "Individual regression lines: logarithm of the estimate against the coefficient of "
             "friction. Intervals assume independent trials within each participant.",
         )
     )
     if found.left_out:
         names = ", ".join(found.left_out)
         section.blocks.append(
-            html.paragraph(f"No line (too few trials, or no spread): {names}.", "note")
+            html.paragraph(f"No regression line (too few trials, or no spread): {names}.", "note")
         )
     return section
 
@@ -89,10 +89,10 @@ def _slope(found: MeanOverParticipants) -> str:
     low, high = found.interval
     less = [math.exp(-LESS_FRICTION * bound) for bound in (found.mean, high, low)]
     return (
-        f"The logarithm of the estimate changed by {number(found.mean)} for a measured coefficient "
-        f"of friction larger by 1 (mean of {found.df + 1} participants' slopes, "
+        f"The logarithm of the estimate changed by {number(found.mean)} per unit increase in the "
+        f"measured coefficient of friction (mean of {found.df + 1} participants' slopes, "
         f"{found.interval.confidence:.0%} CI {_interval(found.interval)}, t({found.df}) = "
-        f"{number(found.t)}): friction lower by {LESS_FRICTION:g} multiplied the estimate by "
+        f"{number(found.t)}): reducing friction by {LESS_FRICTION:g} multiplied the estimate by "
         f"{number(less[0])} [{number(less[1])}, {number(less[2])}]"
     )
 

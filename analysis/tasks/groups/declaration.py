@@ -207,7 +207,7 @@ def _pairs(
             ]
             for pair in found.pairs
         ],
-        f"{title}: every two groups by Welch's t test.",
+        f"{title}: Welch's t tests between all pairs of groups.",
     )
 
 

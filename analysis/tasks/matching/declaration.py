@@ -53,7 +53,7 @@ def _answer(found: MatchedReference, confidence: float, quantity: Quantity) -> s
     what = (
         f"{quantity.with_convention(f'{found.reference_um_pp:g}')} was matched by "
         f"{quantity.value(written(found.mean_um_pp))} "
-        f"({counted(found.matches, 'match', 'matches')} of "
+        f"({counted(found.matches, 'match', 'matches')} by "
         f"{counted(found.participants, 'participant', 'participants')})"
     )
     bias = found.bias_um_pp
@@ -74,7 +74,8 @@ def blocks(task: Task, svgs: Mapping[str, str], _level: float, quantity: Quantit
             svgs,
             f"matching_{task[0].task}",
             "Matches against references, from below (blue, pointing up) and from above (red, "
-            "pointing down). Small: participants' means; large: their means.",
+            "pointing down). Small symbols: individual participants' means; large symbols: group "
+            "means.",
             "Mean matches: "
             + ", ".join(
                 f"{each.mean_um_pp:.3g} of {quantity.value(each.reference_um_pp)}" for each in task
@@ -111,9 +112,9 @@ def _matching_table(rows: Task, quantity: Quantity) -> Markup:
             for each in rows
         ],
         "Bias: mean match minus reference. Own SD: root mean square of participants' standard "
-        "deviations within a direction. Above less below: matches from above minus matches from "
-        "below. Repeated: how often the reference was presented again per match. Catch error: "
-        "mean distance from the reference in trials that began at it.",
+        "deviations within a direction. Above minus below: matches from above minus matches from "
+        "below. Repeated: how often the reference was repeated per match. Catch error: mean "
+        "distance from the reference in trials that started at the reference.",
     )
 
 

@@ -32,7 +32,7 @@ def _title(found: TaskProductions) -> str:
 def _answer(found: TaskProductions, confidence: float, quantity: Quantity) -> str:
     """Return the main sentence on production."""
     what = (
-        f"{_title(found)}, {counted(found.answers, 'production', 'productions')} of "
+        f"{_title(found)}, {counted(found.answers, 'production', 'productions')} by "
         f"{counted(found.participants, 'participant', 'participants')}, with a standard of "
         f"{quantity.value(found.standard_um_pp)} called {found.modulus:g}"
     )
@@ -44,7 +44,7 @@ def _answer(found: TaskProductions, confidence: float, quantity: Quantity) -> st
         f"participants' slopes), {level_of(confidence)} CI {bracketed(slope.interval)}"
     )
     if found.exponent is None:
-        return f"{grew}; a slope that is not above 0 has no exponent."
+        return f"{grew}; the slope is not above 0, so there is no exponent."
     if found.exponent_interval is None:
         return (
             f"{grew}: an exponent of {number(found.exponent)}, whose interval has no upper bound."
@@ -65,11 +65,11 @@ def _both(found: BothExponents, confidence: float) -> str:
         else "opposite to the regression bias in magnitude production"
     )
     return (
-        f"Of the {found.n} who did both, the exponent of production was "
-        f"{number(found.production)} and that of {found.counterpart} {number(found.estimation)} "
-        f"(geometric means): {number(found.ratio)} times as large, {level_of(confidence)} CI "
-        f"{bracketed(found.ratio_interval)}, {differs}. Their geometric mean, the usual remedy "
-        f"(Stevens & Greenbaum, 1966), is {number(found.combined)}, CI "
+        f"For the {found.n} participants who did both, the exponent of production was "
+        f"{number(found.production)} and the exponent of {found.counterpart} was "
+        f"{number(found.estimation)} (geometric means): {number(found.ratio)} times as large, "
+        f"{level_of(confidence)} CI {bracketed(found.ratio_interval)}, {differs}. Their geometric "
+        f"mean, the usual remedy (Stevens & Greenbaum, 1966), is {number(found.combined)}, CI "
         f"{bracketed(found.combined_interval)}."
     )
 
@@ -96,19 +96,19 @@ def _biases(found: TaskProductions, confidence: float, quantity: Quantity) -> li
         percent = 100 * (exp(beginning.mean) - 1)
         low, high = (100 * (exp(bound) - 1) for bound in beginning.interval)
         texts.append(
-            f"From a high start the plate was set {number(abs(percent), 1)} % "
-            f"{'higher' if percent >= 0 else 'lower'} than from a low one, "
-            f"{level_of(confidence)} CI of the rise [{number(low, 1)}, {number(high, 1)}] %."
+            f"Adjustments that started high ended {number(abs(percent), 1)} % "
+            f"{'higher' if percent >= 0 else 'lower'} than those that started low, "
+            f"{level_of(confidence)} CI of the difference [{number(low, 1)}, {number(high, 1)}] %."
         )
     if found.at_bounds:
         texts.append(
-            f"{found.at_bounds} of {found.answers} productions ended within a notch of the "
-            "limits of the adjustment. If people wanted to go further, the slope is too small "
-            "and the exponent too large."
+            f"{found.at_bounds} of {found.answers} productions ended within one notch of the "
+            "adjustment limits. If participants wanted to go further, the slope is too small and "
+            "the exponent too large."
         )
     if found.catch_um_pp is not None:
         texts.append(
-            "The standard's own number was produced as "
+            "When asked for the standard's number, participants produced "
             f"{quantity.value(significant(found.catch_um_pp))} "
             f"({counted(found.catch_trials, 'catch trial', 'catch trials')}; the standard: "
             f"{quantity.value(found.standard_um_pp)})."
@@ -127,9 +127,9 @@ def _blocks(
             svgs,
             f"productions_{task.task}",
             f"{capitalised(levels)} produced for the numbers shown, on logarithmic axes. Pale: "
-            "each participant's geometric means; blue: their geometric mean with a t-based "
-            f"{level:g} % interval, and the line whose slope is the exponent's inverse; "
-            "black: the standard and its number.",
+            "individual participants' geometric means; blue: the group geometric mean with a "
+            f"t-based {level:g} % interval, and the line whose slope is the inverse of the "
+            "exponent; black: the standard and its number.",
             f"Geometric mean {levels}: "
             + ", ".join(
                 f"{each.number:g}: {quantity.value(f'{each.amplitude_um_pp:.3g}')}"
@@ -144,8 +144,8 @@ def _blocks(
 def _alone(reason: str) -> list[Markup]:
     return [
         html.paragraph(
-            f"Not compared with an exponent of estimation: {reason}. Production alone is "
-            "biased; add a magnitude_estimation task to the study to measure the bias.",
+            f"Not compared with an estimation exponent: {reason}. Production alone is biased; add "
+            "a magnitude_estimation task to the study to measure the bias.",
             "note",
         )
     ]
@@ -167,10 +167,9 @@ def _production_table(task: TaskProductions, quantity: Quantity) -> Markup:
             ]
             for each in task.numbers
         ],
-        f"{capitalised(quantity.levels)}{convention} produced for each number, if the "
-        f"standard of {quantity.value(task.standard_um_pp)} is called {task.modulus:g}: "
-        "geometric mean of participants' geometric means, with a t-based interval on "
-        "logarithms.",
+        f"{capitalised(quantity.levels)}{convention} produced for each number, with the standard "
+        f"of {quantity.value(task.standard_um_pp)} called {task.modulus:g}: geometric mean of "
+        "participants' geometric means, with a t-based interval computed on logarithms.",
     )
 
 

@@ -46,7 +46,7 @@ def _title(found: TaskRatings) -> str:
 
 def _answer(found: TaskRatings, quantity: Quantity) -> str:
     numbers = (
-        "mean places on the line from 0 (left) to 100"
+        "mean positions on the line from 0 (left) to 100 (right)"
         if found.categories is None
         else f"mean categories, from 1 (lowest) to {found.categories},"
     )
@@ -54,9 +54,8 @@ def _answer(found: TaskRatings, quantity: Quantity) -> str:
         f"{number(each.mean, 1)} ({_surface(each.surface, quantity)})" for each in found.surfaces
     )
     return (
-        f"{_title(found)}, {counted(found.answers, 'rating', 'ratings')} of "
-        f"{counted(found.participants, 'participant', 'participants')}: "
-        f"{numbers} were {means}."
+        f"{_title(found)}, {counted(found.answers, 'rating', 'ratings')} by "
+        f"{counted(found.participants, 'participant', 'participants')}: {numbers} were {means}."
     )
 
 
@@ -86,30 +85,32 @@ def _biases(found: TaskRatings, confidence: float) -> list[str]:
     texts = []
     start = found.start_effect
     if isinstance(start, NotComputed):
-        texts.append(f"The effect of the mark's start was not measured: {start.reason}.")
+        texts.append(
+            f"The effect of the mark's starting position was not measured: {start.reason}."
+        )
     else:
         low, high = start.interval
         told = "not reliably " if low <= 0 <= high else ""
         texts.append(
-            f"A mark that started 10 places further to the right was {told}put further to the "
-            f"{'right' if start.mean >= 0 else 'left'}: by {number(10 * abs(start.mean))} places, "
-            f"{level_of(confidence)} CI of the shift to the right [{number(10 * low)}, "
+            f"When the mark started 10 points further to the right, ratings were {told}shifted to "
+            f"the {'right' if start.mean >= 0 else 'left'}, by {number(10 * abs(start.mean))} "
+            f"points, {level_of(confidence)} CI of the shift to the right [{number(10 * low)}, "
             f"{number(10 * high)}]."
         )
     ends = sum(each.at_left + each.at_right for each in found.surfaces)
     if ends:
         texts.append(
-            f"{ends} of {found.answers} ratings are at an end of the line, which biases means "
-            "towards the middle."
+            f"Ratings at an end of the line ({ends} of {found.answers}) bias means towards the "
+            "middle."
         )
     if found.catch_mean is not None:
         texts.append(
-            f"The bare plate of {counted(found.catch_trials, 'catch trial', 'catch trials')} was "
-            f"rated {number(found.catch_mean, 1)}."
+            f"The mean rating of the bare plate was {number(found.catch_mean, 1)} "
+            f"({counted(found.catch_trials, 'catch trial', 'catch trials')})."
         )
     texts.append(
-        "The line is bounded and has no unit: its places can be compared and averaged, but "
-        "allow neither ratios nor an exponent."
+        "The line is bounded and has no unit, so ratings can be compared and averaged but do not "
+        "allow ratios or an exponent."
     )
     return texts
 
@@ -131,8 +132,8 @@ def _blocks(
         *html.figure_if_drawn(
             svgs,
             f"ratings_{task.task}",
-            f"{_numbers(task)}. Pale: each participant's means; blue: their mean with a t-based "
-            f"{level:g} % interval.",
+            f"{_numbers(task)}. Pale: individual participants' means; blue: the group mean with a "
+            f"t-based {level:g} % interval.",
             "Mean ratings: "
             + ", ".join(f"{each.surface}: {number(each.mean, 1)}" for each in task.surfaces),
         ),
@@ -181,14 +182,14 @@ def _pair_table(task: TaskRatings) -> Markup:
     return html.table(
         html.columns("From", "To", "n", "Difference", "CI", "p (Wilcoxon, Holm)", left=2),
         rows,
-        "Differences of mean ratings, with t-based intervals; Wilcoxon's signed-rank test of each "
-        "pair, Holm-corrected over all pairs of the task.",
+        "Differences between mean ratings, with t-based intervals, and Wilcoxon signed-rank tests "
+        "for each pair, Holm-corrected across all pairs in the task.",
     )
 
 
 def _numbers(task: TaskRatings) -> str:
     if task.categories is None:
-        return "Places on the line, from its left end (0) to its right (100)"
+        return "Positions on the line, from its left end (0) to its right end (100)"
     return f"Categories, from 1 (lowest) to {task.categories}"
 
 

@@ -29,16 +29,16 @@ def _title(found: TaskRatios, quantity: Quantity) -> str:
 
 def _answer(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
     what = (
-        f"{_title(found, quantity)}, {counted(found.answers, 'judgement', 'judgements')} of "
+        f"{_title(found, quantity)}, {counted(found.answers, 'judgement', 'judgements')} by "
         f"{counted(found.participants, 'participant', 'participants')}"
     )
     law = found.power_law
     if isinstance(law, NotComputed):
         return f"{what}: no exponent ({law.reason})."
     return (
-        f"{what}: the exponents of participants' power functions of {quantity.name} averaged "
-        f"{number(law.exponent)}, {level_of(confidence)} CI {bracketed(law.interval)} "
-        f"(n = {law.n}; {law.points} {quantity.levels} above {quantity.value(0)})."
+        f"{what}: the mean exponent of participants' power functions of {quantity.name} was "
+        f"{number(law.exponent)}, {level_of(confidence)} CI {bracketed(law.interval)} (n = "
+        f"{law.n}; {law.points} {quantity.levels} above {quantity.value(0)})."
     )
 
 
@@ -49,7 +49,7 @@ def _ratios(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
         for one in found.surfaces
     )
     text = (
-        f"As {quantity.adjective} as the standard (geometric means, {level_of(confidence)} CI of "
+        f"Judged ratios to the standard (geometric means, {level_of(confidence)} CI of "
         f"participants' mean logarithms): {each}."
     )
     if found.catch_ratio is None:
@@ -70,10 +70,9 @@ def _blocks(
         *html.figure_if_drawn(
             svgs,
             f"ratios_{task.name}",
-            "Ratios to the standard, on logarithmic axes. Pale: each participant's "
-            "geometric means; blue: their geometric mean with a t-based "
-            f"{level:g} % interval, and the power function through them; black: the "
-            "standard, 1 by definition.",
+            "Ratios to the standard, on logarithmic axes. Pale: individual participants' geometric "
+            f"means; blue: the group geometric mean with a t-based {level:g} % interval, and the "
+            "power function through them; black: the standard, 1 by definition.",
             "Geometric mean ratios: "
             + ", ".join(
                 f"{quantity.value(each.comparison_um_pp)}: {each.ratio:.3g}"
@@ -99,8 +98,8 @@ def _ratio_table(task: TaskRatios, quantity: Quantity) -> Markup:
             for each in task.surfaces
         ],
         f"How many times as {quantity.adjective} as the standard "
-        f"({quantity.value(task.standard_um_pp)}{quantity.behind}): "
-        "geometric mean of participants' geometric means, with a t-based interval on logarithms.",
+        f"({quantity.value(task.standard_um_pp)}{quantity.behind}): geometric mean of "
+        "participants' geometric means, with a t-based interval computed on logarithms.",
     )
 
 

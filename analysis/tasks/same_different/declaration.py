@@ -31,7 +31,7 @@ def _answer(task: TaskPairs) -> str:
     """Return one sentence: d' of each pair."""
     pairs = (f"{number(each.d_prime)} ({each.first} and {each.second})" for each in task.pairs)
     return (
-        f"Same–different ({task.task}), {counted(task.answers, 'answer', 'answers')} of "
+        f"Same–different ({task.task}), {counted(task.answers, 'answer', 'answers')} from "
         f"{counted(task.participants, 'participant', 'participants')}: d' by the differencing "
         f"model was {', '.join(pairs)}."
     )
@@ -59,15 +59,15 @@ def _blocks(
         *html.figure_if_drawn(
             svgs,
             f"same_different_{task.task}",
-            f"Mean d' of participants with a t-based {level:g} % interval; crosses: d' of all "
-            "answers together. A pair with d' = 0 is not told apart.",
+            f"Mean d' across participants with a t-based {level:g} % interval; crosses: d' of all "
+            "answers pooled. At d' = 0, participants cannot tell the pair apart.",
             "d' of " + ", ".join(f"{each.first} and {each.second}" for each in task.pairs),
         ),
         html.table(
             html.columns(*HEADS, left=1),
             rows,
-            f"Pairs of {quantity.stimuli}. d' and k are in standard deviations of one "
-            "impression: two impressions further apart than k are called different.",
+            f"Pairs of {quantity.stimuli}. d' and k are in units of the standard deviation of one "
+            "sensation: two sensations more than k apart are called different.",
         ),
     ]
 

@@ -65,7 +65,7 @@ def _fit(found: TaskScale) -> str:
 
 def _answer(found: TaskScale, quantity: Quantity) -> str:
     scale = found.bradley_terry if found.consistency else found.differences
-    what = f"{_title(found)}, {counted(found.answers, 'answer', 'answers')} of " + counted(
+    what = f"{_title(found)}, {counted(found.answers, 'answer', 'answers')} from " + counted(
         found.participants, "participant", "participants"
     )
     if isinstance(scale, NotComputed):
@@ -90,7 +90,7 @@ def _blocks(
             f"scale_{task.task}",
             f"Scale values with {level:g} % intervals"
             + (
-                ", which account for correlated answers of a participant."
+                ", which account for correlated answers from the same participant."
                 if task.consistency
                 else " (bootstrap); the first and last surface are 0 and 1 by definition."
             ),
@@ -133,7 +133,8 @@ def _consistency_table(task: TaskScale) -> Markup:
     columns = html.columns("Participant", "Circular triads", "Consistence ζ", "By chance", left=1)
     caption = (
         "Circular triads (A over B, B over C, C over A; ties count half each way), Kendall's "
-        "coefficient of consistence, and the probability of so few if choices were random."
+        "coefficient of consistence, and the probability of this few circular triads if choices "
+        "were random."
     )
     summary = "Consistency of each participant"
     if zetas:

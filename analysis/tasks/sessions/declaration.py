@@ -105,8 +105,8 @@ def _measures(found: SessionEffects, level: str) -> Markup:
     columns = html.columns("Measure", "Session", "n", "Mean", *tests, left=2)
     rows = [row for measure in found.measures for row in _rows(measure, found.sessions)]
     caption = (
-        "One number per participant and session; means and changes across participants with "
-        "every session. ICC(A,1): absolute agreement of single sessions."
+        "One value per participant and session; means and changes across participants who "
+        "completed every session. ICC(A,1): absolute agreement between single sessions."
     )
     return html.table(columns, rows, caption)
 

@@ -30,7 +30,7 @@ def _answer(found: TaskMap | NotComputed) -> str:
     dimensions = ", ".join(map(str, found.stress))
     return (
         f"Non-metric multidimensional scaling of {len(found.items)} items ({found.task}; {people}) "
-        f"has a stress-1 of {stress} in {dimensions} dimensions."
+        f"has a stress-1 of {stress} with {dimensions} dimensions."
     )
 
 
@@ -44,14 +44,15 @@ def _blocks(task: TaskMap | NotComputed, svgs: Mapping[str, str]) -> list[Markup
             svgs,
             f"similarity_{task.task}",
             "Left: the group's map on its principal axes; its unit is arbitrary. Right: stress-1 "
-            "by dimensions, 0 if distances are in the order of all dissimilarities. Stress falls "
-            "with every dimension; one that adds little is not needed.",
+            "against the number of dimensions (0 if distances and dissimilarities are in the same "
+            "order). Stress falls with every added dimension; a dimension that lowers it little is "
+            "not needed.",
             "Map of " + ", ".join(task.items),
         ),
         html.table(
             html.columns("Item", *axes, left=1),
             [[item, *map(number, place)] for item, place in task.coordinates.items()],
-            "Places on the map's principal axes.",
+            "Coordinates on the map's principal axes.",
         ),
         *([_weights(task, axes)] if task.people else []),
     ]
@@ -64,9 +65,9 @@ def _weights(task: TaskMap, axes: list[str]) -> Markup:
             [each.participant, *map(number, each.weights), unit_number(each.r2)]
             for each in task.people
         ],
-        "Weights of squared distances along the group's axes, of participants who rated every "
-        "pair; r²: proportion of the variance of their squared dissimilarities. The axes are "
-        "those of the group's map, and are not estimated from the weights as in INDSCAL.",
+        "Weights of squared distances along the group map's axes, for participants who rated every "
+        "pair; r²: proportion of variance explained in their squared dissimilarities. The axes are "
+        "those of the group map; they are not estimated together with the weights as in INDSCAL.",
     )
 
 

@@ -37,10 +37,10 @@ if TYPE_CHECKING:
     from slipscale.stimuli.quantity import Quantity
 
 #: Behind the participant, the trials and the correct ones, and the threshold.
-FIT = ("CI", "In the population's fit", "Weber fraction", "Slope", "Lapses", "Fit")
+FIT = ("CI", "In the population fit", "Weber fraction", "Slope", "Lapses", "Fit")
 
 FITTED = {
-    False: "the threshold is half-way between chance and the best",
+    False: "the threshold is half-way between chance and best performance",
     True: "the threshold is the point of subjective equality",
 }
 CONTRASTS = html.columns("Compared", "Change", "CI", "p", "Holm's p", left=1)
@@ -52,14 +52,16 @@ def blocks(
     """Return the blocks of one task: its figures and tables."""
     caption, alt = _caption(task, level, quantity), _alt(task, quantity)
     fits = [each.fit for each in task.participants if each.fit]
-    fitted = f" Fit: deviance against {fits[0].simulations} simulated data sets." if fits else ""
+    fitted = (
+        f" Fit: deviance compared with {fits[0].simulations} simulated data sets." if fits else ""
+    )
     titles = ("Participant", "Trials", "Correct", quantity.heading("Threshold"), *FIT)
     each_participant = html.table(
         html.columns(*titles, left=1),
         [_row(each, task) for each in task.participants],
-        f"{CURVES[task.curve].title}; {FITTED[task.method == COMPARED]}. In the population's fit: "
-        "shrunk towards the population's threshold. Lapses: 1 minus the upper asymptote, at most "
-        f"6 %.{fitted}",
+        f"{CURVES[task.curve].title}; {FITTED[task.method == COMPARED]}. “In the population fit”: "
+        "individual thresholds, shrunk towards the population threshold. Lapses: 1 minus the upper "
+        f"asymptote, at most 6 %.{fitted}",
     )
     return [
         html.heading(apa_thresholds.title(task, quantity)),
@@ -69,8 +71,8 @@ def blocks(
         *html.figure_if_drawn(
             svgs,
             f"tracks_{task.task}",
-            "Levels trial by trial, one colour per track: filled if the answer was correct, "
-            "hollow if it was wrong. Dashed: the threshold.",
+            "Levels trial by trial, one colour per track. Filled markers: correct answers; hollow "
+            "markers: wrong answers. Dashed line: the threshold.",
             f"Tracks of {len(task.participants)} participants",
         ),
     ]
@@ -80,9 +82,9 @@ def _range(task: TaskThresholds, quantity: Quantity) -> str:
     """Return the smallest, the median and the largest threshold of a participant."""
     found = [each.function.threshold_um_pp.value for each in task.participants if each.function]
     if not found:
-        return "Each participant"
+        return "Individual participants"
     low, middle, high = map(significant, (min(found), median(found), max(found)))
-    return f"Each participant: {low} to {quantity.value(high)}, median {middle}"
+    return f"Individual participants: {low} to {quantity.value(high)}, median {middle}"
 
 
 def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
@@ -133,15 +135,15 @@ def _fitted(found: PsychometricFunction) -> list[str]:
 
 
 def _caption(task: TaskThresholds, level: float, quantity: Quantity) -> str:
-    called = f"Called {quantity.more}"
+    called = f"Proportion called {quantity.more}"
     text = (
-        f"{called if task.method == COMPARED else 'Correct answers'} against the level. Pale: "
-        "participants' psychometric functions; blue: all answers. Below: participants' thresholds "
-        f"with {level:g} % intervals"
+        f"{called if task.method == COMPARED else 'Proportion correct'} against the level. Pale: "
+        "individual psychometric functions; blue: all answers pooled. Bottom: individual "
+        f"thresholds with {level:g} % intervals"
     )
     if computed(task.population) is None:
         return f"{text}."
-    return f"{text}; red: the population's."
+    return f"{text}; red: the population threshold."
 
 
 def _alt(task: TaskThresholds, quantity: Quantity) -> str:

@@ -23,25 +23,25 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
     from slipscale.stimuli.quantity import Quantity
 
-_HALF_WAY = "for a typical participant of {n}, half-way between chance and best performance"
+_HALF_WAY = "for a typical participant (n = {n}), half-way between chance and best performance"
 #: Description of a threshold, by method: before the number, and after it.
 MEANT = {
     "two_interval": ("", f"{_HALF_WAY} (two-interval forced choice)"),
     "three_interval": ("", f"{_HALF_WAY} (three-interval forced choice)"),
     COMPARED: (
         "point of subjective equality ",
-        "for a typical participant of {n}, where half of the answers are “{q.more}”",
+        "for a typical participant (n = {n}), at which half of the answers are “{q.more}”",
     ),
 }
 COMPARED_CAUTION = (
-    "If sensation does not grow evenly over the comparisons, the point of equality is "
-    "shifted, by 2 % of the standard for simulated people; the interval does not account for "
-    "this"
+    "If sensation does not grow evenly across the comparison levels, the point of subjective "
+    "equality is shifted (by 2 % of the standard in simulations); the interval does not account "
+    "for this"
 )
 #: From the table of population thresholds in docs/validation.
 LOGARITHM_CAUTION = (
-    "If people's curves depend on the level and not on its logarithm, the threshold is too low, "
-    "by 6 % for simulated people; the interval does not account for this"
+    "If psychometric curves depend on the level rather than its logarithm, the threshold is too "
+    "low (by 6 % in simulations); the interval does not account for this"
 )
 
 
@@ -66,7 +66,7 @@ def answer(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
     """Return the main sentence."""
     what = title(found, quantity)
     if isinstance(found.population, NotComputed):
-        return f"{what}: not estimated for a population ({found.population.reason})."
+        return f"{what}: no population estimate ({found.population.reason})."
     threshold = found.population.threshold_um_pp
     text = (
         f"{what}: {MEANT[found.method][0]}"
@@ -142,7 +142,7 @@ def sentences(task: TaskThresholds, confidence: float, quantity: Quantity) -> li
     if fits:
         bad = sum(fit.p < 1 - confidence for fit in fits)
         parts.append(
-            f"Curves that fit badly (p < {unit_number(1 - confidence)}): {bad} of {len(fits)}."
+            f"Poorly fitting curves (p < {unit_number(1 - confidence)}): {bad} of {len(fits)}."
         )
     catches = sum(each.catch_trials for each in task.participants)
     if catches:

@@ -123,7 +123,7 @@ def test_the_verdict_follows_the_interval(exponents, fractions, verdict):
 def test_an_exponent_that_may_be_none_is_said_to_be_so():
     (found,) = exponent_and_weber(estimates([-0.3, 0.4, -0.2, 0.3, 0.1]), (task(0.04 * SPREAD),))
     assert not found.grows
-    assert "so an increase of sensation with the amplitude is not shown" in sentence(
+    assert "so the data do not show that sensation increases with the amplitude" in sentence(
         found, 0.95, PLATE_AMPLITUDE
     )
     (found,) = exponent_and_weber(estimates(0.75 * SPREAD), (task(0.04 * SPREAD),))

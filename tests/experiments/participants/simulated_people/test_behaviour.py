@@ -167,4 +167,4 @@ def test_a_name_that_is_not_there_is_told_with_those_that_are():
 
 def test_power_does_not_pretend_to_simulate_their_code(capsys):
     assert commands.main(["power", "--population", "modest", "--participants", "4"]) == 2
-    assert "not from the code of 'modest'" in capsys.readouterr().err
+    assert "not the code of 'modest'" in capsys.readouterr().err
