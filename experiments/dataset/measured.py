@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 CHANGES = "changes"
 SPEED, STROKES = "exploration_speed_mm_s", "strokes"
 STROKE = "stroke"
+SLIP_RATE, SLIP_DEPTH = "slip_rate_hz", "slip_depth_share"
 COEFFICIENT, NORMAL_FORCE = "friction_coefficient", "normal_force_n"
 # Column -> its name in a plate's answer.
 OF_INTERVAL = re.compile(r"interval([0-9]+)_")
@@ -60,6 +61,20 @@ MEASURED: Mapping[str, Column] = {
         kind="number",
         description="Mean normal force while the finger slid during the exploration",
         units="N",
+    ),
+    SLIP_RATE: Column(
+        value=_value(SLIP_RATE),
+        kind="number",
+        description="Number of slips per second while the finger slid: falls of lateral by normal "
+        "force by more than 10 %, where the normal force is at least half its mean. Slips faster "
+        "than half the sensor's rate are not seen",
+        units="Hz",
+    ),
+    SLIP_DEPTH: Column(
+        value=_value(SLIP_DEPTH),
+        kind="number",
+        description="Median fall of lateral by normal force in a slip, as a share of its value "
+        "before; n/a without a slip",
     ),
     CHANGES: Column(
         value=_value(CHANGES),
@@ -181,6 +196,8 @@ class Explorations:
             found |= {
                 COEFFICIENT: _rounded(slid.coefficient),
                 NORMAL_FORCE: _rounded(slid.normal_n),
+                SLIP_RATE: _rounded(slid.slip_rate_hz),
+                SLIP_DEPTH: _rounded(slid.slip_depth_share),
             }
         if self._changes is not None:
             found[CHANGES] = float(self._changes)

@@ -26,6 +26,7 @@ from slipscale.experiments.dataset.schema import (
     session_columns,
     table_stem,
 )
+from slipscale.experiments.dataset.time_series import series_of
 from slipscale.experiments.dataset.tsv import cell, sidecar, table
 from slipscale.experiments.journal.plan_and_progress import software
 from slipscale.experiments.journal.serialisation import QUANTITY
@@ -185,6 +186,10 @@ def _run_files(
         if record.kind == "note"
     ]
     yield path.with_suffix(".json"), {SIDECAR: notes | ({"notes": said} if said else {})}
+    for kind, content, told in series_of(records, protocol.task):
+        name = f"{path.name.removesuffix('_beh')}_recording-{kind}_physio"
+        yield path.with_name(f"{name}.tsv.gz"), content
+        yield path.with_name(f"{name}.json"), dict(told)
 
 
 def _resumes(run: Run) -> list[dict[str, Any]]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import compress, pairwise
 from statistics import fmean, median
 from typing import TYPE_CHECKING
 
@@ -23,6 +23,7 @@ LONGEST_GAP_S = 0.5  # a longer gap means that the finger was lifted
 STROKE_MM = 5.0  # shortest stroke; shorter movements are tremor
 MOVES_MM_S = 10.0  # a slower finger may stick
 PRESSES_N = 0.05  # with less force, the finger may be off the plate
+SLIP_SHARE = 0.1
 FEWEST = 10  # fewest samples of sliding for a coefficient
 
 
@@ -55,10 +56,16 @@ class Friction:
         Median of the absolute lateral force divided by the normal force.
     normal_n : float or None
         Mean normal force.
+    slip_rate_hz : float or None
+        Number of slips per second; see `slips`.
+    slip_depth_share : float or None
+        Median fall of the friction in a slip, as a share of its value before; None without a slip.
     """
 
     coefficient: float | None
     normal_n: float | None
+    slip_rate_hz: float | None = None
+    slip_depth_share: float | None = None
 
 
 def movement(samples: Sequence[Sample]) -> Movement:
@@ -95,10 +102,45 @@ def friction(forces: Sequence[Sample], places: Sequence[Sample] = ()) -> Frictio
     slid = [each for each in pressed if _moves(places, each.time_s)] if places else pressed
     if len(slid) < FEWEST:
         return Friction(coefficient=None, normal_n=None)
+    ratios = [abs(each.values[1]) / each.values[0] for each in slid]
+    slid_s = sum(gap for a, b in pairwise(slid) if (gap := b.time_s - a.time_s) <= LONGEST_GAP_S)
+    normal_n = fmean(each.values[0] for each in slid)
+    # Without the touch-down and the lift-off, where small forces make ratios unreliable.
+    firm = (each.values[0] >= normal_n / 2 for each in slid)
+    falls = slips(list(compress(ratios, firm)))
     return Friction(
-        coefficient=median(abs(each.values[1]) / each.values[0] for each in slid),
-        normal_n=fmean(each.values[0] for each in slid),
+        coefficient=median(ratios),
+        normal_n=normal_n,
+        slip_rate_hz=len(falls) / slid_s if slid_s > 0 else None,
+        slip_depth_share=median(falls) if falls else None,
     )
+
+
+def slips(ratios: Sequence[float]) -> list[float]:
+    """Return the slips in a series of friction ratios, as shares of the value before each.
+
+    In stick-slip motion, friction rises while the skin sticks and falls when it slips (Derler and
+    Rotaru 2013, Wear 301, 324-329). A slip is a fall by more than `SLIP_SHARE` from a maximum to
+    the next minimum; a minimum is over when the ratio has risen by the same share. This definition
+    is ours.
+
+    >>> slips([0.5, 1.0, 0.6, 0.8, 0.78, 0.4, 0.41])
+    [0.4, 0.5]
+    """
+    found: list[float] = []
+    high = low = ratios[0] if ratios else 0.0
+    falling = False
+    for ratio in ratios:
+        if falling and ratio > low * (1 + SLIP_SHARE):
+            found.append(round(1 - low / high, 6))
+            falling, high = False, ratio
+        elif falling:
+            low = min(low, ratio)
+        elif ratio < high * (1 - SLIP_SHARE):
+            falling, low = True, ratio
+        else:
+            high = max(high, ratio)
+    return [*found, round(1 - low / high, 6)] if falling else found
 
 
 def apart(samples: Sequence[Sample]) -> list[Sample]:

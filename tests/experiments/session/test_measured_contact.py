@@ -1,6 +1,8 @@
 """What the finger does is measured, survives what a session survives, and textures follow it."""
 
+import gzip
 import json
+import shutil
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -10,6 +12,7 @@ from slipscale.commands import main
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.measured import samples
 from slipscale.experiments.dataset.rows_from_journal import gather
+from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.journal.reading import read_records
@@ -29,6 +32,7 @@ from slipscale.hardware.backends.mock import MockPlate
 from slipscale.hardware.calibration.record import Calibration
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.contact.followed_texture import FollowedTexture
+from slipscale.hardware.contact.measures import friction
 from slipscale.hardware.contact.registry import open_source
 from slipscale.hardware.contact.simulated import SimulatedPosition
 from slipscale.hardware.contact.source import Sample, SensorFault, Surroundings
@@ -146,6 +150,43 @@ def test_a_run_that_is_killed_anywhere_and_resumed_measures_what_a_whole_one_did
         build_dataset(folder)
         found = [{name: row[name] for name in expected[0]} for row in rows(folder)]
         assert found == expected
+
+
+def test_positions_and_forces_are_time_series_that_agree_with_the_journal(whole, plans, tmp_path):
+    folder = tmp_path / "copy"
+    shutil.copytree(whole, folder)
+    stem = folder / "sub-01/beh/sub-01_task-magnitudeestimation_run-01_recording-position_physio"
+    path, told = stem.with_suffix(".tsv.gz"), json.loads(stem.with_suffix(".json").read_text())
+    assert told["Columns"] == ["x_mm", "y_mm", "trial"]
+    table = [line.split("\t") for line in gzip.decompress(path.read_bytes()).decode().splitlines()]
+    records, _ = read_records(plans().journal_path(whole))
+    places = [
+        (each, record.data["trial"])
+        for record in records
+        if record.kind == "contact" and record.data["source"] == "position"
+        for each in samples(record)
+    ]
+    assert told["StartTime"] == pytest.approx(places[0][0].time_s)
+    for sample, trial in places[:: len(places) // 20]:
+        row = table[round((sample.time_s - told["StartTime"]) * told["SamplingFrequency"])]
+        assert row[2] == str(trial)
+        assert float(row[0]) == pytest.approx(sample.values[0], abs=1.0)
+    assert ["n/a"] * 3 in table
+    assert verify(folder) == []
+    path.write_bytes(gzip.compress(b"0\t0\t1\n"))
+    assert [each.what for each in verify(folder)] == ["differs from the journals"]
+    path.write_bytes(b"not compressed")
+    assert "cannot be read" in verify(folder)[0].what
+
+
+def test_falls_of_friction_are_counted_as_slips_without_touch_down_and_lift_off():
+    saw = [0.5 + 0.05 * (n % 10) for n in range(200)]  # falls from 0.95 to 0.5, ten times a second
+    forces = [Sample(n / 100, (1.0, ratio)) for n, ratio in enumerate(saw)]
+    ends = [Sample(2 + n / 100, (0.1, 0.1 * (n % 2))) for n in range(20)]
+    found = friction([*forces, *ends])
+    assert found.slip_rate_hz == pytest.approx(19 / 2.19)
+    assert found.slip_depth_share == pytest.approx(1 - 0.5 / 0.95, abs=1e-6)
+    assert friction([Sample(n / 100, (1.0, 0.5)) for n in range(20)]).slip_depth_share is None
 
 
 def test_the_samples_are_in_the_journal_and_under_its_hash(whole, plans):
