@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from playwright.sync_api import sync_playwright
 
+from slipscale.experiments.lab.console.actions.folder import power_folder
 from slipscale.experiments.lab.console.page_texts import LANGUAGES
 
 if TYPE_CHECKING:
@@ -39,6 +40,7 @@ THEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
 DOCUMENTED = {"today": 1000, "live": 1150, "data": 1150}  # scene -> height of the screenshot
 GRAVE = ("serious", "critical")
 FRESH_S = 1.2  # the console reads its folder once per second
+LONGEST_MS = 120_000.0
 COMMAND = [sys.executable, "-P", "-m", "slipscale"]
 
 # A stand-in for a session: it reports a given status and locks the journal.
@@ -110,9 +112,23 @@ def slipscale(folder: Path, *words: str) -> None:
 class Stage:
     """A laboratory folder with its console, and changes to make between two screenshots."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, page: Page, address: str) -> None:
         self.folder = folder
+        self._page = page  # stays open: what uses the plate ends without a page
+        self._address = address
         self._session: subprocess.Popen[str] | None = None
+
+    def do(self, action: str, until: str, path: str = "bench", **fields: Any) -> None:
+        """Ask the console for an action; wait until a page shows an element."""
+        self._page.goto(self._address + path)
+        answer = self._page.request.post(
+            f"{self._address}do/{action}",
+            data=fields,
+            headers={"origin": self._address.rstrip("/"), "x-slipscale": "1"},
+        )
+        if not answer.ok:
+            raise RuntimeError(f"{action}: {answer.text()}")
+        self._page.locator(until).first.wait_for(state="attached", timeout=LONGEST_MS)
 
     def tell(self, **changes: Any) -> None:
         """Make a session run that reports these values."""
@@ -158,18 +174,55 @@ class Stage:
         for name in names:
             (self.folder / name).rename(aside / name)
 
-    def simulate(self) -> None:
-        """Use a plate that can be presented without a device."""
+    def use(self, plate: str) -> None:
+        """Use another plate."""
         settings = self.folder / "slipscale.toml"
-        settings.write_text(re.sub("(?m)^plate.*$", 'plate = "mock"', settings.read_text()))
+        settings.write_text(re.sub("(?m)^plate.*$", f'plate = "{plate}"', settings.read_text()))
+
+    def calibrate(self) -> None:
+        """End the calibration that waits for readings; let the plate measure itself."""
+        self.do("release", "#running:not([data-hold])")
+        self.do("calibrate", "[data-do=adopt]", **CALIBRATE)
+
+    def plan(self) -> None:
+        """Compute the power of a few conditions."""
+        study = self.folder / "mine.toml"
+        grid = (
+            "--participants",
+            "6",
+            "12",
+            "24",
+            "--effect",
+            "1",
+            "0.5",
+            "--repetitions",
+            "1",
+            "2",
+        )
+        out = self.folder / power_folder(study.read_text())
+        slipscale(self.folder, "power", study.name, *grid, "--studies", "20", "--out", str(out))
+
+    def edit(self, old: str, new: str) -> None:
+        """Replace a part of the study."""
+        study = self.folder / "mine.toml"
+        study.write_text(study.read_text().replace(old, new))
 
     def lose(self) -> None:
         """Remove the study file."""
         (self.folder / "mine.toml").unlink()
 
+    def spoil(self) -> None:
+        """Write a fault into the settings."""
+        with (self.folder / "slipscale.toml").open("a") as file:
+            file.write("colour = 3\n")
+
 
 def nothing(_: Stage) -> None:
     """Change nothing."""
+
+
+NOTHING = "nothing"  # an address without a page
+CALIBRATE = {"by": "Ada", "instrument": "OFV-5000"}
 
 
 PAGES = ("live", "study", "planning", "data", "pilot", "bench", "settings", "screens")
@@ -221,10 +274,66 @@ SCENES: dict[str, tuple[Callable[[Stage], object], str, str]] = {
     "live-unblinded": (lambda stage: stage.tell(unblinded=True, level="1.2 µm"), "live", ""),
     "data": (Stage.unblind, "data", ""),
     "data-report": (nothing, "data/report", ""),
-    "bench-presents": (Stage.simulate, "bench", "[data-form=surface] button"),
+    "planning-computed": (Stage.plan, "planning", ""),
+    "planning-frozen": (
+        lambda stage: stage.do("freeze", "main a[download]", "planning"),
+        "planning",
+        "",
+    ),
+    "pilot-runs": (
+        lambda stage: stage.do("pilot", "progress", "pilot", participants=40, seed=3),
+        "pilot",
+        "",
+    ),
+    "today-failed": (lambda stage: stage.do("begin", "#next .bad", "", participant="09"), "", ""),
+    "today-checked": (lambda stage: stage.do("check", "#checklist .checks", ""), "", ""),
+    "person-excluded": (
+        lambda stage: stage.do(
+            "exclude",
+            ".tag.damaged",
+            "person?label=02",
+            participant="02",
+            excluded=True,
+            reason="fever",
+        ),
+        "person?label=02",
+        "",
+    ),
+    "person-withdrew": (
+        lambda stage: stage.do(
+            "withdraw", ".tag.withdrew", "person?label=03", participant="03", word="03"
+        ),
+        "person?label=03",
+        "",
+    ),
+    "settings-tested": (
+        lambda stage: stage.do("test", ".checks", "settings", plate="mock"),
+        "settings",
+        "",
+    ),
+    "bench-faulty": (lambda stage: stage.use("serial:/dev/ttyACM0,plate=none.toml"), "bench", ""),
+    "bench-presents": (lambda stage: stage.use("mock"), "bench", "[data-form=surface] button"),
+    "bench-typed": (
+        lambda stage: stage.do(
+            "calibrate", "#reading-typed:not([readonly])", **CALIBRATE, table="typed"
+        ),
+        "bench",
+        "",
+    ),
+    "bench-calibrated": (Stage.calibrate, "bench", ""),
+    "bench-verdicts": (
+        lambda stage: stage.do("conform", "#conformance li"),
+        "bench",
+        "",
+    ),
     "today-odd": (Stage.damage, "", ""),
+    "data-odd": (lambda stage: stage.do("work", "#work .bad", "data", what="verify"), "data", ""),
     "study-compared": (nothing, "study", ""),
+    "study-faulty": (lambda stage: stage.edit("participants =", "people ="), "study", ""),
+    "study-broken": (lambda stage: stage.edit("people =", "people = ["), "study", ""),
     "study-gone": (Stage.lose, "", ""),
+    "settings-faulty": (Stage.spoil, "settings", ""),
+    "nothing": (nothing, NOTHING, ""),
 }
 
 
@@ -305,7 +414,7 @@ def look(
             )
             page = context.new_page()
             picture = f"{name}-{theme}-{width_name}"
-            wrong = complaints(page)
+            wrong = complaints(page) if path != NOTHING else []
             page.goto(address + path)
             if press:
                 page.locator(press).first.click()
@@ -355,11 +464,12 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as place, sync_playwright() as play:
         source = "" if options.documentation else axe_source(options.axe, Path(place))
         laboratory(Path(place, "lab"))
-        stage = Stage(Path(place, "lab"))
         rights = ["--no-sandbox"] if os.geteuid() == 0 else []
         browser = play.chromium.launch(executable_path=chromium, args=rights)
-        with console(stage.folder) as door:
+        with console(Path(place, "lab")) as door:
             opened, address = enter(browser, door), door.partition("?")[0]
+            kept = browser.new_page(storage_state=opened)
+            stage = Stage(Path(place, "lab"), kept, address)
             for name, (prepare, _, _) in SCENES.items():
                 prepare(stage)
                 wanted = DOCUMENTED if options.documentation else options.only or SCENES

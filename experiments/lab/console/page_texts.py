@@ -110,6 +110,11 @@ class Words:
         """
         return _translated(sentence, self.language)
 
+    def decimal(self, shown: str) -> str:
+        """Return a number, with its unit if it has one, with this language's decimal mark."""
+        mark = page_texts(self.language)["page.decimal"]
+        return re.sub(r"(?<=\d)\.(?=\d)", mark, shown) if shown[:1].isdigit() else shown
+
     def exact(self, words: str) -> str:
         """Return a sentence of Slipscale's in this language, and people's own words unchanged."""
         return sentences(self.language).get(words, words)

@@ -153,8 +153,8 @@ def _pilot(desk: Desk, asked: Pilot) -> str:
 
 
 def _save(desk: Desk, asked: Study) -> str:
-    found = desk.now()
-    path = _study_file(found)
+    # The study's own faults, of which the folder's problem tells, are corrected here.
+    path = _study_file(desk.state.now(fresh=True))
     if text_hash(study_text(str(path))) != asked.before:
         raise UserError(
             f"{path}: was changed on disk after this page was loaded; copy your text, "
@@ -168,7 +168,7 @@ def _save(desk: Desk, asked: Study) -> str:
 
 def _study_file(found: Snapshot) -> Path:
     """Return the study's file; raise `UserError` if it may not be edited."""
-    if why := why_not_edited(found):
+    if why := found.problem if found.defaults.file is None else why_not_edited(found):
         raise UserError(why)
     return Path(found.defaults.study)
 

@@ -27,7 +27,11 @@ def strip(found: Snapshot, t: Words, lab: str) -> list[tuple[str, str, str]]:
         ("study", found.study.title if found.study else found.defaults.study, ""),
         ("plate", found.defaults.plate, "warn" if is_mock(found.defaults.plate) else ""),
         ("session", session, "bad" if status and status.state == "fault" else ""),
-        ("disk", t("strip.free", gb=found.free_gb) if found.free_gb else "–", "bad" * low),
+        (
+            "disk",
+            t("strip.free", gb=t.decimal(f"{found.free_gb}")) if found.free_gb else "–",
+            "bad" * low,
+        ),
         (
             "backup",
             t("strip.missing", count=missing) if missing else backup,

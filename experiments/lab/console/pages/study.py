@@ -11,6 +11,7 @@ from slipscale.experiments.lab.console.actions.forms import text_hash
 from slipscale.experiments.lab.console.pages.editor import editor
 from slipscale.experiments.lab.console.state import usual_duration_s
 from slipscale.experiments.study.file import shipped_studies, study_text
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from slipscale.experiments.lab.console.pages.view import View
@@ -32,14 +33,14 @@ def study(view: View) -> dict[str, Any]:
     found = view.found
     template = view.query.get("from", "")
     template = template if template in shipped_studies() else ""
-    text = study_text(template or found.defaults.study) if found.study or template else ""
+    text = _text(found, template)
     duration_s = usual_duration_s(found.roster) if found.roster else None
     duration_s = duration_s or (usual_duration_s(found.rehearsals) if found.rehearsals else None)
     used, compared = _compared(found) if found.study else ("", [])
     return {
         "text": text,
         "before": text_hash(text),
-        "not_edited": "" if template else found.problem or why_not_edited(found),
+        "not_edited": "" if template else why_not_edited(found) if text else found.problem,
         "template": template,
         "templates": shipped_studies(),
         "used": used,
@@ -47,6 +48,16 @@ def study(view: View) -> dict[str, Any]:
         "took_minutes": round(duration_s / 60) or 1 if duration_s else None,
         **editor(view, text, template),
     }
+
+
+def _text(found: Snapshot, template: str) -> str:
+    """Return the text to edit; empty in a folder without settings or without the study's file."""
+    if not template and found.defaults.file is None:
+        return ""
+    try:
+        return study_text(template or found.defaults.study)
+    except UserError:
+        return ""
 
 
 def _compared(found: Snapshot) -> tuple[str, list[Line]]:

@@ -19,7 +19,7 @@ IMPORTS = re.compile(r"(?:from|import) (slipscale[\w.]+)|\"(slipscale\.[\w.]+)[:
 SENTENCE = re.compile("[a-z]{3},? [a-z(]|[a-z] [a-z]{3}")  # two words at least
 # Classes of errors that are also returned, and a function that raises its arguments.
 TELLERS = {"UserError", "RigError", "differs", *(kind.__name__ for kind in FAULTS.values())}
-TELLING = re.compile(rf"\braise |\b({'|'.join(TELLERS)})\(|\b(remedy|detail|what)=")
+TELLING = re.compile(rf"\braise |\b({'|'.join(TELLERS)})\(|\b(remedy|detail|what|problem)=")
 # Errors that users never see: the calling code catches them, or they are defects.
 INTERNAL = {"ArgumentError", "AttributeError", "HTTPException", "LookupError", "RuntimeError"}
 INTERNAL |= {"SystemExit", "TypeError"}
@@ -103,7 +103,7 @@ def told(node, *, everything):
             return [] if word in INTERNAL else arguments if word[0].isupper() else [node.exc]
         case ast.Call(func=ast.Name(word), args=arguments) if word in TELLERS:
             return arguments
-        case ast.keyword(arg="remedy" | "detail" | "what", value=value):
+        case ast.keyword(arg="remedy" | "detail" | "what" | "problem", value=value):
             return [value]
         case ast.Return(value=value) | ast.Yield(value=value) if everything and value:
             return [value]
@@ -123,7 +123,7 @@ def chosen_from(node):
             return [value]
         case ast.Compare():
             return []
-        case ast.Call(func=function) if re.match(r"[A-Z]|re\.", ast.unparse(function)):
+        case ast.Call(func=function) if re.match(r"[A-Z]\w*$|re\.", ast.unparse(function)):
             return []
     return ast.iter_child_nodes(node)
 

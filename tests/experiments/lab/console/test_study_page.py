@@ -47,6 +47,14 @@ def test_a_texts_file_stays_a_file_of_its_own_when_the_study_is_edited(visitor, 
     assert "texts are missing" in said
 
 
+def test_a_file_that_was_spoilt_elsewhere_is_corrected_on_the_page(visitor, own_study):
+    text = own_study.read_text()
+    own_study.write_text(text.replace("seed = 2007", "seed = ["))
+    assert "seed = [" in visitor.see("/study")
+    assert visitor.ask("save", text=text, before=before_of(visitor))[0] == 200
+    assert own_study.read_text() == text
+
+
 def test_every_fault_is_told_at_its_line_and_nothing_is_saved(visitor, own_study):
     text, before = own_study.read_text(), before_of(visitor)
     faulty = text.replace("seed = 2007", "seed = -7").replace("series = 1", "series = 0")
