@@ -13,9 +13,10 @@ import json
 from datetime import date
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.toml_file import read_toml
 from slipscale.hardware.calibration.soundness import BOUNDS, implausible
 from slipscale.hardware.calibration.stored import read_calibration
@@ -37,13 +38,7 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Range = tuple[Positive, Positive]
 
 
-class PlateTable(BaseModel):
-    """A table of the file: immutable, and without unknown keys."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Identity(PlateTable):
+class Identity(FrozenTable):
     """The plate: its name, its number, and the number of the board or generator that drives it.
 
     If ``serial`` is set, a calibration must name it (``--plate-serial``). If ``device_serial`` is
@@ -55,7 +50,7 @@ class Identity(PlateTable):
     device_serial: str = ""
 
 
-class Geometry(PlateTable):
+class Geometry(FrozenTable):
     """Size of the plate and of its ceramics in mm, for the record."""
 
     length_mm: Positive | None = None
@@ -64,7 +59,7 @@ class Geometry(PlateTable):
     rows: Annotated[int, Field(gt=0)] | None = None
 
 
-class LimitsTable(PlateTable):
+class LimitsTable(FrozenTable):
     """The plate's limits, see `PlateLimits`; volts are V peak at the plate."""
 
     level: Positive = SHIPPED.level
@@ -108,7 +103,7 @@ LOWER_BOUNDS = ("frequency_min_hz",)
 ADDED_LATER = (("limits", "voltage_band", SHIPPED.voltage_band), ("acknowledgement", CHECKSUM, ""))
 
 
-class Expected(PlateTable):
+class Expected(FrozenTable):
     """Bounds within which a calibration of this plate is plausible; None: `BOUNDS`."""
 
     resonance_hz: Range | None = None
@@ -116,7 +111,7 @@ class Expected(PlateTable):
     um_pp_per_v_peak: Range | None = None
 
 
-class Wiring(PlateTable):
+class Wiring(FrozenTable):
     """The drive of the plate; ``amplifier_gain`` and ``channel`` are those of a generator.
 
     ``position`` and ``force`` are SPECs of the finger sensors.
@@ -130,13 +125,13 @@ class Wiring(PlateTable):
     notes: str = ""
 
 
-class CalibrationPlace(PlateTable):
+class CalibrationPlace(FrozenTable):
     """The calibration's file, in the plate file's folder."""
 
     file: Annotated[str, Field(min_length=1)]
 
 
-class Acknowledgement(PlateTable):
+class Acknowledgement(FrozenTable):
     """The person who takes responsibility for limits beyond the shipped ones, and the limits."""
 
     by: Annotated[str, Field(min_length=1)]
@@ -150,7 +145,7 @@ class Acknowledgement(PlateTable):
         return hashlib.sha256(content.encode("utf-8")).hexdigest()
 
 
-class PlateFile(PlateTable):
+class PlateFile(FrozenTable):
     """A plate as described by its file."""
 
     identity: Identity

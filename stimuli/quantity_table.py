@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
+from slipscale.faults.frozen_table import FrozenTable
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, made_by_plate
 
 Text = Annotated[str, Field(strict=True, min_length=1)]
 
 
-class QuantityTable(BaseModel):
+class QuantityTable(FrozenTable):
     """The quantity that the plate produces, in which a study's levels are also expressed."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Annotated[str, Field(strict=True, pattern=r"^[a-z]+( [a-z]+)*$")] = Field(
         default=PLATE_AMPLITUDE.name, description="A noun in small letters, such as voltage."

@@ -6,9 +6,8 @@ import hashlib
 import json
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict
-
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.faults.frozen_table import FrozenTable
 
 MANIFEST = "manifest.json"
 STUDY = "study/study.toml"
@@ -17,11 +16,7 @@ FORMAT: Literal[1] = 1
 Role = Literal["study", "named by the study", "population", "power", "notes", "page", "packages"]
 
 
-class _Frozen(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class FrozenFile(_Frozen):
+class FrozenFile(FrozenTable):
     """A file in the bundle; ``named_by`` is the study key that names it."""
 
     path: str
@@ -30,7 +25,7 @@ class FrozenFile(_Frozen):
     named_by: str = ""
 
 
-class Manifest(_Frozen):
+class Manifest(FrozenTable):
     """A frozen plan.
 
     ``normalisation`` and ``tests`` describe what `analyse` does with simulated data from the

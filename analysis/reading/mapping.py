@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tomlkit
 from pydantic import (
     AfterValidator,
-    BaseModel,
-    ConfigDict,
     Field,
     StringConstraints,
     ValidationError,
@@ -19,6 +17,7 @@ from pydantic import (
 from slipscale.analysis.reading.units import factor
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.toml_file import read_toml
 from slipscale.faults.validation import complaint, faults_in, sentences
 from slipscale.stimuli.quantity import Quantity
@@ -41,11 +40,7 @@ def _printable(text: str) -> str:
 ColumnName = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)]
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Columns(_Strict):
+class Columns(FrozenTable):
     """Column names in the table."""
 
     participant: ColumnName
@@ -66,7 +61,7 @@ class Columns(_Strict):
     trial: ColumnName | None = None
 
 
-class AnswerWords(_Strict):
+class AnswerWords(FrozenTable):
     """Meaning of the answers.
 
     Parameters
@@ -86,7 +81,7 @@ class AnswerWords(_Strict):
         return self.yes if self.yes and self.yes.isprintable() and WORD.search(self.yes) else "yes"
 
 
-class StimulusWords(_Strict):
+class StimulusWords(FrozenTable):
     """Terms used in the report for what was presented and judged."""
 
     name: Annotated[ColumnName, AfterValidator(_printable)] | None = None
@@ -104,7 +99,7 @@ class StimulusWords(_Strict):
         return factor(self.unit, self.in_unit) if self.in_unit else 1.0
 
 
-class Cells(_Strict):
+class Cells(FrozenTable):
     """Format of the table, and which of its rows are used."""
 
     decimal: Literal[".", ","] | None = None
@@ -112,7 +107,7 @@ class Cells(_Strict):
     only: dict[str, str] = Field(default_factory=dict)
 
 
-class TableMapping(_Strict):
+class TableMapping(FrozenTable):
     """Meaning of the columns of a table.
 
     Parameters

@@ -13,10 +13,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
 from slipscale.experiments.dataset.files import write_file
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.validation import in_words
 
 if TYPE_CHECKING:
@@ -27,10 +28,8 @@ BY_HAND = "by hand"  # beginning of the reason for such an exclusion
 EVERY = Path("sourcedata", "sub-*", RECORD)
 
 
-class Decision(BaseModel):
+class Decision(FrozenTable):
     """A decision to exclude a participant, or to include them again."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     excluded: bool
     reason: Annotated[str, Field(min_length=1, max_length=2000)]

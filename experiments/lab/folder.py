@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from slipscale.experiments.dataset.files import write_file
 from slipscale.experiments.languages.texts import CODE
 from slipscale.experiments.study.file import read_study
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.toml_file import parse_toml, read_toml
 from slipscale.hardware.registry import backend_names, unknown_backend
 
@@ -22,10 +23,8 @@ FILE = "slipscale.toml"
 Text = Annotated[str, Field(min_length=1)]
 
 
-class LabFile(BaseModel):
+class LabFile(FrozenTable):
     """Contents of ``slipscale.toml``. Paths in it are relative to its folder."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     study: Text = Field(
         default="biet2007", description=("A TOML file, or the name of a shipped study.")

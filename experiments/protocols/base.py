@@ -11,12 +11,13 @@ import re
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, Field
 
 from slipscale.experiments.languages.texts import ENGLISH, languages
 from slipscale.experiments.protocols.ordering.randomisation import Stream
 from slipscale.experiments.protocols.ordering.williams import Place
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import FrozenTable
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, in_code, in_um
 from slipscale.stimuli.surface import UNLISTED, VirtualSurface
 
@@ -53,10 +54,8 @@ Label = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 EntityLabel = Annotated[str, Field(strict=True, pattern="^[A-Za-z0-9]+$")]
 
 
-class Options(BaseModel):
+class Options(FrozenTable):
     """Protocol options that a study can set; unknown keys are errors."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     protocol: Words = Field(description="Name of the protocol's entry point.")
     label: EntityLabel | None = Field(

@@ -21,6 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from slipscale.experiments.journal.locks import writer
 from slipscale.experiments.session.operator import Request, SessionStatus, State, answer_wanted
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import FrozenTable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -37,10 +38,8 @@ STATUS, REQUESTS = "status.json", "requests"
 Asked = Literal["pause", "go_on", "void", "ask_again", "retry", "stop", "note", "answer", "unblind"]
 
 
-class TrialName(BaseModel):
+class TrialName(FrozenTable):
     """Identifies a trial: trials are numbered from 1 within each task."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     task: str
     number: int
@@ -78,10 +77,8 @@ class LiveStatus(BaseModel):
     refused: str
 
 
-class LiveRequest(BaseModel):
+class LiveRequest(FrozenTable):
     """A request from another process, carried out only by the session with this ``token``."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     token: str
     what: Asked

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, Field
+
+from slipscale.faults.frozen_table import FrozenTable
 
 Normalisation = Literal[
     "none",
@@ -72,10 +74,8 @@ ThresholdCurve = Literal["weibull", "log_logistic", "log_normal", "gumbel", "log
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
-class Thresholds(BaseModel):
+class Thresholds(FrozenTable):
     """Criteria for flagging a participant's data (only those in ``exclusions`` exclude it)."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     falling_steps: Annotated[int, Field(ge=1)] | None = Field(
         default=None,
@@ -148,10 +148,8 @@ def _no_outcome(flags: tuple[QualityFlag, ...]) -> tuple[QualityFlag, ...]:
     return flags
 
 
-class AnalysisChoices(BaseModel):
+class AnalysisChoices(FrozenTable):
     """The ``[analysis]`` table of a study file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     normalisation: Normalisation | None = Field(
         default=None,

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from slipscale.experiments.protocols.base import Column, Label, Words
 from slipscale.experiments.protocols.ordering.williams import williams_blocks
@@ -26,6 +26,7 @@ from slipscale.experiments.protocols.steps import (
 )
 from slipscale.experiments.study.levels import Levels
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import FrozenTable
 from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.textures import PARAMETERS
 
@@ -45,10 +46,8 @@ MOST_CONDITIONS = 24
 AnyStep = TypeVar("AnyStep", bound="Step")
 
 
-class Factor(BaseModel):
+class Factor(FrozenTable):
     """A factor: a stimulus parameter, or a condition announced to the participant."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Label = Field(
         description="Column of the factor in the data. If it is the key of a parameter, such as "

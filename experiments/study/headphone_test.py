@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from slipscale.experiments.protocols.steps import (
     NO_SOUND,
@@ -24,6 +24,7 @@ from slipscale.experiments.protocols.steps import (
     Played,
     Reply,
 )
+from slipscale.faults.frozen_table import FrozenTable
 from slipscale.stimuli.headphone_sounds import EARS, TONES, NoiseInEar, Tones
 
 if TYPE_CHECKING:
@@ -44,10 +45,8 @@ LEVELS = ("comfortable", "too_loud", "not_heard")
 MISHEARD = 0.02
 
 
-class HeadphoneTest(BaseModel):
+class HeadphoneTest(FrozenTable):
     """Asks which of three tones is quietest; with loudspeakers, a different one seems quietest."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     level_db: Annotated[float, Field(strict=True, le=0, ge=-60)] = Field(
         default=-20.0,

@@ -9,8 +9,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import (
-    BaseModel,
-    ConfigDict,
     Field,
     SerializeAsAny,
     ValidationError,
@@ -59,6 +57,7 @@ from slipscale.experiments.study.tables import (
     StimulusTable,
     Texture,
 )
+from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.suggestions import expected_one_of
 from slipscale.faults.validation import faults_in, refuse
 from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS, AttributeWords
@@ -77,10 +76,8 @@ if TYPE_CHECKING:
 MOST = 100
 
 
-class Study(BaseModel):
+class Study(FrozenTable):
     """The study definition. Each field is a key of the study file, with a description."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Label = Field(
         description="Short label of the study: letters, digits and _, beginning with a "

@@ -8,19 +8,18 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from slipscale.experiments.protocols.base import Switch
+from slipscale.faults.frozen_table import FrozenTable
 
 NAMED = ("space", "enter")
 AGAIN = ("r", "a")  # the first one that is not the `go_on` key
 Key = Annotated[str, Field(strict=True)]
 
 
-class ParticipantKeys(BaseModel):
+class ParticipantKeys(FrozenTable):
     """The ``[keys]`` table of a study file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     go_on: Key = Field(
         default="space",

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from slipscale.experiments.languages.texts import FEWEST_ANSWERS, MOST_OPTIONS, shipped_texts
 from slipscale.experiments.protocols.base import Label, Words
 from slipscale.experiments.protocols.steps import CONSENT, Ask, ChoiceQuestion, WholeNumberQuestion
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import FrozenTable
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
@@ -43,13 +44,11 @@ def distinct(
     return value
 
 
-class PersonQuestion(BaseModel):
+class PersonQuestion(FrozenTable):
     """A question about the participant, never about their name.
 
     Give either ``options``, or ``minimum`` and ``maximum`` for a whole number to be typed.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Label = Field(
         description="Column of participants.tsv for the answer: letters, digits and _."

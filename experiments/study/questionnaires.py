@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator
 
 from slipscale.experiments.languages.texts import FEWEST_ANSWERS, MOST_OPTIONS
 from slipscale.experiments.protocols.base import Label, Words
@@ -17,6 +17,7 @@ from slipscale.experiments.protocols.simulated_answers import any_choice
 from slipscale.experiments.protocols.steps import CONSENT, Instruct
 from slipscale.experiments.study.person_questions import TAKEN, PersonQuestion, Translated, distinct
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import FrozenTable
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
@@ -35,10 +36,8 @@ Answers = (
 )
 
 
-class Item(BaseModel):
+class Item(FrozenTable):
     """An item in a questionnaire."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Label = Field(
         description=("Code of the item, which is also its column in the questionnaire's table.")
@@ -60,10 +59,8 @@ class Item(BaseModel):
     _distinct = field_validator("options")(distinct)
 
 
-class Questionnaire(BaseModel):
+class Questionnaire(FrozenTable):
     """A questionnaire. Its items are asked one at a time, in the given order."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Label = Field(description="Name of the questionnaire's table, phenotype/<name>.tsv.")
     description: Words = Field(

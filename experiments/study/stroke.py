@@ -14,10 +14,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from slipscale.experiments.protocols.base import Count, Positive, Seconds, Switch
 from slipscale.experiments.protocols.steps import Explore, Guide, Present
+from slipscale.faults.frozen_table import FrozenTable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -53,10 +54,8 @@ class Stroked:
     forward_share: float | None = None
 
 
-class Stroke(BaseModel):
+class Stroke(FrozenTable):
     """How participants are to stroke the surfaces."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     speed_mm_s: Positive | None = Field(
         default=None,

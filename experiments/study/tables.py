@@ -6,10 +6,11 @@ import math
 from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
+from pydantic import Field, create_model, model_validator
 
 from slipscale.experiments.protocols.base import Label, Positive, Seconds, Switch, Words
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.validation import refuse
 from slipscale.hardware.limits import PlateLimits
 from slipscale.stimuli.parameters import declared
@@ -26,10 +27,8 @@ if TYPE_CHECKING:
     from slipscale.stimuli.textures import Texture as TextureSurface
 
 
-class MaskingNoise(BaseModel):
+class MaskingNoise(FrozenTable):
     """Pink noise in the headphones while the plate may be audible."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     level_db: Annotated[float, Field(strict=True, le=0, ge=-100)] = Field(
         default=-20.0,
@@ -48,10 +47,8 @@ Kind = Literal["grating", "transient"]
 Amount = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 
 
-class Cost(BaseModel):
+class Cost(FrozenTable):
     """The costs of the study, for ``slipscale study show --timeline``."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     currency: Words = Field(default="EUR", description="Name of the currency, as printed.")
     per_person: Amount = Field(
@@ -73,10 +70,8 @@ class Cost(BaseModel):
     )
 
 
-class Simulated(BaseModel):
+class Simulated(FrozenTable):
     """How what simulated people feel grows with the levels, where the study assumes it."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     weber: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = Field(
         default=None,
@@ -91,10 +86,8 @@ class Simulated(BaseModel):
     )
 
 
-class PlateSettings(BaseModel):
+class PlateSettings(FrozenTable):
     """The plate used in a study, and limits that differ from the defaults."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     file: str = Field(
         default="",
@@ -142,10 +135,8 @@ class PlateSettings(BaseModel):
     )
 
 
-class StatedWords(BaseModel):
+class StatedWords(FrozenTable):
     """The words for an attribute in a language."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     adjective: Words = Field(
         description=("Adjective, as in “How slippery is it?”; in the feminine form.")
@@ -168,11 +159,11 @@ def _field(parameter: Parameter) -> Any:
 
 
 if TYPE_CHECKING:
-    _Parameters = BaseModel
+    _Parameters = FrozenTable
 else:
     _Parameters = create_model(
         "_Parameters",
-        __config__=ConfigDict(frozen=True, extra="forbid"),
+        __base__=FrozenTable,
         **{field: (each.kind | None, _field(each.parameter)) for field, each in PARAMETERS.items()},
     )
 

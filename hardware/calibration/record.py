@@ -13,9 +13,10 @@ from dataclasses import replace
 from datetime import date, timedelta
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import FrozenTable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -35,13 +36,7 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 VoltageConvention = Literal["V peak", "V peak-to-peak", "V RMS"]
 
 
-class CalibrationTable(BaseModel):
-    """A table of the file: immutable, and without unknown keys."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Device(CalibrationTable):
+class Device(FrozenTable):
     """The plate's device: answers of backend and ``*IDN?``, and the plate's own number (if any).
 
     A board and its plate are one unit. Plates behind a generator can be exchanged, and only
@@ -56,7 +51,7 @@ class Device(CalibrationTable):
     firmware: str = ""
 
 
-class Provenance(CalibrationTable):
+class Provenance(FrozenTable):
     """When, by whom, with what and under which conditions the calibration was made."""
 
     date: date
@@ -67,7 +62,7 @@ class Provenance(CalibrationTable):
     finger: bool = False
 
 
-class DriveChain(CalibrationTable):
+class DriveChain(FrozenTable):
     """The voltage convention, and what follows the generator.
 
     All volts in the file are volts at the plate, after the amplifier.
@@ -84,7 +79,7 @@ class DriveChain(CalibrationTable):
         return PEAK_OF[self.voltage_convention]
 
 
-class Resonance(CalibrationTable):
+class Resonance(FrozenTable):
     """The fitted resonance; ``_ci95`` are half-widths of 95 % confidence intervals."""
 
     frequency_hz: Positive
@@ -95,7 +90,7 @@ class Resonance(CalibrationTable):
     residual_um: NotNegative
 
 
-class Gain(CalibrationTable):
+class Gain(FrozenTable):
     """The fitted line through the origin at resonance: µm p-p per volt."""
 
     um_pp_per_v: Positive
@@ -105,7 +100,7 @@ class Gain(CalibrationTable):
     amplitude_max_um_pp: Positive
 
 
-class Point(CalibrationTable):
+class Point(FrozenTable):
     """One reading of the vibrometer."""
 
     sweep: Literal["coarse", "fine", "voltage"]
@@ -114,7 +109,7 @@ class Point(CalibrationTable):
     amplitude_um_pp: NotNegative
 
 
-class Calibration(CalibrationTable):
+class Calibration(FrozenTable):
     """The relation between volts and micrometres for one plate.
 
     Raises

@@ -5,15 +5,9 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Annotated
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, InstanceOf
+from pydantic import BeforeValidator, Field, InstanceOf
 
 from slipscale.analysis.reconstruction.table.rounding import Printed, plain_decimal
-
-
-class Record(BaseModel):
-    """Base class for file entries: frozen, and rejects unknown keys."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 def _printed(value: object) -> Printed:

@@ -6,13 +6,14 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from slipscale.analysis.reconstruction.table.printed_fields import AsPrinted, Record
+from slipscale.analysis.reconstruction.table.printed_fields import AsPrinted
+from slipscale.faults.frozen_table import FrozenTable
 
 Kind = Literal["paired_t", "independent_t", "welch_t", "one_way_f", "rm_f", "correlation"]
 OF_F = ("one_way_f", "rm_f")
 
 
-class PrintedTest(Record):
+class PrintedTest(FrozenTable):
     """A test between columns, as printed.
 
     Parameters

@@ -17,11 +17,11 @@ from slipscale.analysis.reconstruction.table.printed_fields import (
     AsPrinted,
     Counts,
     Exact,
-    Record,
     Shares,
     Values,
     exact,
 )
+from slipscale.faults.frozen_table import FrozenTable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -39,7 +39,7 @@ WIDEST_OPEN = 1_000_000_000
 LARGEST_SQUARES = 2**63 - 1
 
 
-class OpenScale(Record):
+class OpenScale(FrozenTable):
     """A scale as printed: it may be absent, or lack one or both ends.
 
     With ``items``, a rating is the mean of this many answers; ``step`` is given for a single
@@ -113,7 +113,7 @@ class Scale(OpenScale):
         return int(steps) if inside else None
 
 
-class Summary(Record):
+class Summary(FrozenTable):
     """The printed numbers of one column, without the scale.
 
     Parameters

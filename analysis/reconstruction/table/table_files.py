@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field, ValidationError, model_validator
 
 from slipscale.analysis.reconstruction.table.interval_column import interval_column
-from slipscale.analysis.reconstruction.table.printed_fields import Record
-from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest  # noqa: TC001 - a field
+from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
 from slipscale.analysis.reconstruction.table.published_table import (
     Column,
     Design,
@@ -23,6 +22,7 @@ from slipscale.analysis.reconstruction.table.published_table import (
     on_one_scale,
 )
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.suggestions import expected_one_of
 from slipscale.faults.toml_file import parse_toml
 from slipscale.faults.validation import complaint, faults_in, in_words, refuse, sentences
@@ -75,7 +75,7 @@ class Row:
     told: tuple[tuple[int, str], ...] = ()
 
 
-class _File(Record):
+class _File(FrozenTable):
     """Model of a table in a TOML file."""
 
     title: str = ""

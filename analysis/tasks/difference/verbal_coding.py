@@ -7,8 +7,9 @@ import unicodedata
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.toml_file import read_toml
 
 Meaning = Literal["less_slippery", "more_slippery", "unclear"]
@@ -20,13 +21,11 @@ OTHER = "other"
 CLAUSES = re.compile(r"[,;.!/]+| and | but | et | mais ")
 
 
-class Category(BaseModel):
+class Category(FrozenTable):
     """A category: the stems that identify it, and its meaning for slipperiness.
 
     ``more_stems`` are comparatives that include "more" ("rougher").
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     stems: Annotated[tuple[Word, ...], Field(min_length=1)]
     bare: Meaning = "unclear"
@@ -35,10 +34,8 @@ class Category(BaseModel):
     more_stems: tuple[Word, ...] = ()
 
 
-class Codebook(BaseModel):
+class Codebook(FrozenTable):
     """A code book, as defined in its TOML file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     title: str
     less: tuple[Word, ...] = ()

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
+from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.toml_file import read_toml
 from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.plate.geometry import Region
@@ -26,11 +27,7 @@ NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Row = tuple[float, ...]  # `slipscale.hardware.plate.materials.Piezoceramic` checks the matrices
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Requirements(_Table):
+class Requirements(FrozenTable):
     """The plate's requirements; the defaults are the paper's (Sections II and III)."""
 
     workspace_mm: tuple[Span, Span] = (57.0, 45.0)
@@ -53,14 +50,14 @@ class Requirements(_Table):
         return voltage_v
 
 
-class BeamConstants(_Table):
+class BeamConstants(FrozenTable):
     """The ceramic's constants for the beam model."""
 
     modulus_pa: Positive = P1_91_TABLE_II.modulus_pa
     d31_m_v: Annotated[float, Field(ge=-1e-7, le=1e-7)] = P1_91_TABLE_II.d31_m_v
 
 
-class FullConstants(_Table):
+class FullConstants(FrozenTable):
     """The ceramic's constants for Timoshenko's beam and the finite elements."""
 
     stiffness_pa: tuple[Row, ...] = P1_91.stiffness_pa
@@ -68,7 +65,7 @@ class FullConstants(_Table):
     relative_permittivity: tuple[Positive, Positive, Positive] = P1_91.relative_permittivity
 
 
-class Ceramic(_Table):
+class Ceramic(FrozenTable):
     """The available ceramics."""
 
     name: str = "P1-91"
@@ -82,7 +79,7 @@ class Ceramic(_Table):
     full: FullConstants = FullConstants()
 
 
-class PassivePlate(_Table):
+class PassivePlate(FrozenTable):
     """The passive plate."""
 
     name: str = COPPER_BERYLLIUM.name
@@ -93,7 +90,7 @@ class PassivePlate(_Table):
     density_kg_m3: Positive = COPPER_BERYLLIUM.density_kg_m3
 
 
-class _Outline(_Table):
+class _Outline(FrozenTable):
     """A rectangle, by its size, or a disc, by its diameter."""
 
     size_mm: tuple[Length, Length] | None = None
@@ -136,7 +133,7 @@ class DrawnPlate(_Outline):
         return band_hz
 
 
-class Brief(_Table):
+class Brief(FrozenTable):
     """The complete brief; without entries, the paper's plate."""
 
     title: str = "Biet 2007"

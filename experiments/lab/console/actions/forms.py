@@ -7,9 +7,10 @@ from itertools import count
 from pathlib import Path
 from typing import Annotated, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.validation import in_words
 
 Label = Annotated[str, Field(pattern="^[A-Za-z0-9]{1,40}$")]
@@ -18,10 +19,8 @@ Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]  # hash of the text sho
 LARGEST_STUDY = 500_000
 
 
-class Form(BaseModel):
+class Form(FrozenTable):
     """Base of all forms; rejects unknown fields."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 FormType = TypeVar("FormType", bound=Form)
