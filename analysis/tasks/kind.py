@@ -3,7 +3,8 @@
 Each folder in `slipscale.analysis.tasks` contains one kind, the counterpart of a session's
 `Protocol`. Its ``declaration`` lists everything that the report and its files show about it, and
 `slipscale.analysis.tasks.table` lists the declarations. Other packages declare theirs with an
-entry point; see `slipscale.analysis.tasks.outside`. Rules:
+entry point; see `slipscale.analysis.tasks.outside`. A small kind has two modules: ``statistics``
+(its trials and results) and ``declaration`` (its sentences, section and figures). Rules:
 
 - shared code (loading, inference, page, files, plans) loops over `Analysis.kinds` and names no
   particular kind;

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.declared.flat_table import flat
@@ -10,9 +10,9 @@ from slipscale.analysis.tasks.declared.session_tables import by_session
 from slipscale.analysis.tasks.difference import figures, section, sentences
 from slipscale.analysis.tasks.difference.reading import TRIALS
 from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
-from slipscale.analysis.tasks.difference.table import answers_table
 from slipscale.analysis.tasks.kind import TaskAnalysis
 from slipscale.analysis.writing.numbers import counted
+from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
@@ -25,6 +25,36 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.analysis.statistics.statistic import SessionTable
     from slipscale.analysis.tasks.kind import Analysis
+
+#: Columns of yes-no answers, included if they are not empty.
+ANSWERS = (
+    *(PARTICIPANT, "session", "run", "series", "trial", "step"),
+    *("amplitude_before_um_pp", "amplitude_um_pp", "catch", "difference_felt"),
+    *("confidence", "response_time", "verbal_report"),
+)
+
+
+def answers_table(analysis: Analysis) -> pd.DataFrame:
+    """Return the analysed yes/no answers, on which all results for the task are based.
+
+    For a quantity other than the plate's, includes the stimulus and its reference.
+    """
+    rows = analysis.dataset.differences
+    kept = [name for name in ANSWERS if name in rows and not _empty(rows[name])]
+    table = rows[kept].astype({"difference_felt": int})
+    if not analysis.dataset.quantity.stepped:
+        return table.rename(
+            columns={
+                "amplitude_before_um_pp": "amplitude_um_pp",
+                "amplitude_um_pp": "reference",
+                "difference_felt": "yes",
+            }
+        )
+    return table
+
+
+def _empty(cells: pd.Series[Any]) -> bool:
+    return bool(cells.isna().all() or (cells.astype(str) == "").all())
 
 
 def _questions(analysis: Analysis) -> list[str]:

@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
 
-
 #: What differs between conditions -> term in the mixed model.
 TERMS = {"exponent": "lx:condition", "log_ratio": "condition"}
 

@@ -22,20 +22,46 @@ import numpy as np
 import pandas as pd
 
 from slipscale.analysis.preprocessing.labels import numbers_first
-from slipscale.analysis.reading.task_tables import by_task
+from slipscale.analysis.reading.surface_labels import plain
+from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inputs, Statistic
-from slipscale.analysis.tasks.identification.reading import TRIALS
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from slipscale.analysis.reading.delimited import Problems
+
     Array = NDArray[np.float64]
+
+ITEMS = ("presented", "named")
+
+
+def _known(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
+    """Return trials with the column ``right``; NaN without a name or an answer."""
+    whole = (frame["presented"] != "") & (frame["named"] != "")
+    right = (frame["presented"] == frame["named"]).astype(float)
+    return frame.assign(**{name: frame[name].map(plain) for name in ITEMS}).assign(
+        right=right.where(whole)
+    )
+
+
+TRIALS = task_trials(
+    "identifications",
+    "identification",
+    marks=ITEMS,
+    numeric=(),
+    words=ITEMS,
+    columns=(*ITEMS, "right"),
+    needed=("right",),
+    derive=_known,
+)
+
 
 #: With fewer trials per cell, a corrected value is still too large (our rule of thumb).
 TRIALS_PER_CELL = 5

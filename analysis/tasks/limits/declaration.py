@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.not_computed import NotComputed
+import numpy as np
+from matplotlib.figure import Figure
+
+from slipscale.analysis.statistics.not_computed import NotComputed, computed
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
-from slipscale.analysis.tasks.limits.figures import transitions
-from slipscale.analysis.tasks.limits.reading import TRIALS
-from slipscale.analysis.tasks.limits.statistics import LIMITS
+from slipscale.analysis.tasks.limits.statistics import LIMITS, TRIALS
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import (
     bracketed,
@@ -19,6 +20,8 @@ from slipscale.analysis.writing.numbers import (
     p_value,
     reliable,
 )
+from slipscale.analysis.writing.points import SIZE, draw_means, draw_people
+from slipscale.figure_style import styled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -98,6 +101,27 @@ def _blocks(
             "both directions.",
         ),
     ]
+
+
+NAMES = ("Ascending", "Descending", "Both")
+
+
+@styled
+def transitions(task: TaskLimits, quantity: Quantity) -> Figure:
+    """Draw participants' mean transitions by direction, and the means with intervals."""
+    figure = Figure(figsize=SIZE, layout="constrained")
+    axes = figure.add_subplot()
+    rows = [(p.ascending_um_pp, p.descending_um_pp, p.threshold_um_pp) for p in task.people]
+    draw_people(axes, np.arange(3.0), np.array(rows, np.float64))
+    for place, each in enumerate(
+        (task.ascending_um_pp, task.descending_um_pp, task.threshold_um_pp)
+    ):
+        if found := computed(each):
+            draw_means(axes, np.array([float(place)]), [found.mean], [found.interval])
+    axes.set_xticks(range(3), NAMES)
+    axes.set_ylabel(quantity.headed("Transition"))
+    axes.set_xlabel("Series")
+    return figure
 
 
 ANALYSIS = of_one_statistic(

@@ -18,18 +18,38 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.analysis.reading.task_tables import by_task
+from slipscale.analysis.reading.answer_codes import own_answers
+from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
-from slipscale.analysis.tasks.limits.reading import TRIALS
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from slipscale.analysis.reading.delimited import Problems
+
+
+def _coded(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
+    return frame.assign(felt=own_answers(frame["different"]))
+
+
+TRIALS = task_trials(
+    "limits",
+    "trial of the method of limits",
+    marks=("series", "direction", "comparison_um_pp", "different"),
+    numeric=("series", "comparison_um_pp", "standard_um_pp"),
+    words=("direction", "different"),
+    columns=("series", "direction", "comparison_um_pp", "standard_um_pp", "felt"),
+    needed=("felt", "comparison_um_pp", "series"),
+    levels=("comparison_um_pp", "standard_um_pp"),
+    derive=_coded,
+)
+
 
 ASCENDING, DESCENDING = "ascending", "descending"
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+from matplotlib.figure import Figure
+
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.declared.session_tables import mean_by_session
-from slipscale.analysis.tasks.matching import figures
-from slipscale.analysis.tasks.matching.reading import TRIALS
-from slipscale.analysis.tasks.matching.statistics import MATCHING
+from slipscale.analysis.tasks.matching.statistics import MATCHING, TRIALS
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import (
     bracketed,
@@ -21,10 +22,13 @@ from slipscale.analysis.writing.numbers import (
     p_value,
     reliable,
 )
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.figure_style import BLUE, GREY, INK, VERMILION, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
+    import pandas as pd
     from markupsafe import Markup
 
     from slipscale.analysis.json_form import JsonObject
@@ -33,7 +37,6 @@ if TYPE_CHECKING:
     from slipscale.stimuli.quantity import Quantity
 
     Task = list[MatchedReference]
-
 
 #: Fields that become columns; the tests of bias and direction follow.
 TABULATED = (
@@ -132,6 +135,68 @@ def _row(each: MatchedReference) -> JsonObject:
     return row
 
 
+@styled
+def matches(found: Sequence[MatchedReference], trials: pd.DataFrame, quantity: Quantity) -> Figure:
+    """Draw matches against references: participants, and means from below and from above.
+
+    Parameters
+    ----------
+    found : sequence of MatchedReference
+        References of one task.
+    trials : DataFrame
+        The trials of `slipscale.analysis.tasks.matching.statistics.TRIALS` of the task.
+    quantity : Quantity
+    """
+    figure = Figure(figsize=(5.6, 4.2), layout="constrained")
+    axes = figure.add_subplot()
+    means = trials.groupby([PARTICIPANT, "reference_um_pp", "direction"], observed=True)[
+        "matched_um_pp"
+    ].mean()
+    table = means.reset_index()
+    ends = [
+        min(each.reference_um_pp for each in found),
+        max(each.reference_um_pp for each in found),
+    ]
+    margin = 0.08 * (ends[1] - ends[0] or ends[1])
+    line = np.array([ends[0] - margin, ends[1] + margin])
+    axes.plot(line, line, color=GREY, linewidth=0.9, linestyle=":", label="equal", zorder=0)
+    for direction, colour, marker, shift in (
+        ("ascending", BLUE, "^", -1),
+        ("descending", VERMILION, "v", 1),
+    ):
+        own = table[table["direction"] == direction]
+        axes.plot(
+            own["reference_um_pp"] + shift * 0.15 * margin,
+            own["matched_um_pp"],
+            marker,
+            color=colour,
+            markersize=4,
+            alpha=0.45,
+            zorder=1,
+        )
+        points = [
+            (each.reference_um_pp, each.ascending_um_pp if shift < 0 else each.descending_um_pp)
+            for each in found
+        ]
+        known = [(x, y) for x, y in points if y is not None]
+        if known:
+            axes.plot(
+                *zip(*known, strict=True),
+                marker=marker,
+                color=colour,
+                markersize=8,
+                linewidth=0,
+                markeredgecolor=INK,
+                label=f"mean, {direction} (from {'below' if shift < 0 else 'above'})",
+                zorder=3,
+            )
+    axes.set_xticks([each.reference_um_pp for each in found])
+    axes.set_xlabel(quantity.headed("Reference"))
+    axes.set_ylabel(quantity.headed("Match"))
+    figure.legend(loc="outside lower center", ncols=2)
+    return figure
+
+
 ANALYSIS = of_one_statistic(
     "matching",
     TRIALS,
@@ -143,7 +208,7 @@ ANALYSIS = of_one_statistic(
     answers=lambda task, level, q: [_answer(each, level, q) for each in task],
     blocks=blocks,
     figures=lambda task, trials, q: {
-        f"matching_{task[0].task}": figures.matches(task, trials[trials["task"] == task[0].task], q)
+        f"matching_{task[0].task}": matches(task, trials[trials["task"] == task[0].task], q)
     },
     rows=lambda task: [_row(each) for each in task],
     session_tables=mean_by_session(

@@ -1,4 +1,8 @@
-"""Analyse matching by adjustment: bias, variability and effect of direction."""
+"""Analyse matching by adjustment: bias, variability and effect of direction.
+
+In the trials, ``felt_again`` is the number of times the reference was repeated; NaN in tables
+without that column.
+"""
 
 from __future__ import annotations
 
@@ -7,18 +11,39 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.analysis.reading.task_tables import by_task
+from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Statistic
-from slipscale.analysis.tasks.matching.reading import TRIALS
-from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.dataset.schema import INTERVAL, PARTICIPANT
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from slipscale.analysis.reading.delimited import Problems
+
+REFERENCE = f"{INTERVAL}1_amplitude_um_pp"
+
+
+def _matches(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
+    return frame.assign(reference_um_pp=frame[REFERENCE])
+
+
+TRIALS = task_trials(
+    "matches",
+    "matching",
+    marks=("matched_um_pp", "direction"),
+    required=(REFERENCE,),
+    numeric=(REFERENCE, "matched_um_pp", "felt_again"),
+    words=("direction",),
+    columns=("direction", "reference_um_pp", "matched_um_pp", "felt_again"),
+    needed=("reference_um_pp", "matched_um_pp"),
+    derive=_matches,
+)
+
 
 ASCENDING, DESCENDING = "ascending", "descending"
 
@@ -78,7 +103,7 @@ def matching(
     Parameters
     ----------
     matches : DataFrame
-        The trials of `slipscale.analysis.tasks.matching.reading.TRIALS`.
+        The trials of `slipscale.analysis.tasks.matching.statistics.TRIALS`.
     """
     if not len(matches) or matches["catch"].all():
         return NotComputed("no trials of matching")

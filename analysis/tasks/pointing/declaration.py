@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+from matplotlib.figure import Figure
+
 from slipscale.analysis.json_form import renamed
-from slipscale.analysis.statistics.not_computed import fold
+from slipscale.analysis.statistics.not_computed import computed, fold
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
-from slipscale.analysis.tasks.pointing.figures import movement_times
-from slipscale.analysis.tasks.pointing.reading import TRIALS
-from slipscale.analysis.tasks.pointing.statistics import FEWEST, POINTING
+from slipscale.analysis.tasks.pointing.statistics import FEWEST, POINTING, TRIALS
 from slipscale.analysis.writing import html
+from slipscale.analysis.writing.axes import LINES_AT_MOST
 from slipscale.analysis.writing.numbers import (
     DASH,
     bracketed,
@@ -21,6 +23,8 @@ from slipscale.analysis.writing.numbers import (
     p_value,
     reliable,
 )
+from slipscale.analysis.writing.points import SIZE
+from slipscale.figure_style import BLUE, ORANGE, PALE, styled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -147,6 +151,32 @@ def _rows(task: TaskPointing) -> list[JsonObject]:
             [renamed(person, cells="") for person in each.people],
         )
     ]
+
+
+@styled
+def movement_times(task: TaskPointing) -> Figure:
+    """Draw participants' mean movement times, their means, and the mean line per condition."""
+    figure = Figure(figsize=SIZE, layout="constrained")
+    axes = figure.add_subplot()
+    for condition, colour in zip(task.conditions, (BLUE, ORANGE), strict=False):
+        cells = [cell for each in condition.people for cell in each.cells]
+        if not cells:
+            continue
+        for each in condition.people[:LINES_AT_MOST]:
+            bits, times = [c.bits for c in each.cells], [c.movement_time_s for c in each.cells]
+            axes.plot(bits, times, "o", color=PALE, markersize=2.5, zorder=1)
+        ends = np.unique([cell.bits for cell in cells])
+        means = [np.mean([c.movement_time_s for c in cells if c.bits == bits]) for bits in ends]
+        axes.plot(ends, means, "o", color=colour, zorder=4, label=f"feedback: {condition.feedback}")
+        intercept, slope = computed(condition.intercept_s), computed(condition.slope_s_per_bit)
+        if intercept and slope:
+            axes.plot(ends, intercept.mean + slope.mean * ends, color=colour, zorder=3)
+    axes.set_ylim(bottom=0)
+    axes.set_xlabel("Index of difficulty (bit)")
+    axes.set_ylabel("Movement time (s)")
+    if len(task.conditions) > 1:
+        axes.legend()
+    return figure
 
 
 ANALYSIS = of_one_statistic(

@@ -20,8 +20,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
-from slipscale.analysis.reading.task_tables import by_task
+from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
@@ -29,15 +30,46 @@ from slipscale.analysis.statistics.mean_over_participants import (
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
-from slipscale.analysis.tasks.pointing.reading import TRIALS
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.experiments.protocols.pointing import WIDTH_IN_SD
+from slipscale.experiments.protocols.pointing import ON_TARGET, PLAIN, WIDTH_IN_SD
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    import pandas as pd
     from numpy.typing import NDArray
+
+    from slipscale.analysis.reading.delimited import Problems
+
+PLACES = ("start_x_mm", "start_y_mm", "target_x_mm", "target_y_mm")
+SELECTED = ("selection_x_mm", "selection_y_mm")
+
+
+def _along(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
+    """Return trials with ``moved_mm``, the movement projected on the axis from start to target."""
+    x, y, to_x, to_y, end_x, end_y = (
+        pd.to_numeric(frame[name], errors="coerce").to_numpy(float) for name in (*PLACES, *SELECTED)
+    )
+    length = np.hypot(to_x - x, to_y - y)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        moved = ((end_x - x) * (to_x - x) + (end_y - y) * (to_y - y)) / length
+    feedback = frame["feedback"].where(frame["feedback"] != "", PLAIN)
+    return frame.assign(
+        moved_mm=moved, hit=(frame["selection"] == ON_TARGET).astype(float), feedback=feedback
+    )
+
+
+TRIALS = task_trials(
+    "pointing",
+    "movement",
+    marks=("movement_time", "distance_mm", "width_mm", *SELECTED),
+    numeric=("movement_time", "distance_mm", "width_mm"),
+    words=("feedback", "selection", *PLACES, *SELECTED),
+    columns=("feedback", "distance_mm", "width_mm", "movement_time", "moved_mm", "hit"),
+    needed=("movement_time", "distance_mm", "width_mm", "moved_mm"),
+    required=("selection", *PLACES),
+    derive=_along,
+)
+
 
 FEWEST = 3
 MeanOrReason = MeanOverParticipants | NotComputed

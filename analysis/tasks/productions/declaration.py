@@ -5,24 +5,39 @@ from __future__ import annotations
 from math import exp
 from typing import TYPE_CHECKING
 
+import numpy as np
+from matplotlib.figure import Figure
+
 from slipscale.analysis.statistics.not_computed import NotComputed, fold
+from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.declared.session_tables import logarithms, mean_by_session
-from slipscale.analysis.tasks.productions import figures
-from slipscale.analysis.tasks.productions.reading import TRIALS
-from slipscale.analysis.tasks.productions.statistics import PRODUCTIONS
+from slipscale.analysis.tasks.productions.statistics import PRODUCTIONS, TRIALS
+from slipscale.analysis.tasks.ratios.statistics import log_cells
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, counted, level_of, number, significant
+from slipscale.analysis.writing.points import (
+    SIZE,
+    draw_means,
+    draw_people,
+    draw_standard,
+    make_logarithmic,
+)
+from slipscale.figure_style import BLUE, styled
 from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    import pandas as pd
     from markupsafe import Markup
+    from numpy.typing import NDArray
 
     from slipscale.analysis.tasks.productions.statistics import BothExponents, TaskProductions
     from slipscale.stimuli.quantity import Quantity
+
+    Array = NDArray[np.float64]
 
 
 def _title(found: TaskProductions) -> str:
@@ -173,6 +188,29 @@ def _production_table(task: TaskProductions, quantity: Quantity) -> Markup:
     )
 
 
+@styled
+def productions(found: TaskProductions, trials: pd.DataFrame, quantity: Quantity) -> Figure:
+    """Plot produced levels against numbers on logarithmic axes: participants, and means."""
+    figure = Figure(figsize=SIZE, layout="constrained")
+    axes = figure.add_subplot()
+    table = log_cells(trials[~trials["catch"]], "number", "produced_um_pp")
+    numbers = table.columns.to_numpy(float)
+    draw_people(axes, numbers, np.exp(table.to_numpy(float)))
+    means = [each.amplitude_um_pp for each in found.numbers]
+    draw_means(axes, numbers, means, [each.interval for each in found.numbers])
+    if found.slope:
+        line = fit_lines(np.log(numbers), np.log(means))
+        axes.plot(
+            numbers, np.exp(line.intercept + line.slope * np.log(numbers)), color=BLUE, zorder=2
+        )
+    draw_standard(axes, found.modulus, found.standard_um_pp)
+    make_logarithmic(axes, np.append(numbers, found.modulus))
+    axes.set_xlabel("Number shown")
+    axes.set_ylabel(quantity.headed(f"{quantity.title} produced"))
+    axes.legend(loc="lower right")
+    return figure
+
+
 ANALYSIS = of_one_statistic(
     "productions",
     TRIALS,
@@ -186,9 +224,7 @@ ANALYSIS = of_one_statistic(
     ],
     blocks=_blocks,
     figures=lambda task, trials, q: {
-        f"productions_{task.task}": figures.productions(
-            task, trials[trials["task"] == task.task], q
-        )
+        f"productions_{task.task}": productions(task, trials[trials["task"] == task.task], q)
     },
     rows=lambda task: flat_rows(
         {

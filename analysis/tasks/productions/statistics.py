@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.reading.task_tables import by_task
+from slipscale.analysis.reading.task_tables import above_zero, by_task, task_trials
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
@@ -26,13 +26,35 @@ from slipscale.analysis.statistics.not_computed import NotComputed, missing
 from slipscale.analysis.statistics.power_law import exponents
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.statistics.statistic import Inputs, Statistic
-from slipscale.analysis.tasks.productions.reading import TRIALS
-from slipscale.analysis.tasks.ratios.reading import TRIALS as RATIO_TRIALS
+from slipscale.analysis.tasks.ratios.statistics import TRIALS as RATIO_TRIALS
 from slipscale.analysis.tasks.ratios.statistics import catch_mean, geometric, log_cells
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
+    from slipscale.analysis.reading.delimited import Problems
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+
+PRODUCED = ("produced_um_pp", "number", "modulus", "standard_um_pp")
+POSITIVE = {"produced_um_pp": "productions", "number": "numbers to be produced"}
+
+
+def _above_zero(frame: pd.DataFrame, problems: Problems) -> pd.DataFrame:
+    return frame.assign(
+        **{name: above_zero(frame[name], what, problems) for name, what in POSITIVE.items()}
+    )
+
+
+TRIALS = task_trials(
+    "productions",
+    "production",
+    marks=PRODUCED,
+    numeric=PRODUCED,
+    words=("began", "bound"),
+    columns=("began", "bound", *PRODUCED),
+    needed=PRODUCED,
+    derive=_above_zero,
+)
+
 
 LOW, HIGH = "low", "high"
 
@@ -164,7 +186,7 @@ def productions(
     Parameters
     ----------
     trials : DataFrame
-        The trials of `slipscale.analysis.tasks.productions.reading.TRIALS`.
+        The trials of `slipscale.analysis.tasks.productions.statistics.TRIALS`.
     counterpart : Counterpart, optional
         Exponents from estimation by the same people.
     """

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+from matplotlib.figure import Figure
+
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.statistics.not_computed import NotComputed, computed
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.declared.session_tables import mean_by_session
-from slipscale.analysis.tasks.ratings import figures
-from slipscale.analysis.tasks.ratings.reading import TRIALS
-from slipscale.analysis.tasks.ratings.statistics import RATINGS
+from slipscale.analysis.tasks.ratings.statistics import RATINGS, TRIALS, cells
 from slipscale.analysis.writing import html
+from slipscale.analysis.writing.axes import apart
 from slipscale.analysis.writing.numbers import (
     DASH,
     bracketed,
@@ -25,15 +27,20 @@ from slipscale.analysis.writing.numbers import (
     reliable,
     unit_number,
 )
+from slipscale.analysis.writing.points import SIZE, draw_means, draw_people
+from slipscale.figure_style import GREY, styled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    import pandas as pd
     from markupsafe import Markup
+    from numpy.typing import NDArray
 
     from slipscale.analysis.tasks.ratings.statistics import TaskRatings
     from slipscale.stimuli.quantity import Quantity
 
+    Array = NDArray[np.float64]
 
 #: Field -> column, if they differ.
 COLUMNS = {"sd": "standard_deviation", "at_left": "at_left_end", "at_right": "at_right_end"}
@@ -197,6 +204,48 @@ def _one(value: float) -> str:
     return number(value, 1)
 
 
+@styled
+def ratings(found: TaskRatings, trials: pd.DataFrame, quantity: Quantity) -> Figure:
+    """Draw the scale from 0 to 100: participants' mean ratings, and the means with intervals.
+
+    Parameters
+    ----------
+    found : TaskRatings
+    trials : DataFrame
+        The trials of `slipscale.analysis.tasks.ratings.statistics.TRIALS` of the task.
+    quantity : Quantity
+    """
+    figure = Figure(figsize=SIZE, layout="constrained")
+    axes = figure.add_subplot()
+    main = trials[~trials["catch"]]
+    table = cells(main)
+    plain = main.loc[main["amplitude_um_pp"].notna(), "surface"].astype(str).unique()
+    whole = set(table.columns) == set(plain)
+    # Textures have no position on an amplitude axis, so all surfaces are then drawn side by side.
+    places = np.array(
+        [float(name) for name in table.columns] if whole else range(len(table.columns)), float
+    )
+    draw_people(axes, places, table.to_numpy(float))
+    draw_means(
+        axes,
+        places,
+        [each.mean for each in found.surfaces],
+        [each.interval for each in found.surfaces],
+    )
+    low, high = (0, 100) if found.categories is None else (1, found.categories)
+    room = 0.03 * (high - low)
+    axes.set_ylim(low - room, high + room)
+    for end in (low, high):
+        axes.axhline(end, color=GREY, linewidth=0.8, linestyle=":", zorder=0)
+    axes.set_xticks(places, list(table.columns))
+    if whole:
+        shown = apart(axes, places)
+        axes.set_xticks(shown, [f"{value:g}" for value in shown])
+    axes.set_xlabel(quantity.headed(quantity.title) if whole else "Surface")
+    axes.set_ylabel("Position on the line (0 to 100)" if low == 0 else f"Category (1 to {high})")
+    return figure
+
+
 ANALYSIS = of_one_statistic(
     "ratings",
     TRIALS,
@@ -209,7 +258,7 @@ ANALYSIS = of_one_statistic(
     heading="Ratings on a scale",
     blocks=_blocks,
     figures=lambda task, trials, q: {
-        f"ratings_{task.task}": figures.ratings(task, trials[trials["task"] == task.task], q)
+        f"ratings_{task.task}": ratings(task, trials[trials["task"] == task.task], q)
     },
     rows=lambda task: flat_rows(
         {"task": task.task}, [renamed(each, **COLUMNS) for each in task.surfaces]

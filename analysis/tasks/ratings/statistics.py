@@ -5,6 +5,9 @@ Categories are numbered from 1. Means treat them as equally spaced; ranks do not
 The scale is bounded and has no unit, so the position of a mark does not justify ratios. Ratings
 are not divided by a participant's maximum, and no logarithms or exponents are computed. Surfaces
 are compared by ranks within participants.
+
+In the trials, ``surface`` is the texture name, or the amplitude (µm peak to peak); a texture has no
+``amplitude_um_pp``.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
-from slipscale.analysis.reading.task_tables import by_task
+from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.holm import holm
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
@@ -27,7 +30,6 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.omnibus import Friedman, PageTrend, friedman_of, page_trend_of
 from slipscale.analysis.statistics.pairwise import signed_rank_p
 from slipscale.analysis.statistics.statistic import Family, Statistic
-from slipscale.analysis.tasks.ratings.reading import TRIALS
 from slipscale.analysis.tasks.scales.statistics import in_order
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
@@ -37,8 +39,45 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from slipscale.analysis.reading.delimited import Problems
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
     from slipscale.stimuli.quantity import Quantity
+
+#: Columns that identify a table of ratings.
+RATED = ("rating", "amplitude_um_pp")
+#: Columns for ratings on a line, and the number of categories for category ratings.
+OF_SCALE = ("resolution", "cursor_start", "categories")
+LENGTH = 100.0  # of the line
+
+
+def _ratings(frame: pd.DataFrame, problems: Problems) -> pd.DataFrame:
+    beyond = frame["rating"] > frame["categories"].fillna(LENGTH)
+    if beyond.any():
+        problems.add(
+            f"{int(beyond.sum())} ratings are above {LENGTH:g}, the right end of the line, or the "
+            "number of categories; they are left out"
+        )
+    amplitude = frame["amplitude_um_pp"]
+    plain = frame["texture"] == ""
+    return frame.assign(
+        rating=frame["rating"].mask(beyond),
+        surface=frame["texture"].mask(plain, amplitude.map("{:g}".format)),
+        amplitude_um_pp=amplitude.where(plain),
+    )
+
+
+TRIALS = task_trials(
+    "ratings",
+    "rating",
+    marks=RATED,
+    numeric=(*OF_SCALE, *RATED),
+    words=("texture",),
+    columns=("surface", *OF_SCALE, *RATED),
+    needed=("rating",),
+    levels=("amplitude_um_pp",),
+    derive=_ratings,
+)
+
 
 ENDS = (0.0, 100.0)
 
@@ -145,7 +184,7 @@ def ratings(
     Parameters
     ----------
     trials : DataFrame
-        The trials of `slipscale.analysis.tasks.ratings.reading.TRIALS`.
+        The trials of `slipscale.analysis.tasks.ratings.statistics.TRIALS`.
     """
     if not len(trials) or trials["catch"].all():
         return NotComputed("no ratings on a visual analogue scale")

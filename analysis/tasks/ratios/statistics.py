@@ -12,18 +12,36 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.analysis.reading.task_tables import by_task
+from slipscale.analysis.reading.task_tables import above_zero, by_task, task_trials
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import PowerLaw, power_law_of
 from slipscale.analysis.statistics.statistic import Statistic
-from slipscale.analysis.tasks.ratios.reading import TRIALS
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from slipscale.analysis.reading.delimited import Problems
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+
+JUDGED = ("ratio", "comparison_um_pp", "standard_um_pp")
+
+
+def _ratios(frame: pd.DataFrame, problems: Problems) -> pd.DataFrame:
+    return frame.assign(ratio=above_zero(frame["ratio"], "ratios", problems))
+
+
+TRIALS = task_trials(
+    "ratios",
+    "ratio",
+    marks=JUDGED,
+    numeric=JUDGED,
+    columns=JUDGED,
+    needed=JUDGED,
+    levels=JUDGED[1:],
+    derive=_ratios,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,7 +107,7 @@ def ratios(trials: pd.DataFrame, confidence: float = 0.95) -> tuple[TaskRatios, 
     Parameters
     ----------
     trials : DataFrame
-        The trials of `slipscale.analysis.tasks.ratios.reading.TRIALS`.
+        The trials of `slipscale.analysis.tasks.ratios.statistics.TRIALS`.
     """
     if not len(trials) or trials["catch"].all():
         return NotComputed("no ratio judgements")

@@ -18,18 +18,41 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.preprocessing.labels import numbers_first
-from slipscale.analysis.reading.task_tables import by_task
+from slipscale.analysis.reading.answer_codes import own_answers
+from slipscale.analysis.reading.surface_labels import plain
+from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inputs, Statistic
-from slipscale.analysis.tasks.same_different.reading import TRIALS
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from slipscale.analysis.reading.delimited import Problems
+
+SURFACES = ("first", "second")
+
+
+def _coded(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
+    named = {name: frame[name].map(plain) for name in SURFACES}
+    return frame.assign(**named, different=own_answers(frame["response"]))
+
+
+TRIALS = task_trials(
+    "same_different",
+    "same–different trial",
+    marks=(*SURFACES, "response"),
+    numeric=(),
+    words=(*SURFACES, "response"),
+    columns=(*SURFACES, "different"),
+    needed=("different",),
+    derive=_coded,
+)
+
 
 #: Beyond this d', the criterion and the answers no longer depend on d'.
 LARGEST = 20.0

@@ -1,4 +1,8 @@
-"""Compute scales from comparison tasks: from pairs and from triads."""
+"""Compute scales from comparison tasks: from pairs and from triads.
+
+In the trials, stimuli are labels; the third is empty for pairs. ``response`` is the number of the
+chosen interval or of the larger step.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.analysis.reading.surface_labels import amplitude_of
-from slipscale.analysis.reading.task_tables import by_task
+from slipscale.analysis.reading.surface_labels import amplitude_of, plain
+from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Statistic
 from slipscale.analysis.tasks.scales.difference_scaling import (
@@ -21,7 +25,6 @@ from slipscale.analysis.tasks.scales.paired_comparison_scale import (
     bradley_terry,
     thurstone,
 )
-from slipscale.analysis.tasks.scales.reading import TRIALS
 from slipscale.analysis.tasks.scales.transitivity import (
     Consistency,
     StochasticTransitivity,
@@ -35,6 +38,30 @@ if TYPE_CHECKING:
 
     import pandas as pd
     from numpy.typing import NDArray
+
+    from slipscale.analysis.reading.delimited import Problems
+
+STIMULI = ("stimulus1", "stimulus2", "stimulus3")
+
+
+def _comparisons(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
+    return frame.assign(
+        response=frame["response"].where(frame["response"].isin([1, 2])),
+        **{name: frame[name].map(plain) for name in STIMULI},
+    )
+
+
+TRIALS = task_trials(
+    "comparisons",
+    "comparison",
+    marks=(*STIMULI[:2], "response"),
+    numeric=("response",),
+    words=STIMULI,
+    columns=(*STIMULI, "response"),
+    needed=("response",),
+    derive=_comparisons,
+)
+
 
 STIMULI = ("stimulus1", "stimulus2", "stimulus3")
 
@@ -86,7 +113,7 @@ def scales(
     Parameters
     ----------
     comparisons : DataFrame
-        The trials of `slipscale.analysis.tasks.scales.reading.TRIALS`.
+        The trials of `slipscale.analysis.tasks.scales.statistics.TRIALS`.
     """
     if not len(comparisons):
         return NotComputed("no trials of paired comparison")

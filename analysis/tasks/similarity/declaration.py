@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+from matplotlib.figure import Figure
+
 from slipscale.analysis.statistics.not_computed import NotComputed, all_computed
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
-from slipscale.analysis.tasks.similarity import figures
 from slipscale.analysis.tasks.similarity.reading import TRIALS
 from slipscale.analysis.tasks.similarity.statistics import SIMILARITY
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import counted, number, unit_number
+from slipscale.figure_style import BLUE, GREY, styled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -81,6 +84,30 @@ def _rows(task: TaskMap | NotComputed) -> list[JsonObject]:
     ]
 
 
+@styled
+def similarity(found: TaskMap) -> Figure:
+    """Draw items on the first two principal axes with equal scales, and stress by dimensions."""
+    figure = Figure(figsize=(6.8, 3.6), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=[1.7, 1])
+    for item, place in found.coordinates.items():
+        x, y = (*place, 0.0)[:2]
+        left.plot(x, y, "o", color=BLUE, markersize=6)
+        left.annotate(item, (x, y), xytext=(5, 4), textcoords="offset points", fontsize=8.5)
+    left.axhline(0, color=GREY, linewidth=0.6, zorder=0)
+    left.axvline(0, color=GREY, linewidth=0.6, zorder=0)
+    left.set_aspect("equal", adjustable="datalim")
+    left.margins(0.15)
+    left.set_xlabel("Axis 1")
+    left.set_ylabel("Axis 2")
+    dimensions = np.array(list(found.stress))
+    right.plot(dimensions, list(found.stress.values()), "o-", color=BLUE)
+    right.set_xticks(dimensions)
+    right.set_ylim(bottom=0)
+    right.set_xlabel("Dimensions")
+    right.set_ylabel("Stress-1")
+    return figure
+
+
 ANALYSIS = of_one_statistic(
     "similarity",
     TRIALS,
@@ -91,7 +118,7 @@ ANALYSIS = of_one_statistic(
     answers=lambda task, _level, _q: [_answer(task)],
     blocks=lambda task, svgs, _level, _q: _blocks(task, svgs),
     figures=lambda task, _trials, _q: {
-        f"similarity_{each.task}": figures.similarity(each) for each in all_computed([task])
+        f"similarity_{each.task}": similarity(each) for each in all_computed([task])
     },
     rows=_rows,
 )

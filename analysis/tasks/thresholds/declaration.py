@@ -4,20 +4,106 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.reading.task_tables import by_task
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
+from slipscale.analysis.statistics.psychometrics.thresholds import threshold_values
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
-from slipscale.analysis.tasks.thresholds import figures, section, sentences, table
+from slipscale.analysis.tasks.thresholds import figures, section, sentences
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
-from slipscale.analysis.tasks.thresholds.session_tables import session_tables
-from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS
+from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF, THRESHOLDS
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
-    import pandas as pd
     from matplotlib.figure import Figure
 
+    from slipscale.analysis.json_form import JsonObject
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.analysis.statistics.statistic import SessionTable
     from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
     from slipscale.stimuli.quantity import Quantity
+
+
+def rows(task: TaskThresholds) -> list[JsonObject]:
+    """Return one row per participant; missing numbers if nothing was fitted."""
+    found: list[JsonObject] = []
+    for each in task.participants:
+        row: JsonObject = {
+            "task": task.task,
+            "participant_id": each.participant,
+            "standard_um_pp": task.standard_um_pp,
+            "trials": each.trials,
+            "correct": each.correct,
+            "catch_trials": each.catch_trials,
+            "catch_correct": each.catch_correct,
+            **_reversals(task, each.participant),
+        }
+        if isinstance(each.function, NotComputed):
+            found.append(row | {"reason": each.function.reason})
+            continue
+        low, high = each.function.threshold_um_pp.interval
+        row |= {
+            "threshold_um_pp": each.function.threshold_um_pp.value,
+            "threshold_ci_low": low,
+            "threshold_ci_high": high,
+            "slope": each.function.slope_value,
+            "lapse": each.function.lapse,
+        }
+        if task.population:
+            row["in_the_populations_fit_um_pp"] = task.population.participants[each.participant]
+        if each.weber_fraction:
+            row["weber_fraction"] = each.weber_fraction.value
+        if each.fit:
+            row |= {"deviance": each.fit.deviance, "fit_p": each.fit.p}
+        found.append(row)
+    return found
+
+
+def _reversals(task: TaskThresholds, participant: str) -> JsonObject:
+    """Return one participant's means of reversals, one cell per condition."""
+    if isinstance(task.reversals, NotComputed):
+        return {}
+    return {
+        _column(each.condition): own.mean_um_pp
+        for each in task.reversals.conditions
+        for own in each.people
+        if own.participant == participant
+    }
+
+
+def _column(condition: str) -> str:
+    return "_".join(filter(None, ("reversals", condition.replace(" ", "_"), "um_pp")))
+
+
+def session_tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
+    """Yield log10 thresholds, participants by sessions; NaN if they cannot be determined."""
+    for task, rows in by_task(data.of(TRIALS)):
+        yield f"{task}, threshold", f"log10 {data.quantity.unit_in_short}", _thresholds(rows)
+
+
+def _thresholds(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return log10 thresholds, participants by sessions; NaN if they cannot be determined."""
+    main = rows[~rows["catch"]]
+    method = str(rows["method"].iloc[0])
+    keys = [main[PARTICIPANT].astype(str), main["session"].astype(str)]
+    answers = {
+        key: Answers.of_trials(own["level_um_pp"].tolist(), own["correct"].tolist())
+        for key, own in main.groupby(keys)
+    }
+    values = threshold_values(
+        list(answers.values()), method=method, curve=CURVE_OF.get(method, "weibull")
+    )
+    logs = np.log10(np.where(values > 0, values, np.nan))
+    found: dict[str, dict[str, float]] = {}
+    for (who, session), log in zip(answers, logs, strict=True):
+        found.setdefault(str(session), {})[str(who)] = float(log)
+    return pd.DataFrame(found)
 
 
 def _figures(
@@ -42,6 +128,6 @@ ANALYSIS = of_one_statistic(
     doubts=sentences.doubts,
     blocks=section.blocks,
     figures=_figures,
-    rows=table.rows,
+    rows=rows,
     session_tables=session_tables,
 )
