@@ -104,29 +104,45 @@ def without_simulated_fits():
 
 
 @pytest.fixture(scope="session")
-def shipped_pilot(tmp_path_factory):
+def made_once(tmp_path_factory):
+    """Return a function that has a folder made, by the first process that needs it.
+
+    The processes of pytest-xdist share the folder. A test copies it before it writes into it.
+    """
+    base = tmp_path_factory.getbasetemp()
+    shared = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "made_once"
+    shared.mkdir(exist_ok=True)
+
+    def folder(name, make):
+        done = shared / f"{name}.done"
+        with portalocker.Lock(shared / f"{name}.lock", timeout=600):
+            if not done.exists():
+                make(shared / name)
+                done.touch()
+        return shared / name
+
+    return folder
+
+
+@pytest.fixture(scope="session")
+def shipped_pilot(made_once):
     """Return a function from a shipped study's name to its pilot's data set and analysis.
 
-    Four people, seed 1, no simulated fits. The processes of pytest-xdist share the files: the
-    first that needs a study runs it. A test copies the data set before it writes into it.
+    Four people, seed 1, no simulated fits.
     """
     from slipscale.analysis.pipeline import analyse  # noqa: PLC0415 - not for every test
     from slipscale.experiments.running.pilot import pilot_plans, run_pilot  # noqa: PLC0415
 
-    base = tmp_path_factory.getbasetemp()
-    shared = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "shipped_pilots"
-    shared.mkdir(exist_ok=True)
-
     @cache
     def made(study):
-        folder, kept = shared / study, shared / f"{study}.pickle"
-        with portalocker.Lock(shared / f"{study}.lock", timeout=600):
-            if not kept.exists():
-                plans = pilot_plans(study, participants=4, seed=1, language=None)
-                run_pilot(folder, plans, tell=lambda _: None)
-                with _without_simulated_fits():
-                    kept.write_bytes(pickle.dumps(analyse(folder)))
-            return folder, pickle.loads(kept.read_bytes())  # noqa: S301 - written here
+        def pilot(folder):
+            plans = pilot_plans(study, participants=4, seed=1, language=None)
+            run_pilot(folder / "data", plans, tell=lambda _: None)
+            with _without_simulated_fits():
+                (folder / "analysis").write_bytes(pickle.dumps(analyse(folder / "data")))
+
+        folder = made_once(study, pilot)
+        return folder / "data", pickle.loads((folder / "analysis").read_bytes())  # noqa: S301 - written here
 
     return made
 

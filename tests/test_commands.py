@@ -158,3 +158,14 @@ def test_a_signal_that_a_library_makes_another_error_of_ends_quietly():
         [sys.executable, "-c", WRAPS_A_SIGNAL], capture_output=True, text=True, check=False
     )
     assert (ended.returncode, ended.stderr) == (130, "")
+
+
+@pytest.mark.parametrize("before, after", [({}, "1"), ({"OPENBLAS_NUM_THREADS": "4"}, "4")])
+def test_a_command_computes_on_one_thread_unless_told_otherwise(before, after):
+    about = {key: value for key, value in os.environ.items() if key != "OPENBLAS_NUM_THREADS"}
+    script = (
+        "import os, sys; from slipscale import commands; sys.argv[1:] = ['--version'];"
+        "commands.main(); print(os.environ['OPENBLAS_NUM_THREADS'])"
+    )
+    said = subprocess.check_output([sys.executable, "-c", script], env=about | before, text=True)
+    assert said.split()[-1] == after

@@ -151,6 +151,8 @@ def main(arguments: list[str] | None = None) -> int:
         complete()
     if arguments is not None:
         return _answer(arguments)
+    # A second BLAS thread only waits on matrices this small: a fit takes twice the processor time.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     ended = _signals_end()
     try:
         status = _answer(sys.argv[1:])

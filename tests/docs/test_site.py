@@ -58,18 +58,21 @@ def is_elsewhere(address):
     return bool(urlsplit(address).netloc) or address.startswith("/")
 
 
-@pytest.fixture(scope="module")
-def site(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("site")
-    build = ("build", "--strict", "--quiet", "--site-dir", str(folder))
-    # The Python reference, two thirds of the time, has the pages of three folders, and ruff does
-    # not start once per signature to break its lines: `make docs` builds all.
+def build(folder):
+    """Build the site.
+
+    The Python reference, two thirds of the time, has the pages of three folders, the example of a
+    reconstruction uses few data sets, and ruff does not start once per signature to break its
+    lines: `make docs` builds all.
+    """
     code = "import runpy, sys; sys.modules['ruff'] = None; sys.path[0] = sys.argv.pop(1)\n"
-    code += "from tools.site import python_reference as pages\n"
+    code += "from tools.site import python_reference as pages, reconstruction_example as example\n"
     code += "pages.WINGS = ('stimuli', 'figure_style', 'faults')\n"
+    code += "example.SAMPLES = 20\n"
     code += "runpy.run_module('mkdocs', run_name='__main__')"
+    words = ("build", "--strict", "--quiet", "--site-dir", str(folder))
     done = subprocess.run(
-        [sys.executable, "-c", code, str(ROOT), *build],
+        [sys.executable, "-c", code, str(ROOT), *words],
         cwd=ROOT,
         env=os.environ | {"NO_MKDOCS_2_WARNING": "1"},
         capture_output=True,
@@ -77,7 +80,11 @@ def site(tmp_path_factory):
         check=False,
     )
     assert (done.returncode, done.stdout + done.stderr) == (0, "")
-    return folder
+
+
+@pytest.fixture(scope="module")
+def site(made_once):
+    return made_once("site", build)
 
 
 @pytest.fixture(scope="module")

@@ -63,7 +63,7 @@ slipscale study show {name} --participant 01
 
 ## The trials of participant 01
 
-![Amplitude of each trial, in the order of presentation]({name}.svg)
+![Level of each trial, in the order of presentation]({name}.svg)
 
 Grey: practice. Each participant has a different order; the same seed gives the same orders on every
 machine.
@@ -81,7 +81,7 @@ machine.
 
 
 def figure(name: str, study: Study, text: str) -> str:
-    """Return an SVG of the amplitudes of participant 01's trials, task by task."""
+    """Return an SVG of the levels of participant 01's trials, task by task."""
     import matplotlib as mpl  # noqa: PLC0415 - a second's import, only when drawn
     from matplotlib.figure import Figure  # noqa: PLC0415
 
@@ -103,11 +103,14 @@ def figure(name: str, study: Study, text: str) -> str:
             colours = [
                 PRACTICE if s.trial and s.trial.phase == "practice" else MAIN for s in trials
             ]
-            places = range(1, len(trials) + 1)
-            axis.bar(places, [s.surface.level for s in trials], color=colours)
+            places, levels = range(1, len(trials) + 1), [s.surface.level for s in trials]
+            width_pt = min(6.0, 300.0 / len(tasks) / len(trials))
+            axis.vlines(places, 0, levels, color=colours, linewidth=width_pt)
             axis.set(title=tasks[task], xlabel="trial", xticks=[1, len(trials)])
             axis.spines[["top", "right"]].set_visible(False)
-        axes[0].set_ylabel("amplitude, µm p-p")
+        quantity = study.quantity
+        axes[0].set_ylabel(f"{quantity.title} ({quantity.unit_in_short})")
+        axes[0].set_ylim(bottom=0)
         file = io.StringIO()
         drawn.savefig(file, format="svg", transparent=True, metadata={"Date": None})
     return file.getvalue()

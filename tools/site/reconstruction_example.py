@@ -6,7 +6,7 @@ from slipscale.analysis.published.biet2007 import TABLE3_FILE
 from slipscale.analysis.reconstruction.answers import Across, column_answer
 from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
 from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
-from slipscale.analysis.reconstruction.inference.distributions import distributions
+from slipscale.analysis.reconstruction.inference.distributions import SAMPLES, distributions
 from slipscale.analysis.reconstruction.table.table_files import read
 from slipscale.analysis.reconstruction_page.page import Source, render
 from slipscale.analysis.reproduction.attained_bounds import known
@@ -29,7 +29,7 @@ def pages() -> dict[str, str]:
         across=Across(
             bounds=known("sample"),
             not_listed=(),
-            distributions=tuple(distributions([Sampler(one) for one in columns], SEED)),
+            distributions=tuple(distributions([Sampler(one) for one in columns], SEED, SAMPLES)),
         ),
         measure="multisets",
         seed=SEED,
