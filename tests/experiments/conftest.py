@@ -29,7 +29,7 @@ EVERY_PLACE = "SLIPSCALE_EVERY_PLACE" in os.environ
 @pytest.fixture(scope="session")
 def stride():
     """Return the distance between two polls, or commands, at which a run is interrupted."""
-    return 1 if EVERY_PLACE else 5
+    return 1 if EVERY_PLACE else 9
 
 
 @pytest.fixture(scope="session")

@@ -75,10 +75,10 @@ def test_thresholds_are_those_of_a_pilot_s_data_set(name, tmp_path):
 
 def test_a_study_is_filled_up_to_the_minutes_and_not_beyond():
     for name in ("biet2007", "detection_threshold"):
-        filled = filling(study(name), 8.0, PEOPLE)
+        filled = filling(study(name), 4.0, PEOPLE)
         more = filled.with_number(filled.number + 8)
-        assert filled.minutes(PEOPLE) == pytest.approx(8.0, rel=0.12)
-        assert more.minutes(PEOPLE) > 8.0
+        assert filled.minutes(PEOPLE) == pytest.approx(4.0, rel=0.12)
+        assert more.minutes(PEOPLE) > 4.0
         assert f"{filled.amount} = {filled.number}" in filled.text
 
 

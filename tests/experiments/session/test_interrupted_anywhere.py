@@ -1,6 +1,6 @@
 """A study with every option, interrupted everywhere: no answer differs, nothing unfelt is rated.
 
-By default one place of every kind is tried, and every fifth poll and command; all of them with
+By default one place of every kind is tried, and every ninth poll and command; all of them with
 SLIPSCALE_EVERY_PLACE=1 (minutes).
 """
 

@@ -69,19 +69,19 @@ def calibration():
 
 
 def test_the_stated_uncertainties_cover_the_truth_as_often_as_they_say():
-    """95 % intervals over 200 seeds: the number of misses lies where the binomial puts it."""
-    seeds = 200
-    misses = np.zeros(3, int)
+    """Squared errors in units of the uncertainty sum up as chi-squared says, over 60 seeds."""
+    seeds = 60
+    squares = np.zeros(3)
     for seed in range(seeds):
         found = calibrated(Twin(seed=seed, surroundings=STEADY))
         resonance, gain = found.resonance, found.gain
-        misses += [
-            abs(resonance.frequency_hz - 30_500) > resonance.frequency_ci95_hz,
-            abs(resonance.quality_factor - 60) > resonance.quality_factor_ci95,
-            abs(gain.um_pp_per_v - 2.3 / 15) > gain.um_pp_per_v_ci95,
+        squares += [
+            ((resonance.frequency_hz - 30_500) / resonance.frequency_ci95_hz) ** 2,
+            ((resonance.quality_factor - 60) / resonance.quality_factor_ci95) ** 2,
+            ((gain.um_pp_per_v - 2.3 / 15) / gain.um_pp_per_v_ci95) ** 2,
         ]
-    fewest, most = stats.binom.ppf([0.0005, 0.9995], seeds, 0.05)
-    assert np.all((misses >= fewest) & (misses <= most)), misses
+    fewest, most = stats.chi2.ppf([0.0005, 0.9995], seeds) / stats.norm.ppf(0.975) ** 2
+    assert np.all((squares >= fewest) & (squares <= most)), squares
 
 
 def test_a_plate_in_a_room_that_warms_is_recovered_too(calibration):
