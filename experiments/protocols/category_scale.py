@@ -15,6 +15,7 @@ from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
     RatedOptions,
     RatedSurfaces,
     surface_blocks,
+    surface_trials,
 )
 from slipscale.experiments.protocols.steps import Ask, ChoiceQuestion, Instruct
 
@@ -40,11 +41,6 @@ class CategoryScale(RatedOptions):
         description="Category labels shown on the screen, from the lowest to the highest, in the "
         "study's language."
     )
-
-
-def trials(options: CategoryScale, context: Context) -> int:
-    """Return the number of trials in a run, practice included."""
-    return len(context.surfaces) * (options.practice + options.repetitions)
 
 
 def steps(options: CategoryScale, context: Context) -> Steps:
@@ -100,7 +96,7 @@ PROTOCOL = Protocol(
         "{q.adjective} it feels."
     ),
     options=CategoryScale,
-    trials=trials,
+    trials=surface_trials,
     steps=steps,
     answer="rating",
     instructions="category_scale.instructions",

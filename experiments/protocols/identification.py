@@ -70,7 +70,7 @@ def check(_options: Identification, context: Context) -> None:
 
 def trials(options: Identification, context: Context) -> int:
     """Return the number of trials in a run, practice included."""
-    return len(context.levels) * (options.practice + options.repetitions)
+    return len(context.levels) * options.rounds
 
 
 def steps(options: Identification, context: Context) -> Steps:

@@ -19,6 +19,7 @@ from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
     RatedOptions,
     RatedSurfaces,
     surface_blocks,
+    surface_trials,
 )
 from slipscale.experiments.protocols.steps import (
     Answer,
@@ -70,11 +71,6 @@ class MagnitudeEstimation(RatedOptions):
             key = info.context.in_file(("standard_level",))[0] if info.context else "the standard"
             raise ValueError(f"{key} and modulus belong together: set both, or neither")
         return value
-
-
-def trials(options: MagnitudeEstimation, context: Context) -> int:
-    """Return the number of trials in a run, practice included."""
-    return len(context.surfaces) * (options.practice + options.repetitions)
 
 
 def steps(options: MagnitudeEstimation, context: Context) -> Steps:
@@ -141,7 +137,7 @@ PROTOCOL = Protocol(
         "it feels, on their own scale."
     ),
     options=MagnitudeEstimation,
-    trials=trials,
+    trials=surface_trials,
     steps=steps,
     answer="estimate",
     instructions="magnitude_estimation.instructions",

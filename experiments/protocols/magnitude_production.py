@@ -114,8 +114,7 @@ def possible_levels(options: MagnitudeProduction, _context: Context) -> tuple[fl
 
 def trials(options: MagnitudeProduction, _context: Context) -> int:
     """Return the number of trials in a run, practice included."""
-    rounds = options.practice + options.repetitions
-    return len(options.numbers) * len(BEGAN) * rounds + options.catch_trials
+    return len(options.numbers) * len(BEGAN) * options.rounds + options.catch_trials
 
 
 def steps(options: MagnitudeProduction, context: Context) -> Steps:

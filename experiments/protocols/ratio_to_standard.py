@@ -36,8 +36,7 @@ class RatioToStandard(StandardOptions):
 
 def trials(options: RatioToStandard, context: Context) -> int:
     """Return the number of trials in a run, practice included."""
-    judged = len(context.own_or_listed(None)) * (options.practice + options.repetitions)
-    return judged + options.catch_trials
+    return len(context.own_or_listed(None)) * options.rounds + options.catch_trials
 
 
 def steps(options: RatioToStandard, context: Context) -> Steps:

@@ -20,6 +20,7 @@ from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
     RatedOptions,
     RatedSurfaces,
     surface_blocks,
+    surface_trials,
 )
 from slipscale.experiments.protocols.steps import Ask, Instruct, WholeNumberQuestion
 
@@ -53,11 +54,6 @@ class Sorting(RatedOptions):
         description="Largest number of groups; the participant may use fewer.",
         json_schema_extra={"unit": "groups"},
     )
-
-
-def trials(options: Sorting, context: Context) -> int:
-    """Return the number of trials in a run, practice included."""
-    return len(context.surfaces) * (options.practice + options.repetitions)
 
 
 def steps(options: Sorting, context: Context) -> Steps:
@@ -116,7 +112,7 @@ PROTOCOL = Protocol(
         "surfaces to which it belongs; surfaces that feel alike share a group."
     ),
     options=Sorting,
-    trials=trials,
+    trials=surface_trials,
     steps=steps,
     answer="group",
     instructions="sorting.instructions",

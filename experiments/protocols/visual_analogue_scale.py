@@ -20,6 +20,7 @@ from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
     RatedOptions,
     RatedSurfaces,
     surface_blocks,
+    surface_trials,
     with_catch_trials,
 )
 from slipscale.experiments.protocols.steps import Ask, Instruct, VisualAnalogueQuestion
@@ -90,8 +91,7 @@ class VisualAnalogueScale(RatedOptions):
 
 def trials(options: VisualAnalogueScale, context: Context) -> int:
     """Return the number of trials in a run, practice included."""
-    rated = len(context.surfaces) * (options.practice + options.repetitions)
-    return rated + options.catch_trials
+    return surface_trials(options, context) + options.catch_trials
 
 
 def possible_levels(options: VisualAnalogueScale, context: Context) -> tuple[float, ...]:

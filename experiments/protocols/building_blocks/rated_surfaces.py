@@ -72,6 +72,16 @@ class RatedOptions(PacedOptions):
         json_schema_extra={"unit": "trials"},
     )
 
+    @property
+    def rounds(self) -> int:
+        """Number of ratings per surface, practice included."""
+        return self.practice + self.repetitions
+
+
+def surface_trials(options: RatedOptions, context: Context) -> int:
+    """Return the number of trials in which each of the study's surfaces is rated."""
+    return len(context.surfaces) * options.rounds
+
 
 class Presentation(NamedTuple):
     """The definition of a trial: its surface, block and phase, and the protocol's own columns."""
