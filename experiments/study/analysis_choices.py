@@ -218,6 +218,12 @@ class AnalysisChoices(FrozenTable):
         "per track (Levitt 1971), an even number; default: not reported.",
         json_schema_extra={"unit": "reversals"},
     )
+    threshold_friction: Literal["level_means", "trials"] | None = Field(
+        default=None,
+        description="Also report thresholds in measured friction, against each trial's change of "
+        "the coefficient (trials) or its mean per participant and level (level_means: errors of "
+        "single measurements do not flatten the curve); default: not reported.",
+    )
     largest_lapse: Annotated[float, Field(ge=0, lt=0.5)] = Field(
         default=0.2,
         description="Upper bound of the lapse rate that participants share in the population "

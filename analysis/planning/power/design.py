@@ -110,7 +110,9 @@ class Design:
             "steps": None if self.steps is None else asdict(self.steps),
             "declared": self.declared,
             # Does not affect power: a new key would only change the random numbers.
-            "choices": self.choices.model_dump(mode="json", exclude={"threshold_reversals"}),
+            "choices": self.choices.model_dump(
+                mode="json", exclude={"threshold_reversals", "threshold_friction"}
+            ),
             "population": self.population.model_dump(mode="json", exclude={"name"}),
             "alpha": self.alpha,
         }

@@ -59,11 +59,11 @@ def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estim
     if fitted.method == "yes_no":
         raise UserError("a Weber fraction needs a standard; yes_no has none")
     if fitted.method != "comparison":
-        return _over(fitted.threshold_um_pp, standard_um_pp)
+        return over(fitted.threshold_um_pp, standard_um_pp)
     if isinstance(fitted.slope, NotComputed):
         return fitted.slope
     middle = fitted.threshold_um_pp.value
-    return _over(_half_width(fitted.slope, CURVES[fitted.curve], middle), standard_um_pp)
+    return over(_half_width(fitted.slope, CURVES[fitted.curve], middle), standard_um_pp)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -228,13 +228,13 @@ def population_weber(
     """Return the population's just noticeable difference as a fraction of the standard."""
     compared = METHODS[method].guess == "equal to lapse"
     part = found.half_width_um_pp if compared else found.threshold_um_pp
-    return _over(part, standard_um_pp) if isinstance(part, Estimate) else part
+    return over(part, standard_um_pp) if isinstance(part, Estimate) else part
 
 
-def _over(found: Estimate, standard_um_pp: float) -> Estimate:
-    """Return an estimate as a fraction of the standard."""
+def over(found: Estimate, standard: float) -> Estimate:
+    """Return an estimate as a fraction of the standard, both in the same unit."""
     ends = np.array([found.value, *found.interval])
-    return estimate(ends / standard_um_pp, found.interval.confidence)
+    return estimate(ends / standard, found.interval.confidence)
 
 
 def _half_width(slope: Estimate, curve: Curve, middle: float) -> Estimate:

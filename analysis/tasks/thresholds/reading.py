@@ -21,6 +21,8 @@ from slipscale.analysis.reading.labelled_tasks import (
     read_main_trials,
 )
 from slipscale.analysis.reading.trial_tables import FACTOR, IDENTITY
+from slipscale.analysis.tasks.thresholds.friction_axis import OTHER_FRICTION, TARGET_FRICTION
+from slipscale.experiments.dataset.measured import COEFFICIENT
 from slipscale.experiments.dataset.schema import INTERVAL, PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
@@ -38,8 +40,11 @@ NUMBERS = ("trial", "track", "level_um_pp", "standard_um_pp", "response_time")
 COLUMNS = (
     *IDENTITY,
     *("task", "method", "trial", "track", "catch", "standard_um_pp", "level_um_pp"),
-    *("correct", "response_time", "flag"),
+    *("correct", "response_time", "flag", TARGET_FRICTION, OTHER_FRICTION),
 )
+#: The interval of the target: the one that differs from the others, or the comparison.
+TARGET = ("target_interval", "comparison_interval")
+FRICTION = tuple(f"{INTERVAL}{number}_{COEFFICIENT}" for number in (1, 2, 3))
 
 
 def empty_choices() -> pd.DataFrame:
@@ -110,7 +115,7 @@ def _read(
         required=marks,
         columns=(
             *("trial", "track", "catch", "standard_um_pp", *marks),
-            *("response", "response_time", third),
+            *("response", "response_time", third, *TARGET, *FRICTION),
             *factors,
         ),
         problems=problems,
@@ -121,6 +126,7 @@ def _read(
         frame[name] = (
             numbers(frame, read, sources, problems, minimum=0.0) if read in frame else np.nan
         )
+    frame = frame.assign(**_friction(frame, sources, problems))
     crossed = [name for name in factors if name in frame]
     frame = frame.assign(**{FACTOR + name: labels(frame, name, "") for name in crossed})
     told = told_choices(frame, marks, quantity_of(entries[0][0]))
@@ -129,6 +135,23 @@ def _read(
     add_counts(counts, "choice", unanswered=(~answered).sum(), analysed=len(kept))
     columns = [*COLUMNS, *(FACTOR + name for name in crossed)]
     return kept.astype({"correct": bool})[columns].reset_index(drop=True), sources
+
+
+def _friction(
+    frame: pd.DataFrame, sources: list[Source], problems: Problems
+) -> dict[str, pd.Series[float]]:
+    """Return the coefficients measured in the target's interval, and in the others on average."""
+    measured = frame.reindex(columns=list(FRICTION)).astype(float)
+    for name in frame.columns.intersection(list(FRICTION)):
+        measured[name] = numbers(frame, name, sources, problems, minimum=0.0)
+    target = np.zeros(measured.shape, bool)
+    for name in frame.columns.intersection(list(TARGET)):
+        place = numbers(frame, name, sources, problems).to_numpy()[:, None]
+        target |= place == np.arange(1, len(FRICTION) + 1)
+    return {
+        TARGET_FRICTION: measured.where(target).mean(axis=1),
+        OTHER_FRICTION: measured.mask(target).mean(axis=1),
+    }
 
 
 def told_choices(

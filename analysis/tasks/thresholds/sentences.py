@@ -18,6 +18,7 @@ from slipscale.analysis.writing.numbers import (
 from slipscale.experiments.protocols.adaptive.curves import CURVES
 
 if TYPE_CHECKING:
+    from slipscale.analysis.tasks.thresholds.friction_axis import FrictionThreshold
     from slipscale.analysis.tasks.thresholds.population_threshold import PopulationThreshold
     from slipscale.analysis.tasks.thresholds.reversals import ConditionReversals, Reversals
     from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
@@ -135,6 +136,36 @@ def _reversals(found: Reversals, confidence: float, quantity: Quantity) -> str:
     )
 
 
+def _friction(found: FrictionThreshold, method: str, confidence: float, quantity: Quantity) -> str:
+    """Return the sentence on the threshold in measured friction."""
+    by = "means per participant and level" if found.averaged else "single trials"
+    more = f"half of the answers are “{quantity.more}”"
+    text = (
+        f"In measured friction ({by}), {more if method == COMPARED else 'the threshold is'} at a "
+        f"coefficient {significant(found.change.value)} {'lower' if found.lower else 'higher'} "
+        f"than the other surfaces' mean of {significant(found.standard)}, {level_of(confidence)} "
+        f"CI {bracketed(found.change.interval, significant)}"
+    )
+    if method == COMPARED:
+        text += fold(
+            found.just_noticeable,
+            lambda just: (
+                f"; just noticeable difference {significant(just.value)}, CI "
+                f"{bracketed(just.interval, significant)}"
+            ),
+            lambda reason: f"; no just noticeable difference ({reason})",
+        )
+    if found.weber_fraction:
+        text += f"; Weber fraction {unit_number(found.weber_fraction.value, 3)}"
+    if np.isfinite(found.scatter):
+        text += f"; the SD of a trial's change around its mean is {significant(found.scatter)}"
+    if not found.averaged:
+        text += ", and errors of single measurements make just noticeable differences too large"
+    if found.left_out:
+        text += f"; {found.left_out} trials without a measurement are left out"
+    return f"{text}."
+
+
 def sentences(task: TaskThresholds, confidence: float, quantity: Quantity) -> list[str]:
     """Return the sentences of a results section: the answer, then the rest."""
     parts = []
@@ -155,6 +186,8 @@ def sentences(task: TaskThresholds, confidence: float, quantity: Quantity) -> li
     ]
     if task.reversals:
         parts.append(_reversals(task.reversals, confidence, quantity))
+    if task.friction:
+        parts.append(_friction(task.friction, task.method, confidence, quantity))
     if task.population:
         joint = task.population
         parts.append(

@@ -22,6 +22,10 @@ from slipscale.analysis.statistics.psychometrics.thresholds import (
 )
 from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
 from slipscale.analysis.tasks.groups.statistics import membership
+from slipscale.analysis.tasks.thresholds.friction_axis import (
+    FrictionThreshold,
+    friction_threshold,
+)
 from slipscale.analysis.tasks.thresholds.population_threshold import (
     PopulationThreshold,
     population_threshold,
@@ -101,6 +105,8 @@ class TaskThresholds:
         standard.
     reversals : Reversals or NotComputed
         Means of the last reversals of a staircase, if the study requests them.
+    friction : FrictionThreshold or NotComputed
+        Population threshold in measured friction, if the study requests it.
     """
 
     task: str
@@ -111,6 +117,7 @@ class TaskThresholds:
     population: PopulationThreshold | NotComputed
     weber_fraction: Estimate | NotComputed
     reversals: Reversals | NotComputed
+    friction: FrictionThreshold | NotComputed
 
 
 def thresholds(
@@ -170,6 +177,7 @@ def _task(
         reversals=reversals(
             rows[~rows["catch"]], rule, choices.threshold_reversals, choices.confidence
         ),
+        friction=friction_threshold(rows, choices, method=method, curve=curve),
     )
 
 

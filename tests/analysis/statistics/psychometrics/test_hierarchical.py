@@ -67,7 +67,7 @@ def test_a_groups_change_and_its_likelihood_are_those_of_lme4():
 @pytest.mark.parametrize("method", ["two_interval", "yes_no", "comparison"])
 def test_the_gradient_is_that_of_the_likelihoods_differences(method):
     rng = np.random.default_rng(1)
-    trials = study(rng, 4, 0.05, OBSERVERS["threshold: Weibull"])
+    trials, _ = study(rng, 4, 0.05, OBSERVERS["threshold: Weibull"])
     twice = Trials(
         person=np.tile(trials.person, 2),
         condition=np.repeat([0, 1], len(trials.person)),
@@ -98,7 +98,8 @@ def test_the_populations_interval_holds_the_truth_and_lapses_leave_no_bias(name,
     observer, held, found = OBSERVERS[name], 0, []
     model = model_of(observer.method, observer.fitted, 0.5, 0.2)
     for seed in range(24):
-        fit = HierarchicalFit(model, study(np.random.default_rng(seed), people, lapse, observer))
+        answers, _ = study(np.random.default_rng(seed), people, lapse, observer)
+        fit = HierarchicalFit(model, answers)
         truth = float(model.curve.coordinate(1.0) - fit.coordinates(np.array(0.0))) / fit.scale
         held += fit.fallen({0: truth}) <= students_fall(people, people - 1, 0.95)
         found.append(fit.coordinates(fit.best.theta[0]) - model.curve.coordinate(1.0))
@@ -128,7 +129,7 @@ def test_slopes_that_differ_are_found_and_equal_ones_stay_equal(truth):
 
 
 def test_catch_trials_tell_the_lapse_rate():
-    trials = study(np.random.default_rng(4), 6, 0.0, OBSERVERS["threshold: Weibull"])
+    trials, _ = study(np.random.default_rng(4), 6, 0.0, OBSERVERS["threshold: Weibull"])
     caught = {"catch_right": 450, "catch_wrong": 50}
     lapse = [
         HierarchicalFit(TWO, each).best.theta[-2]

@@ -71,6 +71,7 @@ def task(fractions, standard=1.2):
         population=NONE,
         weber_fraction=of_all(fractions),
         reversals=NONE,
+        friction=NONE,
     )
 
 

@@ -1,0 +1,143 @@
+"""Estimate thresholds and just noticeable differences in measured friction.
+
+The plate's amplitude determines friction only together with the finger. If normal and lateral
+force were measured in each interval, the same answers are fitted against friction. Rules:
+
+- the level of a trial is its change of friction: the mean coefficient in the other intervals minus
+  the coefficient in the target's. If the friction rises with the plate's level, the sign is
+  reversed, so that curves rise;
+- a single measurement is uncertain, which flattens a curve and makes its just noticeable
+  difference too large (Carroll et al. 2006, Measurement Error in Nonlinear Models). By default, a
+  participant's changes are therefore averaged per plate level, session and condition. Changes of
+  single trials are rounded to `STEP` standard deviations, because a fit's time rises with the
+  number of different levels;
+- changes can be 0 or negative, so a curve of the level's logarithm is replaced by the same curve
+  of the level;
+- trials without a measurement in some interval are left out and counted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reading.trial_tables import FACTOR
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.thresholds.population_threshold import (
+    over,
+    population_threshold,
+)
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.protocols.adaptive.curves import CURVES, OTHER_AXIS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import pandas as pd
+
+    from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate
+    from slipscale.experiments.study.analysis_choices import AnalysisChoices
+
+STEP = 0.1
+#: Columns of the trials: measured coefficients of the target, and the mean of the other intervals.
+TARGET_FRICTION, OTHER_FRICTION = "target_friction", "other_friction"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrictionThreshold:
+    """The population's threshold in measured friction.
+
+    Parameters
+    ----------
+    lower : bool
+        Whether the changes are reductions of friction.
+    averaged : bool
+        Whether changes are means per participant and plate level, not those of single trials.
+    change : Estimate
+        Change of the coefficient at the threshold; for a comparison, at the point of subjective
+        equality.
+    just_noticeable : Estimate or NotComputed
+        Just noticeable difference of the coefficient: half the distance between the 25 and 75 %
+        points of a comparison; otherwise ``change``.
+    weber_fraction : Estimate or NotComputed
+        ``just_noticeable`` divided by ``standard``.
+    standard : float
+        Mean coefficient in the other intervals.
+    sd : float
+        Standard deviation of ``change`` between participants.
+    scatter : float
+        Standard deviation of a trial's change around the mean of its participant and plate level.
+    participants : Mapping of str to float
+        Participant -> change in this fit, shrunk towards the population.
+    n, answers, left_out : int
+        Numbers of participants and of answers, and of trials without a measurement.
+    """
+
+    lower: bool
+    averaged: bool
+    change: Estimate
+    just_noticeable: Estimate | NotComputed
+    weber_fraction: Estimate | NotComputed
+    standard: float
+    sd: float
+    scatter: float
+    participants: Mapping[str, float]
+    n: int
+    answers: int
+    left_out: int
+
+
+def friction_threshold(
+    rows: pd.DataFrame, choices: AnalysisChoices, *, method: str, curve: str
+) -> FrictionThreshold | NotComputed:
+    """Fit all participants' answers to one task against measured friction.
+
+    Parameters
+    ----------
+    rows : DataFrame
+        Trials of the task from `slipscale.analysis.tasks.thresholds.reading.read_choices`.
+    method, curve : str
+        As fitted against the plate's level.
+    """
+    if choices.threshold_friction is None:
+        return NotComputed("the study does not set threshold_friction")
+    change = rows[OTHER_FRICTION] - rows[TARGET_FRICTION]
+    caught, known = rows["catch"], change.notna()
+    if not (known & ~caught).any():
+        return NotComputed("friction was not measured in each interval of a trial")
+    main = rows[known & ~caught]
+    change = change[main.index]
+    rises = float(np.cov(main["level_um_pp"], change)[0, 1])
+    change = change if rises >= 0 else -change
+    conditions = [name for name in rows if str(name).startswith(FACTOR)]
+    by = [main[name] for name in (PARTICIPANT, "session", *conditions, "level_um_pp")]
+    means = change.groupby(by, observed=True, dropna=False).transform("mean")
+    averaged = choices.threshold_friction == "level_means"
+    linear = OTHER_AXIS[curve] if CURVES[curve].logarithmic else curve
+    levels = rows["level_um_pp"].where(caught)  # catch trials keep theirs: only lapses miss it
+    step = STEP * float(change.std()) or 1.0
+    levels.update(means if averaged else (change / step).round() * step)
+    measured = rows.assign(level_um_pp=levels)[known | caught]
+    found = population_threshold(measured, choices, method=method, curve=linear)
+    if isinstance(found, NotComputed):
+        return found
+    just = found.half_width_um_pp if method == "comparison" else found.threshold_um_pp
+    standard = float(main[OTHER_FRICTION].mean())
+    cells = len(means.groupby(by, observed=True, dropna=False).size())
+    spare = len(main) - cells
+    return FrictionThreshold(
+        lower=rises >= 0,
+        averaged=averaged,
+        change=found.threshold_um_pp,
+        just_noticeable=just,
+        weber_fraction=over(just, standard) if just else just,
+        standard=standard,
+        sd=found.sd,
+        scatter=float((((change - means) ** 2).sum() / spare) ** 0.5) if spare else float("nan"),
+        participants=found.participants,
+        n=found.n,
+        answers=found.answers,
+        left_out=int((~known & ~caught).sum()),
+    )
