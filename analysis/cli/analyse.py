@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 import sys
 from argparse import Action
 from dataclasses import replace
@@ -190,9 +189,6 @@ def add_mapping(parser: ArgumentParser) -> None:
 
 def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     """Read and analyse the data as specified by the options."""
-    # Set before NumPy is imported: the matrices are small, and linear-algebra threads would only
-    # busy-wait.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from slipscale.analysis.cli.mapping_options import mapping_from  # noqa: PLC0415
     from slipscale.analysis.load import load  # noqa: PLC0415
     from slipscale.analysis.pipeline import analyse  # noqa: PLC0415
