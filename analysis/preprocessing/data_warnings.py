@@ -30,7 +30,7 @@ def absent(data: Dataset) -> list[str]:
     notes = []
     if missing := sorted(set(names) - data.people):
         notes.append(
-            f"{len(missing)} of {names.nunique()} participants of participants.tsv have no trials "
+            f"{len(missing)} of {names.nunique()} participants in participants.tsv have no trials "
             f"({listed(missing)})."
         )
     if doubled := sorted(set(names[names.duplicated()])):

@@ -128,7 +128,7 @@ RULES: dict[str, Rule] = {
     ),
     "scale_top": Rule(
         divisor=lambda trials: trials["scale_top"],
-        formula="each estimate over its participant's declared scale top, times 100",
+        formula="each estimate divided by its participant's declared scale top, times 100",
         table3="possible: nothing forces any participant's largest estimate to be 100",
         source="ASTM E1697, rescaling to a common scale",
         needs="a declared scale top above 0 in every trial (column scale_top)",
@@ -180,7 +180,7 @@ RULES: dict[str, Rule] = {
     ),
     "standard_referenced": Rule(
         divisor=lambda trials: trials["modulus"],
-        formula="each estimate over the number given to the standard, times 100",
+        formula="each estimate divided by the number given to the standard, times 100",
         table3="not the paper's procedure, which names no standard",
         source="Stevens (1956), Am. J. Psychol. 69, 1-25; ASTM E1697, external modulus",
         needs="the standard's given number above 0 in every trial (column modulus)",

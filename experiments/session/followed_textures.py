@@ -1,8 +1,8 @@
 """Textures that follow the finger: compute the plate command for each frame.
 
 A texture follows the finger only if a source measures what it depends on and `followed_texture`
-finds that the plate supports it. Otherwise the plate plays the texture without the finger. Before a
-readback is compared with a command, the plate settles where it settled first.
+finds that the plate supports it. Otherwise the plate plays the texture without the finger. Before
+a readback is compared with a command, the plate returns to the level at which it first settled.
 """
 
 from __future__ import annotations

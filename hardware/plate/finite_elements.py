@@ -175,7 +175,7 @@ class _Bricks:
 
 
 def _bricks(layout: Layout, density: Density, *, quarter: bool) -> _Bricks:
-    """Return the bricks of a layout; an edge of a disc cuts them, see the module's head."""
+    """Return the bricks of a layout; an edge of a disc cuts them, see the module docstring."""
     x, y = (
         mesh_lines(layout, axis, size_mm / bricks, half=quarter)
         for axis, size_mm, bricks in (

@@ -1,4 +1,4 @@
-"""Count the findings of simulated studies as sums that can be added in any order."""
+"""Count the findings of simulated studies, in sums that can be combined in any order."""
 
 from __future__ import annotations
 

@@ -125,7 +125,7 @@ def _equivalence(
         ]
         caption = (
             f"Pairs that are equivalent {within}, or undecided: two one-sided paired t tests on "
-            "log estimates. BF₀₁: Bayes factor for no difference over a difference."
+            "log estimates. BF₀₁: Bayes factor in favour of no difference."
         )
         blocks.append(html.table(columns, rows, caption))
     if differ:
@@ -135,8 +135,7 @@ def _equivalence(
             html.paragraph(
                 f"{len(differ)} of {counted(len(tested), 'pair', 'pairs')} of {quantity.levels} "
                 f"differed and were not shown to be equivalent {within} (two one-sided tests, all "
-                f"{p}; all Bayes factors for no difference over a difference {bayes}; see "
-                "pairwise.csv)."
+                f"{p}; all Bayes factors in favour of no difference {bayes}; see pairwise.csv)."
             )
         )
     return blocks

@@ -201,7 +201,7 @@ def equivalence(
         f"two one-sided paired t tests of log estimates within a ratio of "
         f"{apart[0][1].equivalence.bound:g}"
         + (", Holm-corrected" if len(pairs) > 1 else "")
-        + "; BF₀₁: Bayes factor for no difference over a difference"
+        + "; BF₀₁: Bayes factor in favour of no difference"
     )
     parts = [f"Pairs without a significant difference that are equivalent: {equal or 'none'}"]
     parts += [f"neither different nor equivalent: {undecided}"] if undecided else []

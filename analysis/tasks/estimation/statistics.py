@@ -184,8 +184,8 @@ POWER_LAW: Statistic[PowerLaw] = Statistic(
     meaning="exponent of the power function, the mean of participants' slopes",
     compute=of_estimates(power_law),
     sentences=(Sentence(write=write.power_law),),
-    methods="Exponents are mean slopes of participants' log estimates on log {q.name} "
-    "[[stevens1957]], with t-based intervals across participants.",
+    methods="The exponent is the mean of participants' regression slopes of log estimates on log "
+    "{q.name} [[stevens1957]], with t-based intervals across participants.",
     headlines={"exponent": "exponent of the power function"},
 )
 MIXED_MODEL: Statistic[MixedModel] = Statistic(

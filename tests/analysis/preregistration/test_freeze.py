@@ -76,7 +76,7 @@ def test_the_page_says_tests_corrections_choices_and_versions(frozen):
     for words in (
         "The primary analysis was Friedman&#39;s test",
         "Holm, within the family",
-        "scale_top: each estimate over its participant&#39;s declared scale top, times 100",
+        "scale_top: each estimate divided by its participant&#39;s declared scale top, times 100",
         "Data are collected from 4 participants, whatever the results",
         "No rule excludes participants",
         "study/files/words.toml",

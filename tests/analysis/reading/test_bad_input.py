@@ -73,7 +73,7 @@ def test_who_is_missing_or_did_not_finish_is_said(dataset):
         "participant_id\tcomplete\nsub-01\tno\nsub-02\tyes\nsub-02\tyes\nsub-03\tyes\nsub-04\tno\n"
     )
     said = " ".join(analyse(folder).problems)
-    assert "1 of 4 participants of participants.tsv have no trials (sub-04)" in said
+    assert "1 of 4 participants in participants.tsv have no trials (sub-04)" in said
     assert "2 of 4 participants did not finish a run (sub-01, sub-04)" in said
     assert "lists sub-02 more than once" in said
 
