@@ -35,7 +35,7 @@ def _use(path: Path, content: bytes, report: str) -> bool:
         book = load_codebook(path)
     except UserError as error:
         if str(path) not in str(error):
-            raise AssertionError(f"the file is not named: {error}") from error
+            raise AssertionError(f"the error does not name the file: {error}") from error
         return False
     found = book.code(report)
     directions = {book.direction(report, each) for each in found if each != OTHER}

@@ -35,7 +35,7 @@ def _use(folder: Path, content: bytes) -> bool:
         lab = read_lab(folder)
     except UserError as error:
         if FILE not in str(error):
-            raise AssertionError(f"the file is not named: {error}") from error
+            raise AssertionError(f"the error does not name the file: {error}") from error
         return False
     if not isinstance(lab, LabFile) or lab.plate.partition(":")[0] not in backend_names():
         raise AssertionError(f"{lab}")

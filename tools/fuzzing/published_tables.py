@@ -84,7 +84,7 @@ def _use(path: Path, content: bytes) -> bool:
         table = read(path)
     except UserError as error:
         if str(path) not in str(error):
-            raise AssertionError(f"the file is not named: {error}") from error
+            raise AssertionError(f"the error does not name the file: {error}") from error
         return False
     if not [targets(column) for column in table.columns]:
         raise AssertionError("a table without columns")

@@ -93,7 +93,7 @@ def _use(path: Path, content: bytes, mapping: TableMapping | None) -> bool:
         data = load(path, mapping)
     except UserError as error:
         if path.name not in str(error):
-            raise AssertionError(f"the file is not named: {error}") from error
+            raise AssertionError(f"the error does not name the file: {error}") from error
         return False
     if not data.counts["analysed"] == len(data.estimates) <= data.counts["estimation_rows"]:
         raise AssertionError(f"{data.counts}, {len(data.estimates)} estimates")
