@@ -49,6 +49,10 @@ def today(view: View) -> dict[str, Any]:
     results = findings(check.said()) if check and over else None
     return {
         "mock": is_mock(found.defaults.plate),
+        "exclusions": ", ".join(
+            t.known(f"flag.{flag}", flag)
+            for flag in (found.roster.exclusions if found.roster else ())
+        ),
         "begun": sum(person.state != "withdrew" for person in people),
         "session_failed": failure(jobs.last("session")),
         "between": _between(found, jobs.last("session")),
