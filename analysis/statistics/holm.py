@@ -19,15 +19,14 @@ def holm(ps: Sequence[float]) -> list[float]:
     [0.03, nan, 0.06, 0.06]
     """
     raw = np.array(ps, float)
-    known = np.isfinite(raw)
-    raw[known] = holm_rows(raw[None, known])[0]
-    return [float(p) for p in raw]
+    return list(map(float, np.where(np.isnan(raw), np.nan, holm_rows(raw[None])[0])))
 
 
 def holm_rows(p: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return Holm-corrected p-values, shaped as ``p``; each row is a family."""
-    order = np.argsort(p, axis=1)
-    steps = np.take_along_axis(p, order, axis=1) * np.arange(p.shape[1], 0, -1)
+    """Return Holm-corrected p-values, shaped as ``p``; each row is a family, and NaN is ignored."""
+    order = np.argsort(p, axis=1)  # NaN last
+    left = np.isfinite(p).sum(axis=1)[:, None] - np.arange(p.shape[1])
+    steps = np.take_along_axis(p, order, axis=1) * np.maximum(left, 1)
     adjusted = np.empty_like(p)
-    np.put_along_axis(adjusted, order, np.maximum.accumulate(steps, axis=1), axis=1)
+    np.put_along_axis(adjusted, order, np.fmax.accumulate(steps, axis=1), axis=1)
     return np.minimum(adjusted, 1.0)

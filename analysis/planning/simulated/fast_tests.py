@@ -16,6 +16,7 @@ import numpy as np
 from slipscale.analysis.planning.simulated.estimates import means
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
 from slipscale.analysis.statistics import batched
+from slipscale.analysis.statistics.holm import holm_rows
 from slipscale.analysis.statistics.regression import fit_lines
 
 if TYPE_CHECKING:
@@ -219,7 +220,7 @@ def pairwise(found: Tables, primary: Primary) -> Array:
     # One row per study and pair.
     differences = np.swapaxes(values[..., high] - values[..., low], 1, 2)
     raw = PAIRED[primary](differences.reshape(-1, values.shape[1])).reshape(len(values), -1)
-    return np.where(np.isnan(raw), 1.0, _holm(raw))
+    return np.where(np.isnan(raw), 1.0, holm_rows(raw))
 
 
 def _signed_ranks(differences: Array) -> Array:
@@ -239,16 +240,6 @@ PAIRED: dict[Primary, Callable[[Array], Array]] = {
     "ranks": _signed_ranks,
     "logarithms": _paired_t,
 }
-
-
-def _holm(p: Array) -> Array:
-    """Return Holm-corrected p-values; each row is a family, and NaN is ignored."""
-    order = np.argsort(p, axis=1)  # NaN last
-    left = np.isfinite(p).sum(axis=1)[:, None] - np.arange(p.shape[1])
-    steps = np.take_along_axis(p, order, axis=1) * np.maximum(left, 1)
-    adjusted = np.empty_like(p)
-    np.put_along_axis(adjusted, order, np.fmax.accumulate(steps, axis=1), axis=1)
-    return np.minimum(adjusted, 1.0)
 
 
 def half_widths(values: Array, confidence: float) -> Array:

@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from slipscale.analysis.published import biet2007
 from slipscale.analysis.statistics import omnibus
 from slipscale.analysis.statistics.descriptives import within_intervals
 from slipscale.analysis.writing.axes import LINES_AT_MOST, amplitude_axis, tip
-from slipscale.figure_style import BLUE, GREEN, ORANGE, PALE, PURPLE, VERMILION, styled
+from slipscale.figure_style import BLUE, GREEN, ORANGE, PALE, PURPLE, VERMILION, canvas, styled
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, capitalised
 
 if TYPE_CHECKING:
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
 
@@ -83,8 +83,7 @@ def fig15(
     groups : Series, optional
         Participant -> group; means are drawn separately for each group.
     """
-    figure = Figure(figsize=(5.6, 4.2), layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = canvas(size=(5.6, 4.2))
     amplitudes = logs.columns.to_numpy(float)
     parts = {"": logs} if groups is None else dict(list(logs.groupby(groups)))
     for number, (name, own) in enumerate(parts.items()):
@@ -152,8 +151,7 @@ def table3(
     quantity : Quantity
         Quantity of the amplitudes.
     """
-    figure = Figure(figsize=(5.6, 3.6), layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = canvas(size=(5.6, 3.6))
     amplitudes = cells.columns.to_numpy(float)
     if len(cells) > 1:
         _individuals(axes, cells, amplitudes)
@@ -206,8 +204,7 @@ def residuals(logs: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> Figur
     """
     from scipy import stats  # noqa: PLC0415 - a second's import
 
-    figure = Figure(figsize=(5.6, 2.7), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure, (left, right) = canvas(1, 2, size=(5.6, 2.7))
     left_over = omnibus.additive_residuals(logs.to_numpy(float))
     ordered = np.sort(left_over.ravel())
     expected = stats.norm.ppf((np.arange(ordered.size) + 0.5) / ordered.size) * ordered.std(ddof=1)

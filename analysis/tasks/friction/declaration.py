@@ -6,7 +6,6 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from slipscale.analysis.preprocessing import normalisation
 from slipscale.analysis.statistics.measured_friction import used_trials
@@ -19,12 +18,13 @@ from slipscale.analysis.writing.html import ReportSection, TableColumn
 from slipscale.analysis.writing.numbers import grouped, number
 from slipscale.experiments.dataset.measured import COEFFICIENT
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.figure_style import BLUE, GREY, INK, PALE, styled
+from slipscale.figure_style import BLUE, GREY, INK, PALE, canvas, styled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import pandas as pd
+    from matplotlib.figure import Figure
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
@@ -141,8 +141,7 @@ def rating_friction(prepared: Prepared, *, unit: str) -> Figure:
     unit : str
         Unit of the estimates.
     """
-    figure = Figure(figsize=(4.8, 3.8), layout="constrained")
-    axes = figure.subplots()
+    figure, axes = canvas(size=(4.8, 3.8))
     trials = used_trials(prepared)
     axes.scatter(
         trials[COEFFICIENT], np.exp(trials["log"]), s=9, color=PALE, linewidths=0, zorder=1

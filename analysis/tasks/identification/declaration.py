@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from slipscale.analysis.statistics.not_computed import fold
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
@@ -16,12 +15,13 @@ from slipscale.analysis.tasks.identification.statistics import (
 )
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, counted, level_of, number
-from slipscale.figure_style import styled
+from slipscale.figure_style import canvas, styled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from markupsafe import Markup
+    from matplotlib.figure import Figure
 
     from slipscale.analysis.tasks.identification.statistics import TaskIdentification
     from slipscale.stimuli.quantity import Quantity
@@ -91,8 +91,7 @@ DARK = 0.5
 @styled
 def named(task: TaskIdentification) -> Figure:
     """Draw the proportion of each name among the answers to each presented surface."""
-    figure = Figure(figsize=(4.6, 4.2), layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = canvas(size=(4.6, 4.2))
     counts = np.array(task.table, np.float64)
     shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     axes.imshow(shares, cmap="Blues", vmin=0, vmax=1)

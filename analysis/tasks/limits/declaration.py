@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from slipscale.analysis.statistics.not_computed import NotComputed, computed
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
@@ -21,12 +20,13 @@ from slipscale.analysis.writing.numbers import (
     reliable,
 )
 from slipscale.analysis.writing.points import SIZE, draw_means, draw_people
-from slipscale.figure_style import styled
+from slipscale.figure_style import canvas, styled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from markupsafe import Markup
+    from matplotlib.figure import Figure
 
     from slipscale.analysis.tasks.limits.statistics import TaskLimits
     from slipscale.stimuli.quantity import Quantity
@@ -109,8 +109,7 @@ NAMES = ("Ascending", "Descending", "Both")
 @styled
 def transitions(task: TaskLimits, quantity: Quantity) -> Figure:
     """Draw participants' mean transitions by direction, and the means with intervals."""
-    figure = Figure(figsize=SIZE, layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = canvas(size=SIZE)
     rows = [(p.ascending_um_pp, p.descending_um_pp, p.threshold_um_pp) for p in task.people]
     draw_people(axes, np.arange(3.0), np.array(rows, np.float64))
     for place, each in enumerate(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
@@ -23,13 +22,14 @@ from slipscale.analysis.writing.numbers import (
     reliable,
 )
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.figure_style import BLUE, GREY, INK, VERMILION, styled
+from slipscale.figure_style import BLUE, GREY, INK, VERMILION, canvas, styled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     import pandas as pd
     from markupsafe import Markup
+    from matplotlib.figure import Figure
 
     from slipscale.analysis.json_form import JsonObject
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
@@ -147,8 +147,7 @@ def matches(found: Sequence[MatchedReference], trials: pd.DataFrame, quantity: Q
         The trials of `slipscale.analysis.tasks.matching.statistics.TRIALS` of the task.
     quantity : Quantity
     """
-    figure = Figure(figsize=(5.6, 4.2), layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = canvas(size=(5.6, 4.2))
     means = trials.groupby([PARTICIPANT, "reference_um_pp", "direction"], observed=True)[
         "matched_um_pp"
     ].mean()

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.statistics.not_computed import computed, fold
@@ -24,12 +23,13 @@ from slipscale.analysis.writing.numbers import (
     reliable,
 )
 from slipscale.analysis.writing.points import SIZE
-from slipscale.figure_style import BLUE, ORANGE, PALE, styled
+from slipscale.figure_style import BLUE, ORANGE, PALE, canvas, styled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from markupsafe import Markup
+    from matplotlib.figure import Figure
 
     from slipscale.analysis.json_form import JsonObject
     from slipscale.analysis.tasks.pointing.statistics import (
@@ -156,8 +156,7 @@ def _rows(task: TaskPointing) -> list[JsonObject]:
 @styled
 def movement_times(task: TaskPointing) -> Figure:
     """Draw participants' mean movement times, their means, and the mean line per condition."""
-    figure = Figure(figsize=SIZE, layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = canvas(size=SIZE)
     for condition, colour in zip(task.conditions, (BLUE, ORANGE), strict=False):
         cells = [cell for each in condition.people for cell in each.cells]
         if not cells:

@@ -6,7 +6,6 @@ from math import exp
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from slipscale.analysis.statistics.not_computed import NotComputed, fold
 from slipscale.analysis.statistics.regression import fit_lines
@@ -24,7 +23,7 @@ from slipscale.analysis.writing.points import (
     draw_standard,
     make_logarithmic,
 )
-from slipscale.figure_style import BLUE, styled
+from slipscale.figure_style import BLUE, canvas, styled
 from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
@@ -32,6 +31,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
     from markupsafe import Markup
+    from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
     from slipscale.analysis.tasks.productions.statistics import BothExponents, TaskProductions
@@ -191,8 +191,7 @@ def _production_table(task: TaskProductions, quantity: Quantity) -> Markup:
 @styled
 def productions(found: TaskProductions, trials: pd.DataFrame, quantity: Quantity) -> Figure:
     """Plot produced levels against numbers on logarithmic axes: participants, and means."""
-    figure = Figure(figsize=SIZE, layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = canvas(size=SIZE)
     table = log_cells(trials[~trials["catch"]], "number", "produced_um_pp")
     numbers = table.columns.to_numpy(float)
     draw_people(axes, numbers, np.exp(table.to_numpy(float)))

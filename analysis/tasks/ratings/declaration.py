@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.statistics.not_computed import NotComputed, computed
@@ -28,13 +27,14 @@ from slipscale.analysis.writing.numbers import (
     unit_number,
 )
 from slipscale.analysis.writing.points import SIZE, draw_means, draw_people
-from slipscale.figure_style import GREY, styled
+from slipscale.figure_style import GREY, canvas, styled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import pandas as pd
     from markupsafe import Markup
+    from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
     from slipscale.analysis.tasks.ratings.statistics import TaskRatings
@@ -215,8 +215,7 @@ def ratings(found: TaskRatings, trials: pd.DataFrame, quantity: Quantity) -> Fig
         The trials of `slipscale.analysis.tasks.ratings.statistics.TRIALS` of the task.
     quantity : Quantity
     """
-    figure = Figure(figsize=SIZE, layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = canvas(size=SIZE)
     main = trials[~trials["catch"]]
     table = cells(main)
     plain = main.loc[main["amplitude_um_pp"].notna(), "surface"].astype(str).unique()

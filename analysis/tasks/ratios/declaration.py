@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.regression import fit_lines
@@ -16,13 +15,14 @@ from slipscale.analysis.tasks.ratios.statistics import RATIOS, TRIALS, log_cells
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, counted, level_of, number, significant
 from slipscale.analysis.writing.points import SIZE, draw_means, draw_people, make_logarithmic
-from slipscale.figure_style import BLUE, GREY, INK, styled
+from slipscale.figure_style import BLUE, GREY, INK, canvas, styled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import pandas as pd
     from markupsafe import Markup
+    from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
     from slipscale.analysis.tasks.ratios.statistics import TaskRatios
@@ -114,8 +114,7 @@ def _ratio_table(task: TaskRatios, quantity: Quantity) -> Markup:
 @styled
 def ratios(found: TaskRatios, trials: pd.DataFrame, quantity: Quantity) -> Figure:
     """Plot ratios to the standard on logarithmic axes: participants, and geometric means."""
-    figure = Figure(figsize=SIZE, layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = canvas(size=SIZE)
     main = trials[~trials["catch"] & (trials["standard_um_pp"] == found.standard_um_pp)]
     table = log_cells(main, "comparison_um_pp", "ratio")
     table = table.loc[:, table.columns.to_numpy(float) > 0]  # no 0 on a logarithmic axis

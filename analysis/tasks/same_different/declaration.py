@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.statistics.not_computed import computed
@@ -15,12 +14,13 @@ from slipscale.analysis.tasks.same_different.statistics import SAME_DIFFERENT, T
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, cell, counted, number
 from slipscale.analysis.writing.points import SIZE, draw_means
-from slipscale.figure_style import ORANGE, styled
+from slipscale.figure_style import ORANGE, canvas, styled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from markupsafe import Markup
+    from matplotlib.figure import Figure
 
     from slipscale.analysis.tasks.same_different.statistics import TaskPairs
     from slipscale.stimuli.quantity import Quantity
@@ -79,8 +79,7 @@ def _blocks(
 @styled
 def sensitivities(task: TaskPairs) -> Figure:
     """Draw d' for each pair: means across participants with intervals, and d' from all answers."""
-    figure = Figure(figsize=SIZE, layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = canvas(size=SIZE)
     for place, each in enumerate(task.pairs):
         if found := computed(each.mean_d_prime):
             draw_means(axes, np.array([float(place)]), [found.mean], [found.interval])

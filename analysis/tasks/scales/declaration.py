@@ -5,8 +5,6 @@ from __future__ import annotations
 from statistics import median
 from typing import TYPE_CHECKING
 
-from matplotlib.figure import Figure
-
 from slipscale.analysis.reading.surface_labels import amplitude_of
 from slipscale.analysis.statistics.not_computed import NotComputed, all_computed, computed, fold
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
@@ -15,7 +13,7 @@ from slipscale.analysis.tasks.scales.statistics import SCALES, TRIALS
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import tip
 from slipscale.analysis.writing.numbers import DASH, bracketed, counted, number, p_value
-from slipscale.figure_style import BLUE, GREY, PALE, styled
+from slipscale.figure_style import BLUE, GREY, PALE, canvas, styled
 from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
@@ -23,6 +21,7 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from slipscale.analysis.json_form import JsonObject
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
@@ -175,8 +174,7 @@ def _rows(task: TaskScale) -> list[JsonObject]:
 @styled
 def scale(found: TaskScale, quantity: Quantity) -> Figure:
     """Plot a task's scale: Bradley-Terry for pairs, difference scale for triads."""
-    figure = Figure(figsize=(5.6, 3.4), layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = canvas(size=(5.6, 3.4))
     for scaled, kind in (
         (found.bradley_terry, "log odds, Bradley-Terry"),
         (found.differences, "difference scale, 0 to 1"),

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from slipscale.analysis.statistics.not_computed import NotComputed, all_computed
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
@@ -13,12 +12,13 @@ from slipscale.analysis.tasks.similarity.reading import TRIALS
 from slipscale.analysis.tasks.similarity.statistics import SIMILARITY
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import counted, number, unit_number
-from slipscale.figure_style import BLUE, GREY, styled
+from slipscale.figure_style import BLUE, GREY, canvas, styled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from markupsafe import Markup
+    from matplotlib.figure import Figure
 
     from slipscale.analysis.json_form import JsonObject
     from slipscale.analysis.tasks.similarity.statistics import TaskMap
@@ -87,8 +87,7 @@ def _rows(task: TaskMap | NotComputed) -> list[JsonObject]:
 @styled
 def similarity(found: TaskMap) -> Figure:
     """Draw items on the first two principal axes with equal scales, and stress by dimensions."""
-    figure = Figure(figsize=(6.8, 3.6), layout="constrained")
-    left, right = figure.subplots(1, 2, width_ratios=[1.7, 1])
+    figure, (left, right) = canvas(1, 2, size=(6.8, 3.6), width_ratios=[1.7, 1])
     for item, place in found.coordinates.items():
         x, y = (*place, 0.0)[:2]
         left.plot(x, y, "o", color=BLUE, markersize=6)

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, PercentFormatter
 
 from slipscale.analysis.statistics.psychometrics.psychometric_function import METHODS
@@ -14,11 +13,12 @@ from slipscale.analysis.tasks.thresholds.statistics import COMPARED
 from slipscale.analysis.writing.axes import LINES_AT_MOST, tip
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.protocols.adaptive.curves import CURVES
-from slipscale.figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
+from slipscale.figure_style import BLUE, GREY, INK, PALE, VERMILION, canvas, styled
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from slipscale.analysis.statistics.psychometrics.psychometric_function import (
         PsychometricFunction,
@@ -52,8 +52,9 @@ def functions(found: TaskThresholds, trials: pd.DataFrame, quantity: Quantity) -
     main = trials[~trials["catch"]]
     people = [each for each in found.participants if each.function]
     rows = 0.4 + 0.16 * min(len(people), NAMED_AT_MOST)
-    figure = Figure(figsize=(5.6, 3.2 + rows), layout="constrained")
-    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[3.2, rows])
+    figure, (top, bottom) = canvas(
+        2, 1, size=(5.6, 3.2 + rows), sharex=True, height_ratios=[3.2, rows]
+    )
     compared = found.method == COMPARED
     logarithmic = CURVES[found.curve].logarithmic
     levels = main["level_um_pp"].to_numpy(float)
@@ -179,10 +180,9 @@ def tracks(found: TaskThresholds, trials: pd.DataFrame, quantity: Quantity) -> F
     main = trials[~trials["catch"]]
     people = [each for each in found.participants if each.trials][:PANELS_AT_MOST]
     rows = -(-len(people) // ACROSS)
-    figure = Figure(
-        figsize=(PANEL[0] * min(ACROSS, len(people)), PANEL[1] * rows + 0.6), layout="constrained"
-    )
-    grid = figure.subplots(rows, min(ACROSS, len(people)), sharex=True, sharey=True, squeeze=False)
+    across = min(ACROSS, len(people))
+    size = (PANEL[0] * across, PANEL[1] * rows + 0.6)
+    figure, grid = canvas(rows, across, size=size, sharex=True, sharey=True, squeeze=False)
     panels = list(grid.flat)
     for axes, each in zip(panels, people, strict=False):
         own = main[main[PARTICIPANT].astype(str) == each.participant].sort_values("trial")

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from slipscale.analysis.writing.axes import tip
-from slipscale.figure_style import BLUE, GREY, INK, PALE, styled
+from slipscale.figure_style import BLUE, GREY, INK, PALE, canvas, styled
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from slipscale.analysis.tasks.estimation.growth.bayesian_growth import BayesianGrowth
 
 #: Maximum number of participants that can be distinguished by name.
@@ -30,10 +31,7 @@ def exponents(found: BayesianGrowth) -> Figure:
     """
     people = sorted(found.individuals, key=lambda one: one.exponent)
     rows = np.arange(len(people))
-    figure = Figure(
-        figsize=(4.8, AROUND + ROW * min(len(people), NAMED_AT_MOST)), layout="constrained"
-    )
-    axes = figure.add_subplot()
+    figure, axes = canvas(size=(4.8, AROUND + ROW * min(len(people), NAMED_AT_MOST)))
     axes.axvspan(*found.interval, color="#CCE3F0", linewidth=0, zorder=0)
     axes.axvline(found.exponent, color=BLUE, linewidth=1.2, zorder=1, label="group, with interval")
     alone, drawn = (

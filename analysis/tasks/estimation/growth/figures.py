@@ -5,17 +5,28 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from slipscale.analysis.statistics.descriptives import student_intervals
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.tasks.estimation.growth.growth_models import MODELS
 from slipscale.analysis.writing.axes import LINES_AT_MOST, apart
-from slipscale.figure_style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, VERMILION, styled
+from slipscale.figure_style import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    PALE,
+    PURPLE,
+    VERMILION,
+    canvas,
+    styled,
+)
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
     from slipscale.analysis.statistics.not_computed import NotComputed
@@ -48,9 +59,8 @@ def growth(
     quantity : Quantity
         Quantity of the amplitudes.
     """
-    figure = Figure(figsize=(4.8, 6.8), layout="constrained")
     # Stacked, because panels side by side are illegible on a phone.
-    left, right = figure.subplots(2, 1)
+    figure, (left, right) = canvas(2, 1, size=(4.8, 6.8))
     above = logs.loc[:, logs.columns.to_numpy(float) > 0]
     amplitudes = above.columns.to_numpy(float)
     centre = above.mean().to_numpy(float)
