@@ -91,6 +91,26 @@ class Outcome:
         return None if self.published is None else self.rule(self.published, self.ours)
 
 
+def item(
+    compute: Callable[[], float],
+    published: str | None,
+    unit: str,
+    reason: str,
+    *,
+    rule: Callable[[str, float], bool] = agrees,
+    by_construction: bool = False,
+) -> Callable[[], Outcome]:
+    """Return a function that computes an item's value and returns its `Outcome`."""
+    return lambda: Outcome(
+        published=published,
+        ours=compute(),
+        unit=unit,
+        reason=reason,
+        rule=rule,
+        by_construction=by_construction,
+    )
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
     """An item, computed and compared."""

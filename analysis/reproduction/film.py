@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reproduction.comparison import Outcome, record
+from slipscale.analysis.reproduction.comparison import Outcome, item, record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -38,48 +38,6 @@ def _friction(peak: float, roughness: float) -> float:
     from slipscale.stimuli.squeeze_film import relative_friction  # noqa: PLC0415 - see ITEMS
 
     return float(relative_friction(peak, roughness, 40_000).relative_friction)
-
-
-def squeeze_number_measured() -> Outcome:
-    """Return the squeeze number of the prototype, Section IV-A."""
-    return Outcome(
-        published="15.9",
-        ours=_squeeze(30_500, 1.15, 0.6),
-        unit="",
-        reason="2.3 µm is peak to peak, h_vib is 1.15 µm; equation (4) with l0²",
-    )
-
-
-def fig3() -> Outcome:
-    """Return the squeeze number at the paper's criterion, Section II-C."""
-    return Outcome(
-        published="10",
-        ours=_squeeze(25_000, 3.0, 1.6),
-        unit="",
-        rule=more_than,
-        reason="the paper requires more than 10; 10 itself is reached at 21.4 kHz",
-    )
-
-
-def fig5_half() -> Outcome:
-    """Return the friction at the paper's guideline, Section II-D: one half."""
-    return Outcome(
-        published="0.5",
-        ours=_friction(1.5, 0.6),
-        unit="µ'/µ",
-        reason="'half of the relative friction coefficient', closed form, 0.5 N",
-    )
-
-
-def fig5_zero() -> Outcome:
-    """Return the friction at 4 µm on the roughest plate, Section II-C: still above zero."""
-    return Outcome(
-        published="0",
-        ours=_friction(4.0, 1.6),
-        unit="µ'/µ",
-        rule=more_than,
-        reason="zero friction needs more than 4 µm; ours is below zero (levitation) at 5 µm",
-    )
 
 
 @cache
@@ -131,31 +89,6 @@ def some(_published: str, ours: float) -> bool:
     return ours > 0
 
 
-def fig4_closed() -> Outcome:
-    """Return the zones in which the film lifts the finger, Section II-C, in closed form."""
-    return Outcome(
-        published="some",
-        ours=_above_the_finger(closed_form=True),
-        unit="of contact",
-        rule=some,
-        reason="'some zones of the fingerprint' press harder than the finger's 0.5 N: closed form",
-    )
-
-
-def fig4_reynolds() -> Outcome:
-    """Return the same zones from the full Reynolds equation."""
-    return Outcome(
-        published="some",
-        ours=_above_the_finger(closed_form=False),
-        unit="of contact",
-        rule=some,
-        reason=(
-            "the full equation (3) at 40 kHz has no such zone: its mean pressure is at most 1.035 "
-            "p0, and the finger's is 1.05 p0; the zones exist only in the closed form"
-        ),
-    )
-
-
 def _stimuli_figure(name: str) -> Figure:
     from slipscale.analysis.figures import squeeze_film  # noqa: PLC0415 - matplotlib takes half a second
 
@@ -177,12 +110,52 @@ def draw_perception() -> Figure:
 
 # Nothing is computed, and no large library is loaded, before an item is requested.
 ITEMS: Mapping[str, Callable[[], Outcome]] = {
-    "squeeze_number.30.5kHz": squeeze_number_measured,
-    "fig3.25kHz": fig3,
-    "fig4.zones.closed_form": fig4_closed,
-    "fig4.zones.reynolds": fig4_reynolds,
-    "fig5.hr0.6.hvib1.5": fig5_half,
-    "fig5.hr1.6.hvib4": fig5_zero,
+    # Section IV-A
+    "squeeze_number.30.5kHz": item(
+        partial(_squeeze, 30_500, 1.15, 0.6),
+        "15.9",
+        "",
+        "2.3 µm is peak to peak, h_vib is 1.15 µm; equation (4) with l0²",
+    ),
+    # Section II-C: the paper's criterion
+    "fig3.25kHz": item(
+        partial(_squeeze, 25_000, 3.0, 1.6),
+        "10",
+        "",
+        "the paper requires more than 10; 10 itself is reached at 21.4 kHz",
+        rule=more_than,
+    ),
+    # Section II-C: zones in which the film lifts the finger
+    "fig4.zones.closed_form": item(
+        partial(_above_the_finger, closed_form=True),
+        "some",
+        "of contact",
+        "'some zones of the fingerprint' press harder than the finger's 0.5 N: closed form",
+        rule=some,
+    ),
+    "fig4.zones.reynolds": item(
+        partial(_above_the_finger, closed_form=False),
+        "some",
+        "of contact",
+        "the full equation (3) at 40 kHz has no such zone: its mean pressure is at most 1.035 "
+        "p0, and the finger's is 1.05 p0; the zones exist only in the closed form",
+        rule=some,
+    ),
+    # Section II-D: the paper's guideline
+    "fig5.hr0.6.hvib1.5": item(
+        partial(_friction, 1.5, 0.6),
+        "0.5",
+        "µ'/µ",
+        "'half of the relative friction coefficient', closed form, 0.5 N",
+    ),
+    # Section II-C: the roughest plate
+    "fig5.hr1.6.hvib4": item(
+        partial(_friction, 4.0, 1.6),
+        "0",
+        "µ'/µ",
+        "zero friction needs more than 4 µm; ours is below zero (levitation) at 5 µm",
+        rule=more_than,
+    ),
     **{f"reynolds.{pp}um": partial(reynolds, pp) for pp in (0.5, 1.2, 2.3)},
 }
 

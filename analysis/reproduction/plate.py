@@ -9,13 +9,14 @@ from __future__ import annotations
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reproduction.comparison import Outcome, record
+from slipscale.analysis.reproduction.comparison import Outcome, item, record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from matplotlib.figure import Figure
 
+    from slipscale.hardware.plate.beam import BeamSection
     from slipscale.hardware.plate.paper_study import Harmonic
 
 _GAPS = (
@@ -28,71 +29,30 @@ _GAPS = (
 )
 
 
-def fig8() -> Outcome:
-    """Return the half wave that deflects by 1.5 µm at 15 V, Section III-B."""
+def _printed() -> BeamSection:
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
-    return Outcome(
-        published="8.2",
-        ours=BeamSection.printed().half_wave_for_amplitude_mm(1.5, 15.0),
-        unit="mm",
-        reason="equation (37) with Table II's d31; Appendix B's constants would give another",
-    )
+    return BeamSection.printed()
 
 
-def neutral_line() -> Outcome:
-    """Return the neutral line's ordinate divided by h_p."""
-    from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
-
-    return Outcome(
-        published=None,
-        ours=BeamSection.printed().neutral_ratio,
-        unit="z0/h_p",
-        reason="equation (42) with α = 1.81, β = 2; not printed",
-    )
-
-
-def fig9_analytic() -> Outcome:
-    """Return the half wave of the paper's beam model at 25 kHz, Section III-B."""
-    from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
-
-    return Outcome(
-        published="14.75",
-        ours=BeamSection.printed().half_wave_for_frequency_mm(25_000),
-        unit="mm",
-        reason=(
-            "equation (38) over 2π with Table II throughout; 14.73 needs Appendix B's "
-            "c11 = 12.09e10 Pa in (40) together with Table II's neutral line, which is not "
-            "consistent: reported, not tuned"
-        ),
-    )
-
-
-def fig9_timoshenko() -> Outcome:
+def _timoshenko_half_wave_mm() -> float:
     """Return the half wave of a Timoshenko beam at 25 kHz, which is not in the paper."""
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
-    return Outcome(
-        published=None,
-        ours=BeamSection.plane_strain().timoshenko_half_wave_mm(25_000),
-        unit="mm",
-        reason="ours: plane strain, shear and rotary inertia; explains most of the gap to FE",
-    )
+    return BeamSection.plane_strain().timoshenko_half_wave_mm(25_000)
 
 
-def fig9_fe_crossing() -> Outcome:
-    """Return the finite-element half wave at 25 kHz, Section III-C."""
+def _fe_half_wave_mm() -> float:
     from slipscale.hardware.plate.paper_study import half_wave_for_frequency_mm  # noqa: PLC0415 - see ITEMS
 
-    return Outcome(
-        published="13.6",
-        ours=half_wave_for_frequency_mm(25_000),
-        unit="mm",
-        reason=(
-            "3-D, coupled, electrodes shorted, w = 0 on the end faces; the paper's supports and "
-            "permittivity are not printed, and it rounds a reading from Fig. 9"
-        ),
-    )
+    return half_wave_for_frequency_mm(25_000)
+
+
+def _mode80_khz() -> float:
+    from slipscale.hardware.plate.paper_study import prototype_modes  # noqa: PLC0415 - see ITEMS
+
+    found = prototype_modes(continuous=True)
+    return float(found.frequency_hz[found.driven]) / 1e3
 
 
 def fig9_fe(half_wave_mm: float) -> Outcome:
@@ -105,42 +65,6 @@ def fig9_fe(half_wave_mm: float) -> Outcome:
         reason += "; mixes with the width's stretching at 36.7 kHz (its partner: 36.9 kHz)"
     ours = half_wave_frequency_hz(Layout.half_wave(half_wave_mm)) / 1e3
     return Outcome(published=None, ours=ours, unit="kHz", reason=reason)
-
-
-def fig11() -> Outcome:
-    """Return the frequency of the (8;0) mode, Section III-C."""
-    from slipscale.hardware.plate.paper_study import prototype_modes  # noqa: PLC0415 - see ITEMS
-
-    found = prototype_modes(continuous=True)
-    return Outcome(
-        published="35.6",
-        ours=float(found.frequency_hz[found.driven]) / 1e3,
-        unit="kHz",
-        reason=(
-            "free edges, continuous ceramic, shorted, default mesh (finer: 35.70); without "
-            "coupling 35.6; with the gaps of 1 mm 34.05, so the paper's model has no gaps here"
-        ),
-    )
-
-
-def fig12_frequency() -> Outcome:
-    """Return the frequency of the harmonic peak, Section III-C."""
-    return Outcome(published="34.77", ours=_peak().peak_hz / 1e3, unit="kHz", reason=_GAPS)
-
-
-def fig12_amplitude() -> Outcome:
-    """Return the amplitude of the harmonic peak at 15 V, Section III-C."""
-    return Outcome(
-        published="3.2",
-        ours=_peak().peak_um_pp,
-        unit="µm p-p",
-        reason=(
-            "agrees only peak to peak and only at the edge antinode x = 0, y = 24.5 mm (2.19 "
-            "in the middle), with Q = 60 for the whole plate; the paper names neither the "
-            "point nor peak or peak to peak. The same model's frequency does not agree "
-            "(fig12.frequency), and none of our models meets both"
-        ),
-    )
 
 
 def _peak() -> Harmonic:
@@ -172,20 +96,6 @@ def _twin_peak() -> tuple[float, float]:
         options={"xatol": 1e-4},
     )
     return float(found.x), float(-15 * found.fun)
-
-
-def fig13_frequency() -> Outcome:
-    """Return the measured resonance of the plate, Section IV-A."""
-    return Outcome(
-        published="30.5", ours=_twin_peak()[0] / 1e3, unit="kHz", reason=_TWIN, by_construction=True
-    )
-
-
-def fig13_amplitude() -> Outcome:
-    """Return the measured amplitude of the plate, Section IV-A."""
-    return Outcome(
-        published="2.3", ours=_twin_peak()[1], unit="µm p-p", reason=_TWIN, by_construction=True
-    )
 
 
 def draw_fig8() -> Figure:
@@ -248,17 +158,67 @@ def draw_fig12() -> Figure:
 
 # Nothing is computed, and no large library is loaded, before an item is requested.
 ITEMS: Mapping[str, Callable[[], Outcome]] = {
-    "fig8.1.5um": fig8,
-    "neutral_line": neutral_line,
-    "fig9.analytic.25kHz": fig9_analytic,
-    "fig9.timoshenko.25kHz": fig9_timoshenko,
-    "fig9.fe.25kHz": fig9_fe_crossing,
+    # Section III-B: the half wave that deflects by 1.5 µm at 15 V
+    "fig8.1.5um": item(
+        lambda: _printed().half_wave_for_amplitude_mm(1.5, 15.0),
+        "8.2",
+        "mm",
+        "equation (37) with Table II's d31; Appendix B's constants would give another",
+    ),
+    "neutral_line": item(
+        lambda: _printed().neutral_ratio,
+        None,
+        "z0/h_p",
+        "equation (42) with α = 1.81, β = 2; not printed",
+    ),
+    # Section III-B: the half wave of the paper's beam model
+    "fig9.analytic.25kHz": item(
+        lambda: _printed().half_wave_for_frequency_mm(25_000),
+        "14.75",
+        "mm",
+        "equation (38) over 2π with Table II throughout; 14.73 needs Appendix B's "
+        "c11 = 12.09e10 Pa in (40) together with Table II's neutral line, which is not "
+        "consistent: reported, not tuned",
+    ),
+    "fig9.timoshenko.25kHz": item(
+        _timoshenko_half_wave_mm,
+        None,
+        "mm",
+        "ours: plane strain, shear and rotary inertia; explains most of the gap to FE",
+    ),
+    # Section III-C: the finite-element half wave
+    "fig9.fe.25kHz": item(
+        _fe_half_wave_mm,
+        "13.6",
+        "mm",
+        "3-D, coupled, electrodes shorted, w = 0 on the end faces; the paper's supports and "
+        "permittivity are not printed, and it rounds a reading from Fig. 9",
+    ),
     **{f"fig9.fe.{mm}mm": partial(fig9_fe, float(mm)) for mm in (9, 10, 11, 12, 14, 16, 20)},
-    "fig11.mode80": fig11,
-    "fig12.frequency": fig12_frequency,
-    "fig12.amplitude": fig12_amplitude,
-    "fig13.frequency": fig13_frequency,
-    "fig13.amplitude": fig13_amplitude,
+    # Section III-C: the (8;0) mode
+    "fig11.mode80": item(
+        _mode80_khz,
+        "35.6",
+        "kHz",
+        "free edges, continuous ceramic, shorted, default mesh (finer: 35.70); without "
+        "coupling 35.6; with the gaps of 1 mm 34.05, so the paper's model has no gaps here",
+    ),
+    # Section III-C: the harmonic peak at 15 V
+    "fig12.frequency": item(lambda: _peak().peak_hz / 1e3, "34.77", "kHz", _GAPS),
+    "fig12.amplitude": item(
+        lambda: _peak().peak_um_pp,
+        "3.2",
+        "µm p-p",
+        "agrees only peak to peak and only at the edge antinode x = 0, y = 24.5 mm (2.19 "
+        "in the middle), with Q = 60 for the whole plate; the paper names neither the "
+        "point nor peak or peak to peak. The same model's frequency does not agree "
+        "(fig12.frequency), and none of our models meets both",
+    ),
+    # Section IV-A: the measured plate
+    "fig13.frequency": item(
+        lambda: _twin_peak()[0] / 1e3, "30.5", "kHz", _TWIN, by_construction=True
+    ),
+    "fig13.amplitude": item(lambda: _twin_peak()[1], "2.3", "µm p-p", _TWIN, by_construction=True),
 }
 
 FIGURES: Mapping[str, Callable[[], Figure]] = {
