@@ -65,16 +65,16 @@ MEASURED: Mapping[str, Column] = {
     SLIP_RATE: Column(
         value=_value(SLIP_RATE),
         kind="number",
-        description="Number of slips per second while the finger slid: falls of lateral by normal "
-        "force by more than 10 %, where the normal force is at least half its mean. Slips faster "
-        "than half the sensor's rate are not seen",
+        description="Number of slips per second while the finger slid: drops in the ratio of "
+        "lateral to normal force by more than 10 %, while the normal force is at least half its "
+        "mean. Slips faster than half the sensor's sampling rate are not detected",
         units="Hz",
     ),
     SLIP_DEPTH: Column(
         value=_value(SLIP_DEPTH),
         kind="number",
-        description="Median fall of lateral by normal force in a slip, as a share of its value "
-        "before; n/a without a slip",
+        description="Median drop in the ratio of lateral to normal force in a slip, as a fraction "
+        "of the value before it; n/a without a slip",
     ),
     CHANGES: Column(
         value=_value(CHANGES),

@@ -214,15 +214,15 @@ class AnalysisChoices(FrozenTable):
     )
     threshold_reversals: Annotated[int, Field(strict=True, ge=2, multiple_of=2)] | None = Field(
         default=None,
-        description="Also report thresholds of staircases as the mean of this many last reversals "
-        "per track (Levitt 1971), an even number; default: not reported.",
+        description="Also report staircase thresholds as the mean of this number of final "
+        "reversals per track (Levitt 1971); must be even; default: not reported.",
         json_schema_extra={"unit": "reversals"},
     )
     threshold_friction: Literal["level_means", "trials"] | None = Field(
         default=None,
-        description="Also report thresholds in measured friction, against each trial's change of "
-        "the coefficient (trials) or its mean per participant and level (level_means: errors of "
-        "single measurements do not flatten the curve); default: not reported.",
+        description="Also report thresholds in measured friction, as a function of each trial's "
+        "change in the coefficient (trials) or of its mean per participant and level (level_means: "
+        "errors of single measurements do not flatten the curve); default: not reported.",
     )
     largest_lapse: Annotated[float, Field(ge=0, lt=0.5)] = Field(
         default=0.2,

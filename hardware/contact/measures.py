@@ -59,7 +59,8 @@ class Friction:
     slip_rate_hz : float or None
         Number of slips per second; see `slips`.
     slip_depth_share : float or None
-        Median fall of the friction in a slip, as a share of its value before; None without a slip.
+        Median drop in friction during a slip, as a fraction of the value before it; None without a
+        slip.
     """
 
     coefficient: float | None
@@ -117,7 +118,7 @@ def friction(forces: Sequence[Sample], places: Sequence[Sample] = ()) -> Frictio
 
 
 def slips(ratios: Sequence[float]) -> list[float]:
-    """Return the slips in a series of friction ratios, as shares of the value before each.
+    """Return the slips in a series of friction ratios, as fractions of the value before each.
 
     In stick-slip motion, friction rises while the skin sticks and falls when it slips (Derler and
     Rotaru 2013, Wear 301, 324-329). A slip is a fall by more than `SLIP_SHARE` from a maximum to

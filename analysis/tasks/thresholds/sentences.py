@@ -141,10 +141,11 @@ def _friction(found: FrictionThreshold, method: str, confidence: float, quantity
     by = "means per participant and level" if found.averaged else "single trials"
     more = f"half of the answers are “{quantity.more}”"
     text = (
-        f"In measured friction ({by}), {more if method == COMPARED else 'the threshold is'} at a "
-        f"coefficient {significant(found.change.value)} {'lower' if found.lower else 'higher'} "
-        f"than the other surfaces' mean of {significant(found.standard)}, {level_of(confidence)} "
-        f"CI {bracketed(found.change.interval, significant)}"
+        f"In terms of measured friction ({by}), "
+        f"{more if method == COMPARED else 'the threshold is'} at a coefficient "
+        f"{significant(found.change.value)} {'lower' if found.lower else 'higher'} than the mean "
+        f"of the other surfaces ({significant(found.standard)}), {level_of(confidence)} CI "
+        f"{bracketed(found.change.interval, significant)}"
     )
     if method == COMPARED:
         text += fold(
@@ -158,11 +159,13 @@ def _friction(found: FrictionThreshold, method: str, confidence: float, quantity
     if found.weber_fraction:
         text += f"; Weber fraction {unit_number(found.weber_fraction.value, 3)}"
     if np.isfinite(found.scatter):
-        text += f"; the SD of a trial's change around its mean is {significant(found.scatter)}"
+        text += (
+            f"; the SD of single-trial changes around their mean is {significant(found.scatter)}"
+        )
     if not found.averaged:
-        text += ", and errors of single measurements make just noticeable differences too large"
+        text += "; errors of single measurements make just noticeable differences too large"
     if found.left_out:
-        text += f"; {found.left_out} trials without a measurement are left out"
+        text += f"; {found.left_out} trials without a measurement were left out"
     return f"{text}."
 
 
