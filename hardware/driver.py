@@ -137,8 +137,8 @@ class PlateDriver(GuardedOutput):
         """Return the loop that presents a texture, or None for a plain surface, without any action.
 
         If a sensor measures the finger's position, a backend with a `follow_lag_s` requires no
-        `modulator`: it follows the finger and plays nothing. A transient requires both, and the
-        sensor of its trigger.
+        `modulator`: it follows the finger and plays nothing. A transient requires both, and some
+        textures require their sensor.
 
         Raises
         ------
@@ -146,18 +146,20 @@ class PlateDriver(GuardedOutput):
             An amplitude is outside the limits.
         UserError
             The surface is a texture, and this backend cannot modulate, or not fast enough; or a
-            transient's trigger is not measured.
+            required sensor is missing.
         """
         self.limits.check_level(surface.level)
         loop = surface.loop(self.modulator or DEFAULT_MODULATOR)
         measured = surface.sensor in sensors and self.follow_lag_s is not None
-        if change := surface.change(self.modulator or DEFAULT_MODULATOR):
-            if self.modulator is None or self.follow_lag_s is None:
+        if surface.needs_sensor:
+            change = surface.change(self.modulator or DEFAULT_MODULATOR)
+            if self.follow_lag_s is None or (change and self.modulator is None):
                 raise self._unpresented(surface, self.why_not_modulated)
-            self._check_loop(change)
+            if change:
+                self._check_loop(change)
             if not measured:
                 raise UserError(
-                    f"texture '{surface.name or surface.label}': its trigger needs the finger's "
+                    f"texture '{surface.name or surface.label}': it depends on the finger's "
                     f"{surface.sensor}; name a sensor ([plate] {surface.sensor}, or "
                     f"--{surface.sensor})"
                 )

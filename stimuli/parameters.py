@@ -74,6 +74,17 @@ class Parameter:
         return made_by_plate(name, unit, convention, plate.judged, falls=plate.falls)
 
 
+#: Of every texture that is played if the finger is not measured.
+FINGER_SPEED = Parameter(
+    name="finger speed",
+    unit="mm/s",
+    above=0,
+    description="Finger speed at which the texture is played if the finger's position is not "
+    "measured. Required in every study, because the data depend on it.",
+    stated=True,
+)
+
+
 @dataclass(frozen=True, slots=True)
 class Declared:
     """A stimulus's parameter: its field's type and default, and whether studies must state it."""

@@ -79,6 +79,10 @@ class Surface(Stimulus, Protocol):
     def sensor(self) -> Sensor | None:
         """The sensor by which the surface follows the finger; None if it does not."""
 
+    @property
+    def needs_sensor(self) -> bool:
+        """Whether the surface cannot be presented without that sensor."""
+
     def envelope(
         self, finger_speed_mm_s: float, duration_s: float, modulator: Modulator = DEFAULT_MODULATOR
     ) -> tuple[AmplitudeStep, ...]:
@@ -133,6 +137,11 @@ class VirtualSurface:
     def sensor(self) -> Sensor | None:
         """None: the surface does not follow the finger."""
         return None
+
+    @property
+    def needs_sensor(self) -> bool:
+        """False: nothing has to be measured."""
+        return False
 
     @property
     def settled_level(self) -> float:

@@ -20,7 +20,7 @@ from slipscale.stimuli.modulation import (
     Loop,
     Modulator,
 )
-from slipscale.stimuli.parameters import Parameter, Parametric
+from slipscale.stimuli.parameters import FINGER_SPEED, Parameter, Parametric
 from slipscale.stimuli.waves import (
     HALF,
     HARMONICS,
@@ -127,18 +127,7 @@ class Grating(Parametric):
     waveform: Waveform = "sine"
     label: str = ""
     name: str = ""
-    finger_speed_mm_s: Annotated[
-        float,
-        Parameter(
-            name="finger speed",
-            unit="mm/s",
-            above=0,
-            description="Finger speed at which the texture is played if the finger's position "
-            "is not measured. Required in every study, because the data depend on "
-            "it.",
-            stated=True,
-        ),
-    ] = 50.0
+    finger_speed_mm_s: Annotated[float, FINGER_SPEED] = 50.0
     modulation_hz: Annotated[
         float | None,
         Parameter(
@@ -239,6 +228,11 @@ class Grating(Parametric):
         return self.mean_level + self.depth_level * (2 * self.duty_share - 1)
 
     @property
+    def needs_sensor(self) -> bool:
+        """False: without a sensor, a finger speed is assumed."""
+        return False
+
+    @property
     def sensor(self) -> Sensor | None:
         """The sensor by which it can follow the finger; None for a wave in time."""
         return "position" if self.spatial_period_mm and self.depth_level else None
@@ -255,8 +249,8 @@ class Grating(Parametric):
         """Return the amplitude at a point, 0 to 1, of a picture of three periods."""
         return self.level_in(3 * share)
 
-    def level_at(self, position_mm: float) -> float:
-        """Return the amplitude at a position along the stroke, µm peak to peak."""
+    def level_at(self, position_mm: float, _across_mm: float = 0.0) -> float:
+        """Return the amplitude at a position along the stroke, the same for all across it."""
         if self.spatial_period_mm is None:
             raise ValueError(f"{self.where} is a wave in time and has no position")
         return self.level_in(position_mm / self.spatial_period_mm)

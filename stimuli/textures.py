@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from slipscale.stimuli.friction_map import FrictionMap
 from slipscale.stimuli.parameters import declared
 from slipscale.stimuli.texture import Grating
 from slipscale.stimuli.transient import Transient
@@ -17,9 +18,13 @@ if TYPE_CHECKING:
 
     from slipscale.stimuli.parameters import Declared
 
-Texture = Grating | Transient
+Texture = Grating | Transient | FrictionMap
 #: The kinds of texture by their names in study files.
-KINDS: Mapping[str, type[Texture]] = {"grating": Grating, "transient": Transient}
+KINDS: Mapping[str, type[Texture]] = {
+    "grating": Grating,
+    "transient": Transient,
+    "map": FrictionMap,
+}
 #: Parameters that a study can vary, by field.
 PARAMETERS: Mapping[str, Declared] = {
     field: each for kind in KINDS.values() for field, each in declared(kind).items()

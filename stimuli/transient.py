@@ -157,6 +157,11 @@ class Transient(Parametric):
         return next(each for each in TRIGGERS if getattr(self, each) is not None)
 
     @property
+    def needs_sensor(self) -> bool:
+        """True: a trigger must be measured."""
+        return True
+
+    @property
     def sensor(self) -> Sensor | None:
         """The sensor without which the trigger is unknown."""
         return TRIGGERS[self.trigger]

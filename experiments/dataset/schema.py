@@ -154,7 +154,8 @@ def columns(
     found = {}
     for name in order:
         of = (plate or quantity) if READBACK in name else quantity
-        found[of.key(in_um(name))] = _in(everything[name], of)
+        column = everything[name]
+        found[name if column.as_stated else of.key(in_um(name))] = _in(column, of)
     return found
 
 

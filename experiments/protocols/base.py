@@ -203,6 +203,8 @@ class Column:
         The unit in BIDS notation; empty for a dimensionless number.
     levels : Mapping
         All possible labels and their meanings; empty if not known in advance.
+    as_stated : bool
+        Whether the column has this name in files of every quantity.
     """
 
     value: Callable[[TrialRecord], Value]
@@ -210,6 +212,7 @@ class Column:
     description: str
     units: str = ""
     levels: Mapping[str, str] = field(default_factory=dict)
+    as_stated: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -315,9 +318,10 @@ class Protocol:
     package: str = ""
 
     def __post_init__(self) -> None:
-        own = [*self.design, *self.stimulus, *self.response]
+        columns = [*self.design.items(), *self.stimulus.items(), *self.response.items()]
+        own = [name for name, _ in columns]
         named = {key for key in self.options.model_fields if in_um(key) != key}
-        names = (*own, *self.options.model_fields)
+        names = [name for name, column in columns if not column.as_stated]
         wrong = (
             (
                 not re.fullmatch("[A-Za-z0-9]+", self.task),
@@ -325,7 +329,10 @@ class Protocol:
             ),
             (self.answer not in self.response, f"'{self.answer}' is a column of the response"),
             (len(set(own)) < len(own), "each column is declared once"),
-            (any(in_code(name) != name for name in names), "a level's name ends in _level"),
+            (
+                any(in_code(name) != name for name in (*names, *self.options.model_fields)),
+                "a level's name ends in _level",
+            ),
             (set(self.amplitudes) != named, "amplitudes names every option that ends in _level"),
             (
                 self.textures and not self.intervals and "texture" not in own,

@@ -28,6 +28,7 @@ from slipscale.experiments.study.levels import Levels
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
 from slipscale.stimuli.parameters import field_of
+from slipscale.stimuli.quantity import in_code
 from slipscale.stimuli.textures import PARAMETERS
 
 if TYPE_CHECKING:
@@ -217,11 +218,13 @@ def _column(factor: Factor, plate: Quantity) -> Column:
     quantity = PARAMETERS[field].parameter.quantity(plate) if field else None
     words = [each for each in factor.levels if isinstance(each, str)]
     return Column(
-        value=lambda record: record.trial.factors[factor.name],
+        # Journals have the code's names.
+        value=lambda record: record.trial.factors[in_code(factor.name)],
         kind="label" if words else "number",
         description=factor.description or (quantity.in_full_title if quantity else "Factor"),
         units=quantity.bids if quantity else "",
         levels={each: each for each in words},
+        as_stated=True,
     )
 
 

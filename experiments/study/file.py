@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.protocols.registry import load_protocol, protocol_names
+from slipscale.experiments.study.images import with_images
 from slipscale.experiments.study.model import Study
 from slipscale.experiments.study.own_language import check_words, with_own_language
 from slipscale.experiments.study.tables import PlateSettings, StimulusTable, Texture
@@ -121,7 +122,7 @@ def parse_whole(text: str, name: str) -> tuple[Study, str]:
         As for `parse_study`; also if the study's own language lacks a text, or if a text does not
         fit on a screen.
     """
-    whole = with_own_language(text, name)
+    whole = with_images(with_own_language(text, name), name)
     study = parse_study(whole, name)
     check_words(study, name)
     return study, whole

@@ -15,7 +15,8 @@ from slipscale.experiments.protocols.base import Options
 from slipscale.experiments.protocols.registry import load_protocol, protocol_names
 from slipscale.experiments.study.factors import Factor
 from slipscale.experiments.study.model import Study
-from slipscale.stimuli.quantity import in_code, in_um
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, in_code, in_um
+from slipscale.stimuli.textures import PARAMETERS
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -73,9 +74,16 @@ def study_schema() -> Schema:
         if "required" in table:
             required = table["required"]
             table["required"] = [key for key in required if table is own or in_um(key) == key]
-        if any(in_code(key) != key for key in named):
-            table["patternProperties"] = {IN_ANOTHER_UNIT: {}}
+        if levels := [key for key in named if in_code(key) != key]:
+            table["patternProperties"] = {f"{IN_ANOTHER_UNIT}|{_in_seconds(levels)}": {}}
     return {"$schema": DIALECT, **root, "title": "Slipscale study", "$defs": tables}
+
+
+def _in_seconds(levels: list[str]) -> str:
+    """Return a pattern of level keys in seconds, a unit that other keys have, too."""
+    varied = [each.parameter for each in PARAMETERS.values() if each.parameter.unit == "s"]
+    nouns = [each.quantity(PLATE_AMPLITUDE).nouns for each in varied]
+    return f"^({'|'.join([*nouns, *(key.removesuffix('_um_pp') for key in levels)])})_s$"
 
 
 def _in_toml(key: str, value: Schema) -> Schema:

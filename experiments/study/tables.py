@@ -43,7 +43,7 @@ class MaskingNoise(FrozenTable):
     )
 
 
-Kind = Literal["grating", "transient"]
+Kind = Literal["grating", "transient", "map"]
 Amount = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 
 
@@ -174,13 +174,27 @@ class StimulusTable(_Parameters):
     kind: Kind = Field(
         default="grating",
         description="grating: a wave along the stroke or in time; transient: one change, at a "
-        "position, a force or a time after contact.",
+        "position, a force or a time after contact; map: the greys of an image.",
     )
     waveform: Waveform | None = Field(
         default=None, description="Shape of a grating over one period; default: sine."
     )
     shape: Shape | None = Field(
         default=None, description="Course of a transient's transition; default: cosine."
+    )
+
+    image: str | None = Field(
+        default=None,
+        description="Greyscale PNG file in the study file's folder, for a map: one row of pixels "
+        "along the stroke, or several.",
+    )
+    pixels: str | None = Field(
+        default=None, description="Content of the image; inserted when the study is read."
+    )
+    columns: int | None = Field(
+        default=None,
+        description="Pixels per row of the image; inserted when the study is read.",
+        json_schema_extra={"unit": "pixels"},
     )
 
     @property
@@ -195,6 +209,8 @@ class StimulusTable(_Parameters):
         for field, each in declared(kind).items():
             if each.stated and field not in given | in_time:
                 yield (field,), {"msg": "is missing"}
+        if "pixels" not in given and self.kind == "map":
+            yield ("image",), {"msg": "is missing"}
         for field in sorted(given - {each.name for each in fields(kind)}):
             if field == vary:
                 yield ("kind",), {"msg": f"a {self.kind} does not have the varied parameter"}

@@ -1,7 +1,8 @@
 """Textures under a measured finger: what the plate has to be commanded now.
 
-A command takes some time to reach the plate and holds until the next one. A grating's amplitude is
-therefore that of the predicted finger position at that time, from its speed over the last samples.
+A command takes some time to reach the plate and holds until the next one. The amplitude of
+a grating or map is therefore that of the predicted finger position at that time, from its speed
+along the stroke over the last samples.
 A transient starts at the look at the finger that is nearest to its predicted trigger.
 """
 
@@ -11,6 +12,7 @@ from collections import deque
 from typing import TYPE_CHECKING, Protocol
 
 from slipscale.hardware.contact.measures import PRESSES_N
+from slipscale.stimuli.friction_map import FrictionMap
 from slipscale.stimuli.texture import Grating
 from slipscale.stimuli.transient import Transient
 
@@ -75,29 +77,35 @@ class Track:
 
 
 class FollowedTexture:
-    """Follows a finger over a grating.
+    """Follows a finger over a grating or a friction map.
 
     Parameters
     ----------
-    grating : Grating
+    texture : Grating or FrictionMap
     lag_s : float
         Delay from a command to the plate's amplitude.
     """
 
-    def __init__(self, grating: Grating, lag_s: float) -> None:
-        self._grating = grating
+    def __init__(self, texture: Grating | FrictionMap, lag_s: float) -> None:
+        self._texture = texture
         self._lag_s = lag_s
         self._track = Track()
-        self._told_level = grating.settled_level
+        self._across_mm = 0.0
+        self._told_level = texture.settled_level
 
     def see(self, samples: Iterable[Sample]) -> None:
         """Update the finger's position from samples."""
+        samples = list(samples)
         self._track.see(samples)
+        if samples:
+            self._across_mm = samples[-1].values[1]
 
     def level(self, now_s: float) -> float:
         """Return the amplitude to command now; the mean if the finger's position is unknown."""
         place_mm = self._track.predicted(now_s, self._lag_s)
-        return self._grating.settled_level if place_mm is None else self._grating.level_at(place_mm)
+        if place_mm is None:
+            return self._texture.settled_level
+        return self._texture.level_at(place_mm, self._across_mm)
 
     def due(self, now_s: float) -> float | Loop | None:
         """Return the amplitude to command now; None if it hardly changed."""
@@ -176,7 +184,7 @@ def followed_texture(
     """Return an object that follows the finger; None if surface, plate or sensors do not."""
     if surface.sensor not in sensors or plate.follow_lag_s is None:
         return None
-    if isinstance(surface, Grating):
+    if isinstance(surface, Grating | FrictionMap):
         return FollowedTexture(surface, plate.follow_lag_s)
     if isinstance(surface, Transient) and plate.modulator is not None:
         return FollowedTransient(surface, plate.modulator)

@@ -142,6 +142,6 @@ def test_the_data_set_counts_changes_and_flags_trials_without_one(
 def test_a_trigger_that_nothing_measures_is_refused_before_the_session():
     clock = VirtualClock()
     with MockPlate(clock=clock) as plate:
-        with pytest.raises(UserError, match=r"its trigger needs the finger's force; name a sensor"):
+        with pytest.raises(UserError, match=r"it depends on the finger's force; name a sensor"):
             check_supported(plan("force_n = 0.5", "position"), plate)
         check_supported(plan("force_n = 0.5", "force"), plate)

@@ -18,6 +18,7 @@ from slipscale.experiments.study.levels import Levels
 from slipscale.experiments.study.tables import StimulusTable, Texture
 from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
+from slipscale.stimuli.friction_map import packed
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, made_by_plate
 from slipscale.stimuli.texture import Grating
 from slipscale.stimuli.textures import KINDS, PARAMETERS
@@ -28,6 +29,14 @@ ROOT = Path(__file__).parents[3]
 FIXED: dict[str, dict[str, object]] = {
     "grating": {"mean_level": 2.0, "depth_level": 0.4, "finger_speed_mm_s": 5.0},
     "transient": {"from_level": 0.5, "to_level": 2.0, "transition_s": 0.01},
+    "map": {
+        "black_level": 0.5,
+        "white_level": 2.0,
+        "pixel_mm": 1.0,
+        "finger_speed_mm_s": 50.0,
+        "pixels": f"'{packed((bytes(range(0, 250, 10)),))}'",
+        "columns": 25,
+    },
 }
 HEAD = """
 name = "varied"

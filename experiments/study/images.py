@@ -1,0 +1,81 @@
+"""Images of friction maps: read them and insert them into the study's text.
+
+The study's text is copied into journals and data sets, and its hash identifies the study. As with
+texts files, the images are therefore inserted when the study is read.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from slipscale.faults import UserError
+from slipscale.stimuli.friction_map import MOST_PIXELS, WHITE, Greys, packed
+
+
+def with_images(text: str, source: str) -> str:
+    """Return a study's text with the images of its friction maps inserted.
+
+    Parameters
+    ----------
+    text : str
+        The study file's text. A text that is not TOML or names no image is returned unchanged.
+    source : str
+        The study file's name; images are located in the same folder.
+
+    Raises
+    ------
+    UserError
+        If a file cannot be read, or is not a greyscale PNG file of the right size.
+    """
+    if "image" not in text:
+        return text
+    try:
+        tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError):
+        return text  # the study parser reports the error
+    import tomlkit  # noqa: PLC0415 - only needed to change a file
+
+    document: Any = tomlkit.parse(text)
+    textures = document.get("textures")
+    tables = [document.get("stimulus"), *(textures if isinstance(textures, list) else [])]
+    for table in tables:
+        if not isinstance(table, dict) or "pixels" in table:
+            continue
+        if isinstance(name := table.get("image"), str):
+            rows = _greys(source, name)
+            table["pixels"], table["columns"] = packed(rows), len(rows[0])
+    return tomlkit.dumps(document)
+
+
+def _greys(source: str, name: str) -> Greys:
+    """Return the rows of an image next to a study file."""
+    if Path(name).name != name or "\\" in name or not name.lower().endswith(".png"):
+        raise UserError(
+            f"{source}: image: {name!r}: expected the name of a PNG file next to the study's, "
+            "without a folder"
+        )
+    import numpy as np  # noqa: PLC0415 - only studies with images need it
+    from matplotlib.image import imread  # noqa: PLC0415 - as above
+
+    path = Path(source).parent / name
+    try:
+        values = np.asarray(imread(path), dtype=float)
+    except (OSError, ValueError, SyntaxError) as error:
+        reason = getattr(error, "strerror", None) or "it is not a PNG file"
+        raise UserError(
+            f"{source}: image {path}: {reason}; expected a greyscale PNG file"
+        ) from None
+    if values.ndim > 2:  # noqa: PLR2004 - rows and columns, or also colours
+        opaque, colours = values[..., 3:], values[..., :3]
+        if (colours != colours[..., :1]).any() or (opaque != 1).any():
+            raise UserError(f"{source}: image {path}: it has colours, expected greys")
+        values = values[..., 0]
+    if values.size > MOST_PIXELS:
+        rows, columns = values.shape
+        raise UserError(
+            f"{source}: image {path}: {columns} x {rows} pixels, expected at most {MOST_PIXELS:,} "
+            "in all; reduce the image"
+        )
+    return tuple(bytes(row) for row in np.round(values * WHITE).astype(np.uint8))

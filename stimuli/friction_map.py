@@ -1,0 +1,267 @@
+"""Friction maps: surfaces whose amplitude is the grey of an image at the finger's position.
+
+An image of one row is a profile along the stroke; without a sensor it is played for a finger of
+the assumed speed, from its left end. An image of several rows needs the finger's position along and
+across. The middle of the image is at the sensor's zero, the top of the image at positive y. Between
+pixels the amplitude is interpolated; beyond the image it is that of the nearest pixel.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import math
+import zlib
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from slipscale.faults import UserError
+from slipscale.stimuli.modulation import (
+    DEFAULT_MODULATOR,
+    STEPS_MAX,
+    AmplitudeStep,
+    Followed,
+    Loop,
+    Modulator,
+)
+from slipscale.stimuli.parameters import FINGER_SPEED, Parameter, Parametric
+
+if TYPE_CHECKING:
+    from slipscale.stimuli.surface import Sensor
+
+WHITE = 255
+# Journals contain the image with each presentation, and a finger does not feel more.
+MOST_PIXELS = 16_384
+Greys = tuple[bytes, ...]  # rows, from the top; 0 is black
+
+
+def packed(rows: Greys) -> str:
+    """Return the rows of an image as text, for study files and journals."""
+    return base64.b64encode(zlib.compress(b"".join(rows), 9)).decode()
+
+
+@cache
+def _unpacked(pixels: str, columns: int) -> Greys:
+    """Return the rows of an image. Raises `ValueError` if the text is not one."""
+    decoder = zlib.decompressobj()
+    greys = decoder.decompress(base64.b64decode(pixels, validate=True), MOST_PIXELS + 1)
+    if not 0 < len(greys) <= MOST_PIXELS or not columns > 0 or len(greys) % columns:
+        raise ValueError("its size is wrong")
+    return tuple(greys[start : start + columns] for start in range(0, len(greys), columns))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrictionMap(Parametric):
+    """A surface whose amplitude is an image's grey.
+
+    Parameters
+    ----------
+    pixels : str
+        The image, as returned by `packed`.
+    columns : int
+        Pixels per row.
+    image : str
+        Name of the image's file.
+    label, name : str
+        As for `slipscale.stimuli.texture.Grating`.
+
+    Raises
+    ------
+    UserError
+        A parameter is out of range, or there is no image.
+    """
+
+    LATER: ClassVar = frozenset[str]()
+    #: The entry by which a record of a map is recognised.
+    MARK: ClassVar = "pixels"
+
+    black_level: Annotated[
+        float,
+        Parameter(
+            name="black {q.name}", unit=None, least=0, description="Amplitude at black pixels."
+        ),
+    ]
+    white_level: Annotated[
+        float,
+        Parameter(
+            name="white {q.name}", unit=None, least=0, description="Amplitude at white pixels."
+        ),
+    ]
+    pixel_mm: Annotated[
+        float,
+        Parameter(
+            name="pixel size",
+            unit="mm",
+            above=0,
+            most=100,
+            description="Width and height of a pixel on the plate.",
+        ),
+    ]
+    pixels: str
+    columns: int
+    image: str = ""
+    finger_speed_mm_s: Annotated[float, FINGER_SPEED] = 50.0
+    label: str = ""
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        self.refuse_parameters()
+        try:
+            _unpacked(self.pixels, self.columns)
+        except (ValueError, binascii.Error, zlib.error) as error:
+            raise UserError(f"{self.where}: its image cannot be read ({error})") from None
+
+    @property
+    def _rows(self) -> Greys:
+        return _unpacked(self.pixels, self.columns)
+
+    def _level(self, grey: float) -> float:
+        return self.black_level + grey / WHITE * (self.white_level - self.black_level)
+
+    @property
+    def _changes(self) -> bool:
+        """Whether there are different amplitudes."""
+        return self.black_level != self.white_level and len(set(b"".join(self._rows))) > 1
+
+    @property
+    def needs_sensor(self) -> bool:
+        """Whether the finger's position must be measured: the image has several rows."""
+        return self._changes and len(self._rows) > 1
+
+    @property
+    def sensor(self) -> Sensor | None:
+        """The position, unless all amplitudes are the same."""
+        return "position" if self._changes else None
+
+    @property
+    def level(self) -> float:
+        """The largest amplitude."""
+        greys = b"".join(self._rows)
+        return max(self._level(min(greys)), self._level(max(greys)))
+
+    @property
+    def settled_level(self) -> float:
+        """The level at which the plate settles: the map's mean."""
+        greys = b"".join(self._rows)
+        return self._level(sum(greys) / len(greys))
+
+    @property
+    def _width_mm(self) -> float:
+        return self.columns * self.pixel_mm
+
+    @property
+    def summary(self) -> str:
+        """Amplitudes, image and size in words."""
+        return (
+            f"{self.black_level:g} (black) to {self.white_level:g} (white), {self.image}, "
+            f"{self._width_mm:g} x {len(self._rows) * self.pixel_mm:g} mm"
+        )
+
+    def level_at(self, x_mm: float, y_mm: float = 0.0) -> float:
+        """Return the amplitude at a position along and across the stroke."""
+        rows = self._rows
+        across = _between(-y_mm / self.pixel_mm, len(rows))
+        along = _between(x_mm / self.pixel_mm, self.columns)
+        row, column = int(across), int(along)
+        below, right = min(row + 1, len(rows) - 1), min(column + 1, self.columns - 1)
+
+        def grey(of: int) -> float:
+            return rows[of][column] + (along - column) * (rows[of][right] - rows[of][column])
+
+        return self._level(grey(row) + (across - row) * (grey(below) - grey(row)))
+
+    def shown(self, share: float) -> float:
+        """Return the amplitude along the middle of the map, for a picture."""
+        return self.level_at((share - 0.5) * self._width_mm)
+
+    def change(
+        self,
+        modulator: Modulator = DEFAULT_MODULATOR,  # noqa: ARG002 - on any plate
+    ) -> Loop | None:
+        """Return None: nothing is triggered."""
+        return None
+
+    def envelope(
+        self,
+        finger_speed_mm_s: float,
+        duration_s: float,
+        modulator: Modulator = DEFAULT_MODULATOR,
+    ) -> tuple[AmplitudeStep, ...]:
+        """Return the commands that present the middle row to a finger of constant speed.
+
+        Raises
+        ------
+        UserError
+            The plate or its line cannot make two steps in that time.
+        """
+        steps = min(math.floor(duration_s / modulator.shortest_step_s + 1e-9), STEPS_MAX)
+        if steps < 2:  # noqa: PLR2004 - fewer are no change
+            raise UserError(
+                f"{self.where}: a finger at {finger_speed_mm_s:g} mm/s crosses it in "
+                f"{1000 * duration_s:.3g} ms, but the plate and its line need "
+                f"{2000 * modulator.shortest_step_s:g} ms for two amplitudes"
+            )
+        step_s = duration_s / steps
+        first_mm = -self._width_mm / 2
+        return tuple(
+            AmplitudeStep(
+                i * step_s, self.level_at(first_mm + (i + 0.5) * step_s * finger_speed_mm_s)
+            )
+            for i in range(steps)
+        )
+
+    def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
+        """Return the profile for a finger of the assumed speed; None if it cannot be played.
+
+        Raises
+        ------
+        UserError
+            The finger crosses the map faster than plate or line can follow.
+        """
+        if not self._changes or self.needs_sensor:
+            return None
+        stroke_s = self._width_mm / self.finger_speed_mm_s
+        steps = self.envelope(self.finger_speed_mm_s, stroke_s, modulator)
+        levels = tuple(step.level for step in steps)
+        step_s = stroke_s / len(steps)
+        return Loop(
+            levels=levels,
+            step_s=step_s,
+            edge_s=min(modulator.edge_s, step_s),
+            mean_level=sum(levels) / len(levels),
+        )
+
+    def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
+        """Return how much of the map's range plate and friction follow at the assumed speed."""
+        if not self._changes:
+            return None
+        return Followed(
+            change=f"{self.pixel_mm / self.finger_speed_mm_s * 1000:.3g} ms per pixel at "
+            f"{self.finger_speed_mm_s:g} mm/s",
+            whole="its range",
+            plate=self._range_after(modulator.time_constant_s),
+            friction=self._range_after(modulator.time_constant_s, modulator.film_time_constant_s),
+            remedy="larger pixels, or a slower finger",
+        )
+
+    def _range_after(self, *time_constants_s: float) -> float:
+        """Return the share of the range of greys that remains behind first-order lags."""
+        found: list[float] = []
+        for row in self._rows:
+            greys = [float(each) for each in row]
+            for time_constant_s in time_constants_s:
+                passed = -math.expm1(-self.pixel_mm / self.finger_speed_mm_s / time_constant_s)
+                state, behind = greys[0], []
+                for grey in greys:
+                    state += passed * (grey - state)
+                    behind.append(state)
+                greys = behind
+            found += greys
+        every = b"".join(self._rows)
+        return (max(found) - min(found)) / (max(every) - min(every))
+
+
+def _between(place: float, count: int) -> float:
+    """Return a pixel's number, in fractions, for a place in pixels from the middle."""
+    return min(max(place + (count - 1) / 2, 0.0), float(count - 1))
