@@ -32,7 +32,6 @@ Convention = Literal["sample", "population"]
 CONVENTIONS: tuple[Convention, ...] = get_args(Convention)
 # Whether the columns come from the same participants or from different participants.
 Design = Literal["paired", "independent"]
-DESIGNS: tuple[Design, ...] = get_args(Design)
 # Maximum distance, in steps, between two ratings if no scale is printed.
 WIDEST_OPEN = 1_000_000_000
 # With more ratings, sums of squares in steps would exceed machine integers.
