@@ -98,20 +98,10 @@ def same_step(one: dict[str, Any], other: dict[str, Any]) -> bool:
 
 def in_own_names(record: dict[str, Any]) -> dict[str, Any]:
     """Return a step's or answer's record with the names used in the code."""
-    found: dict[str, Any] = _with_texture(renamed(record, in_code))
+    found: dict[str, Any] = renamed(record, in_code)
     if found.get("type") == "Adjust":
         found["name"] = in_code(found["name"])  # the name is a data set column
     return found
-
-
-def _with_texture(data: Any) -> Any:
-    """Return plain data in which a varied stimulus has a "texture", formerly a "grating"."""
-    if isinstance(data, dict):
-        changed = {key: _with_texture(value) for key, value in data.items()}
-        if "vary" in changed and "grating" in changed:
-            changed["texture"] = changed.pop("grating")
-        return changed
-    return data
 
 
 def _without_words(record: Any) -> Any:
