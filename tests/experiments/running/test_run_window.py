@@ -16,6 +16,7 @@ import pytest
 
 from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.journal.plan_and_progress import read_plan
+from slipscale.experiments.session.mailbox import LiveRequest, post, read_status
 from slipscale.experiments.study.file import study_text
 from slipscale.hardware.plate_file import sign
 
@@ -43,6 +44,7 @@ class Hand:
         self.journal = folder / JOURNAL
         self.answered = -1
         self.retry = None
+        self.size = 0  # of the journal when it was last read
 
     def press(self, *words):
         subprocess.run(["xdotool", *words], check=True)
@@ -58,13 +60,19 @@ class Hand:
                 again += 4.0
             if self.process.poll() is not None:
                 return None
-            if self.journal.exists() and self.journal.stat().st_size:
+            size = self.journal.stat().st_size if self.journal.exists() else 0
+            if size != self.size:
+                self.size = size
                 last = read_plan(self.journal)[1][-1]
                 new = last.number > self.answered
                 if new and last.kind == "take_up":
                     # The surface is presented again, and must be stroked again.
                     self.answered = last.number
                     self.retry = "space"
+                elif new and last.kind == "fault" and (status := read_status(self.journal)):
+                    # On a loaded machine a board or a sensor can miss its time.
+                    self.answered = last.number
+                    post(self.journal, LiveRequest(token=status.token, what="retry"))
                 elif new and last.kind == "begin" and last.data["what"]["type"] in SHOWN:
                     self.answered = last.number
                     self.retry = None

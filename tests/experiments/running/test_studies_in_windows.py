@@ -1,0 +1,154 @@
+"""Published studies as real sessions: a window, an emulated board, sensors, a kill and a resume.
+
+Minutes per study: set SLIPSCALE_WINDOW_STUDIES=1. Shortened studies present every kind of stimulus
+and question; textures follow the finger that a sensor line reports.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from slipscale.experiments.dataset.verification import verify
+from slipscale.experiments.journal.plan_and_progress import read_plan
+from slipscale.experiments.study.file import study_text
+from tests.experiments.running.test_run_window import (  # noqa: F401 - a fixture
+    JOURNAL,
+    PATIENCE_S,
+    Hand,
+    start,
+    table_of,
+)
+
+pytestmark = [
+    pytest.mark.window,
+    pytest.mark.skipif(
+        not sys.platform.startswith("linux")
+        or not shutil.which("xdotool")
+        or "SLIPSCALE_WINDOW_STUDIES" not in os.environ,
+        reason="minutes; set SLIPSCALE_WINDOW_STUDIES=1 (under X11, with xdotool)",
+    ),
+]
+
+ALONE = "practice = 0\ncatch_trials = 0"
+#: Study -> its task in file names, what is shortened, and the number of trials that remain.
+STUDIES = {
+    "samur2009": ("differencethreshold", {"most_trials = 30": f"most_trials = 2\n{ALONE}"}, 4),
+    "biet2008": ("constantstimuli", {"repetitions = 20": f"repetitions = 1\n{ALONE}"}, 6),
+    "saleem2020": ("magnitudeestimation", {"repetitions = 3": "repetitions = 1\npractice = 0"}, 5),
+    "bernard2020": ("detectionthreshold", {"most_trials = 30": f"most_trials = 1\n{ALONE}"}, 2),
+    "meyer2015": ("samedifferent", {"repetitions = 8": f"repetitions = 1\n{ALONE}"}, 6),
+    "hollins1993": ("sorting", {"groups = 7": "groups = 7\nrepetitions = 1"}, 7),
+    "pointing2023": (
+        "pointing",
+        {
+            "[20.0, 40.0, 80.0]": "[80.0]",
+            "[4.0, 10.0]": "[10.0]",
+            "movements = 15": "movements = 2\npractice = 1",
+        },
+        5,
+    ),
+}
+CENTRE_PX, SCREEN_PX = (640, 400), 800
+
+
+class Person(Hand):
+    """Answers each kind of question by what it asks."""
+
+    def answer(self, step):
+        question = step.get("question") or {}
+        self.retry = None
+        if step["type"] != "Ask":
+            self.retry = "space"
+            self.press("key", "space")
+        elif "start_mm" in question:
+            for place in ("start_mm", "target_mm"):
+                self.click(question[place], question["screen_height_mm"])
+        elif "options" in question:
+            self.press("key", "1")
+        elif "minimum" in question:
+            self.press("key", "2", "Return")
+        elif "positive" in question:
+            self.press("key", "1", "2", "Return")
+        else:
+            self.press("key", "y")
+
+    def click(self, place_mm, height_mm):
+        x, y = (round(each / height_mm * SCREEN_PX) for each in place_mm)
+        (window,) = subprocess.run(
+            ["xdotool", "search", "--name", "^Slipscale$"], check=True, capture_output=True
+        ).stdout.split()
+        at = (str(CENTRE_PX[0] + x), str(CENTRE_PX[1] - y))
+        self.press("mousemove", "--sync", "--window", window.decode(), *at)
+        time.sleep(0.3)
+        self.press("click", "1")
+        time.sleep(0.3)
+
+
+@pytest.fixture
+def lines():
+    """Return the ports of two emulated sensors, each in its own process."""
+    words = [sys.executable, "-m", "slipscale.hardware.contact.emulated_line"]
+    started = [
+        subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    yield [process.stdout.readline().split()[-1] for process in started]
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_published_study_is_run_killed_resumed_and_whole(name, start, emulate, lines, tmp_path):  # noqa: F811
+    task, changes, trials = STUDIES[name]
+    text = study_text(name)
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    (tmp_path / f"{name}.toml").write_text(text, "utf-8")
+    board = emulate()
+    places, forces = lines
+    pointed = name == "pointing2023"
+    process = start(
+        *("run", f"{name}.toml", "--participant", "01", "--windowed", "--out", ".", "--pilot"),
+        *("--plate", f"serial:{board.port}"),
+        *("--position", "mouse:mm_per_pixel=0.375" if pointed else f"lasers:{places}"),
+        *("--force", f"load_cells:{forces},normal=3,lateral=4"),
+        folder=tmp_path,
+    )
+    person, seen, before = Person(process, tmp_path), 0, []
+    while step := person.step():
+        seen += step["trial"] is not None
+        if seen == 3 and not before:
+            before = read_plan(person.journal)[1]
+            process.send_signal(signal.SIGKILL)
+            process.communicate()
+            person.process = process = start("resume", JOURNAL, "--windowed", folder=tmp_path)
+            continue
+        person.answer(step)
+    _, err = process.communicate(timeout=PATIENCE_S)
+    assert (process.returncode, err.count("Traceback")) == (0, 0), err
+    records = read_plan(person.journal)[1]
+    assert before
+    assert records[: len(before)] == before
+    assert records[-1].kind == "end"
+    assert verify(tmp_path) == []
+    rows = table_of(tmp_path, task)
+    repeated = (rows["repeats"] != "n/a").sum()
+    assert len(rows) == trials + repeated
+    assert repeated == sum(record.kind == "void" for record in records)
+    if name == "bernard2020":  # the sensor reports 80 mm/s: too fast for 50, not for 100
+        outside = rows["interval1_stroke"] != "within"
+        assert set(rows["finger_speed_mm_s"][outside].astype(float)) == {50.0}
+        assert repeated == 2
+    if pointed:
+        assert set(rows["selection"]) == {"target"}
+    else:
+        assert any(record.kind == "contact" for record in records)
