@@ -151,6 +151,11 @@ class FrictionMap(Parametric):
         return self.columns * self.pixel_mm
 
     @property
+    def caption(self) -> str:
+        """The image's file."""
+        return self.image
+
+    @property
     def summary(self) -> str:
         """Amplitudes, image and size in words."""
         return (

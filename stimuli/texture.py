@@ -241,7 +241,7 @@ class Grating(Parametric):
     def summary(self) -> str:
         """Waveform, amplitudes, period and speed in words."""
         return (
-            f"{self.waveform}, {self.lowest_level:g} to {self.level:g}, period {self.period}, "
+            f"{self.waveform}, {self.lowest_level:.4g} to {self.level:.4g}, period {self.caption}, "
             f"for a finger at {self.finger_speed_mm_s:g} mm/s"
         )
 
@@ -265,7 +265,7 @@ class Grating(Parametric):
         return self.mean_level + self.depth_level * wave
 
     @property
-    def period(self) -> str:
+    def caption(self) -> str:
         """The period with its unit, or the frequency of a wave in time."""
         if self.spatial_period_mm is None:
             return f"{self.modulation_hz:g} Hz"

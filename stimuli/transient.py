@@ -187,12 +187,17 @@ class Transient(Parametric):
         return self.to_level if self.duration_s is None else self.from_level
 
     @property
+    def caption(self) -> str:
+        """The trigger with its value."""
+        return f"{self.trigger} = {getattr(self, self.trigger):g}"
+
+    @property
     def summary(self) -> str:
         """Amplitudes, trigger and times in words."""
         lasts = "" if self.duration_s is None else f" for {1000 * self.duration_s:g} ms"
         return (
             f"{self.from_level:g} to {self.to_level:g} in {1000 * self.transition_s:g} ms{lasts}, "
-            f"at {self.trigger} = {getattr(self, self.trigger):g}"
+            f"at {self.caption}"
         )
 
     def level_after(self, time_s: float) -> float:

@@ -144,7 +144,9 @@ class Study(FrozenTable):
         description="Parameters that stay fixed in a study that varies one.",
     )
     plate: PlateSettings = Field(
-        default=PlateSettings(), description="Limits for all amplitudes in the study."
+        default=PlateSettings(),
+        validate_default=True,
+        description="Limits for all amplitudes in the study.",
     )
     levels: Annotated[tuple[Amplitude, ...], Field(max_length=MOST)] = Field(
         default=(),

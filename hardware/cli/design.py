@@ -51,11 +51,13 @@ def run(arguments: Namespace) -> int:
     # Imported here so that `slipscale plate --help` does not load pydantic and NumPy.
     from slipscale.hardware.plate.design import requirements as briefs  # noqa: PLC0415
     from slipscale.hardware.plate.design.sizing import design  # noqa: PLC0415
-    from slipscale.hardware.plate.design.verdict import judge, judge_drawn  # noqa: PLC0415
+    from slipscale.hardware.plate.design.verdict import judge, judge_drawn, placed  # noqa: PLC0415
 
     if arguments.fine and not arguments.fe:
         raise UserError("--fine refines the mesh of --fe: name a plate with --fe, e.g. --fe 11x7")
     brief = briefs.read(arguments.brief) if arguments.brief else briefs.Brief()
+    for each in brief.plate:
+        placed(brief, each)  # before anything is solved, which takes seconds
     found = design(brief)
     chosen = _chosen(brief, found, arguments.fe) if arguments.fe else None
     plates = [judge(brief, each, found.frequency_min_hz) for each in found.candidates]

@@ -169,18 +169,24 @@ def judge(brief: Brief, candidate: Candidate, frequency_min_hz: float) -> Judged
 
 def judge_drawn(brief: Brief, plate: DrawnPlate, frequency_min_hz: float) -> Judged:
     """Return whether a drawn plate meets the brief. Raises UserError if it cannot be solved."""
-    layout = drawn_layout(brief, plate)
-    if not layout.outline.holds(*np.array(plate.finger_at_mm)[:, None])[0]:
-        raise UserError(
-            f"plate {plate.name!r}: finger_at_mm is {list(plate.finger_at_mm)}; expected a place "
-            "on the plate"
-        )
+    layout = placed(brief, plate)
     solution = converged(layout, lambda density: solve_drawn(brief, plate, density))
     verdict = judged(brief, solution, frequency_min_hz, place="finger")
     workspace = Region(size_mm=brief.requirements.workspace_mm)
     if np.all(layout.outline.holds(*workspace.rim_mm())):
         return verdict
     return replace(verdict, why_not=("it does not cover the workspace", *verdict.why_not))
+
+
+def placed(brief: Brief, plate: DrawnPlate) -> Layout:
+    """Return a drawn plate's layout. Raises UserError unless patches and finger are on it."""
+    layout = drawn_layout(brief, plate)
+    if not layout.outline.holds(*np.array(plate.finger_at_mm)[:, None])[0]:
+        raise UserError(
+            f"plate {plate.name!r}: finger_at_mm is {list(plate.finger_at_mm)}; expected a place "
+            "on the plate"
+        )
+    return layout
 
 
 def judged(

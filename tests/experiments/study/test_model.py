@@ -227,3 +227,17 @@ def test_no_such_study_names_the_shipped_ones():
 def test_no_text_whatever_ends_in_a_traceback(text):
     with contextlib.suppress(UserError):
         assert isinstance(parse_study(text, "any.toml"), Study)
+
+
+def test_a_study_in_another_quantity_must_state_the_plates_limit():
+    """The default limit of 2.5 is in µm."""
+    text = (
+        'name = "volts"\ntitle = "Volts"\nvoltages_v_peak = [0.0, 40.0]\n'
+        '[quantity]\nname = "voltage"\nunit = "V"\nconvention = "peak"\n'
+        '[[tasks]]\nprotocol = "magnitude_estimation"\n'
+    )
+    with pytest.raises(UserError) as caught:
+        parse_study(text, "volts.toml")
+    assert str(caught.value) == (
+        "volts.toml: plate.voltage_v_peak: is missing; its default is in µm, expected V peak"
+    )

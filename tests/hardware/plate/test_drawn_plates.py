@@ -258,3 +258,9 @@ def test_a_drawn_plate_is_judged_at_the_finger(design_of):
 def test_a_drawn_plate_that_cannot_be_judged_is_named(was, now, said, design_of):
     with pytest.raises(UserError, match=said):
         design_of(BRIEF.replace(was, now))
+
+
+def test_a_patch_that_does_not_fit_is_refused_before_anything_is_solved(design_of, monkeypatch):
+    monkeypatch.setattr("slipscale.hardware.plate.design.sizing.design", lambda _: 1 / 0)
+    with pytest.raises(UserError, match="reaches beyond the plate"):
+        design_of(BRIEF.replace("diameter_mm = 25", "diameter_mm = 60"))

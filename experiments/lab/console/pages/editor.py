@@ -34,7 +34,7 @@ def editor(view: View, text: str, template: str) -> dict[str, Any]:
     """Return the editor content that is available immediately: form, errors, tasks and trials."""
     source = _source(view, template)
     told: list[Told] = []
-    study = None
+    study, whole = None, text
     try:
         study, whole = parse_whole(text, source)
     except UserError as error:
@@ -46,7 +46,7 @@ def editor(view: View, text: str, template: str) -> dict[str, Any]:
     shown: dict[str, Any] = {
         "told": told,
         "form": StudyForm(content, told),
-        "drawings": _drawings(content),
+        "drawings": _drawings(tomllib.loads(whole)),  # with the images of friction maps
         "edited": study,
         "timeline": [],
     }
@@ -112,7 +112,7 @@ def _drawings(content: Mapping[str, Any]) -> dict[str, list[Drawing]]:
     for number, table in enumerate(_listed(in_code.get("textures"))):
         with suppress(ValueError):
             texture = Texture.model_validate(table).surface()
-            made[json.dumps(["textures", number])] = [(texture, texture.summary)]
+            made[json.dumps(["textures", number])] = [(texture, texture.caption)]
     largest = max([surface.level for each in made.values() for surface, _ in each], default=0.0)
     return {
         place: [drawing(surface, largest or 1.0, label) for surface, label in each]
