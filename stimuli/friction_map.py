@@ -1,4 +1,4 @@
-"""Friction maps: surfaces whose amplitude is the grey of an image at the finger's position.
+"""Friction maps: surfaces whose amplitude is the grey value of an image at the finger's position.
 
 An image of one row is a profile along the stroke; without a sensor it is played for a finger of
 the assumed speed, from its left end. An image of several rows needs the finger's position along and
@@ -53,7 +53,7 @@ def _unpacked(pixels: str, columns: int) -> Greys:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrictionMap(Parametric):
-    """A surface whose amplitude is an image's grey.
+    """A surface whose amplitude is given by an image's grey values.
 
     Parameters
     ----------
@@ -251,7 +251,7 @@ class FrictionMap(Parametric):
         )
 
     def _range_after(self, *time_constants_s: float) -> float:
-        """Return the share of the range of greys that remains behind first-order lags."""
+        """Return the fraction of the grey range that remains after first-order lags."""
         found: list[float] = []
         for row in self._rows:
             greys = [float(each) for each in row]

@@ -18,7 +18,7 @@ Waveform = Literal["sine", "square", "triangle", "sawtooth"]
 
 
 class Harmonic(NamedTuple):
-    """A harmonic of a sine: its order (from 2), share of the depth, and phase (0 to 1)."""
+    """A harmonic of a sine: its order (from 2), fraction of the depth, and phase (0 to 1)."""
 
     order: int
     share: float

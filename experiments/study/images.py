@@ -70,7 +70,7 @@ def _greys(source: str, name: str) -> Greys:
     if values.ndim > 2:  # noqa: PLR2004 - rows and columns, or also colours
         opaque, colours = values[..., 3:], values[..., :3]
         if (colours != colours[..., :1]).any() or (opaque != 1).any():
-            raise UserError(f"{source}: image {path}: it has colours, expected greys")
+            raise UserError(f"{source}: image {path}: it is in colour, expected a greyscale image")
         values = values[..., 0]
     if values.size > MOST_PIXELS:
         rows, columns = values.shape

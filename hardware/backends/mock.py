@@ -121,7 +121,7 @@ class MockPlate(PlateDriver):
         self._schedule.add(Injection(fault, phase, n))
 
     def adopt(self, quantity: Quantity, largest_level: float) -> None:
-        """Use another quantity up to a level: the study's, if no plate file defines one."""
+        """Use the study's quantity and largest level, if no plate file defines a quantity."""
         if quantity.makes != self.limits.quantity.makes:
             deviation_level = self.limits.deviation_level * largest_level / self.limits.level
             self.limits = replace(

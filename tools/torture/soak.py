@@ -206,7 +206,7 @@ def _line(found: Level, elapsed_s: float) -> str:
 
 
 def main(words: list[str] | None = None) -> int:
-    """Run a day; return 1 if anything grew."""
+    """Simulate a day; return 1 if the use of any resource grew."""
     parser = argparse.ArgumentParser(prog="soak", description="sessions in one process")
     parser.add_argument("--sessions", type=int, default=200, metavar="N", help="(default: 200)")
     parser.add_argument("--hours", type=float, metavar="H", help="instead of a number of sessions")

@@ -148,7 +148,7 @@ def enough_surfaces(protocol: str, fewest: int) -> Callable[[object, Context], N
 
     def check(_options: object, context: Context) -> None:
         if (there := len(context.surfaces)) < fewest:
-            raise UserError(f"{protocol} needs {fewest} surfaces, the study has {there}")
+            raise UserError(f"{protocol} needs {fewest} surfaces, but the study has {there}")
 
     return check
 

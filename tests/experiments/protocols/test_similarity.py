@@ -52,5 +52,5 @@ def test_every_pair_is_rated_in_both_orders_and_further_pairs_are_less_alike(
 
 
 def test_two_surfaces_make_no_map():
-    with pytest.raises(UserError, match="similarity needs 3 surfaces, the study has 2"):
+    with pytest.raises(UserError, match="similarity needs 3 surfaces, but the study has 2"):
         parse_study(STUDY.replace("0.0, 0.5, 2.3", "0.5"), "map.toml")
