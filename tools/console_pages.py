@@ -26,8 +26,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from playwright.sync_api import sync_playwright
 
+from slipscale.experiments.dataset.backup import NO_BACKUP
 from slipscale.experiments.lab.console.actions.folder import power_folder
 from slipscale.experiments.lab.console.page_texts import LANGUAGES
+from slipscale.hardware.errors import ConnectionLost
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -221,6 +223,7 @@ def nothing(_: Stage) -> None:
     """Change nothing."""
 
 
+UNREACHABLE = "--backup /media/disk: no such folder; connect its disk, or create it"
 NOTHING = "nothing"  # an address without a page
 CALIBRATE = {"by": "Ada", "instrument": "OFV-5000"}
 
@@ -261,13 +264,17 @@ SCENES: dict[str, tuple[Callable[[Stage], object], str, str]] = {
     "live-paused": (lambda stage: stage.tell(state="paused", plate="lost"), "live", ""),
     "live-fault": (
         lambda stage: stage.tell(
-            state="fault", plate="lost", faults=2, voided=1, message="the line to the plate is lost"
+            state="fault",
+            plate="lost",
+            faults=2,
+            voided=1,
+            message=str(ConnectionLost("mock plate: the line is lost")),
         ),
         "live",
         "",
     ),
     "live-warned": (
-        lambda stage: stage.tell(warnings=["NO BACKUP of this run: /media/disk: no such folder"]),
+        lambda stage: stage.tell(warnings=[f"{NO_BACKUP}: {UNREACHABLE}"]),
         "live",
         "",
     ),
@@ -479,7 +486,7 @@ def main() -> int:
                 if options.documentation:
                     document(browser, address, options.folder, name, opened)
                     continue
-                told += look(
+                found = look(
                     browser,
                     address,
                     options.folder,
@@ -488,10 +495,10 @@ def main() -> int:
                     language=options.language,
                     opened=opened,
                 )
+                print("\n".join(found) or f"{name}: nothing", flush=True)
+                told += found
             stage.end()
         browser.close()
-    if not options.documentation:
-        print("\n".join(told) or "axe-core: nothing")
     return 1 if any(f": {impact}: " in line for line in told for impact in GRAVE) else 0
 
 

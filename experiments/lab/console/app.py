@@ -85,6 +85,7 @@ class Console:
             loader=PackageLoader(PACKAGE),
             autoescape=True,
             undefined=StrictUndefined,
+            auto_reload=False,  # an installation during a session must not mix two versions
             trim_blocks=True,
             lstrip_blocks=True,
         )

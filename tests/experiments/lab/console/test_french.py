@@ -26,7 +26,12 @@ SHOWN = tuple(
     for name in (
         *(f"lab.console.{each}" for each in ("actions", "notices", "jobs", "presence", "state")),
         *(f"dataset.{each}" for each in ("verification", "former_tables", "withdrawn")),
-        *("running.preflight", "session.interruptions", "session.operator_answers"),
+        *(
+            "study.run_plan",
+            "running.preflight",
+            "session.interruptions",
+            "session.operator_answers",
+        ),
         "participants.psychopy_window.layout",
     )
 )
