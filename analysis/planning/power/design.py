@@ -44,6 +44,8 @@ class Design:
         The study's analysis choices.
     population : Population
     alpha : float
+    factors : tuple of str
+        Names of the factors crossed with the levels, which are not simulated.
     """
 
     name: str
@@ -53,6 +55,7 @@ class Design:
     choices: AnalysisChoices
     population: Population
     alpha: float
+    factors: tuple[str, ...] = ()
 
     @property
     def rule(self) -> str:
@@ -166,6 +169,7 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
         choices=_plannable(study),
         population=population,
         alpha=alpha,
+        factors=tuple(factor.name for factor in study.factors),
     )
 
 

@@ -118,6 +118,11 @@ def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
             f"Up to {refused:.1%} of the studies could not be normalised; they count as not "
             "significant."
         )
+    if design.factors:
+        lines.append(
+            f"Not simulated: {', '.join(design.factors)}. Power is that of one condition; the "
+            "power of a factor's effect and of its interaction with the level is not computed."
+        )
     lines.append(
         f"Tests: {PRIMARY_TESTS[design.choices.primary]}; normalised by {design.rule}; "
         f"excluded: {', '.join(design.choices.exclusions) or 'nobody'}. For the assumptions "

@@ -42,7 +42,12 @@ COMPARED_CAUTION = (
 #: From the table of population thresholds in docs/validation.
 LOGARITHM_CAUTION = (
     "If psychometric curves depend on the level rather than its logarithm, the threshold is too "
-    "low (by 6 % in simulations); the interval does not account for this"
+    "low (by 6 % in simulations, and by 3 % if d' is proportional to the level); the interval does "
+    "not account for this"
+)
+LAPSE_CAUTION = (
+    "Without catch trials, the lapse rate of people who never lapse is overestimated on average, "
+    "and their threshold is too low (by 1 to 3 % in simulations)"
 )
 
 
@@ -209,4 +214,6 @@ def sentences(task: TaskThresholds, confidence: float, quantity: Quantity) -> li
             parts.append(f"{COMPARED_CAUTION}.")
         elif CURVES[task.curve].logarithmic:
             parts.append(f"{LOGARITHM_CAUTION}.")
+        if task.method != COMPARED and not catches:
+            parts.append(f"{LAPSE_CAUTION}.")
     return [answer(task, confidence, quantity), *([" ".join(parts)] if parts else [])]

@@ -15,6 +15,7 @@ from slipscale.analysis.planning.power.design import design_of
 from slipscale.analysis.planning.power.grid import Condition, conditions, values_of
 from slipscale.analysis.planning.power.run_grid import run_grid, shards
 from slipscale.analysis.planning.power.shard import Looks, Shard, at_once, excluded
+from slipscale.analysis.planning.power.terminal import summary
 from slipscale.analysis.planning.simulated.dataset import simulated_dataset
 from slipscale.analysis.planning.simulated.estimates import Ratings, Task, simulate_ratings
 from slipscale.analysis.planning.simulated.fast_tests import pairwise, tables
@@ -382,6 +383,22 @@ def test_the_choices_that_need_a_standard_are_refused():
     )
     with pytest.raises(UserError, match="needs a standard"):
         design_of(study, TEXT, Population(), 0.05)
+
+
+def test_factors_that_have_no_power_are_named():
+    crossed = (
+        f'{TEXT}\n[[factors]]\nname = "direction"\nlevels = ["left", "right"]\n'
+        '[factors.instructions.en]\nleft = "Stroke left."\nright = "Stroke right."\n'
+    )
+    wanted = [Condition(participants=6)]
+    made, outcomes = computed(wanted, studies=2)
+    found = rows(made, wanted, outcomes, looks=Looks())
+    assert not any("Not simulated" in line for line in summary(made, found, 0.8))
+    factors = design(text=crossed).factors
+    (line,) = (
+        each for each in summary(replace(made, factors=factors), found, 0.8) if "Not" in each
+    )
+    assert "direction. Power is that of one condition" in line
 
 
 def test_a_task_knows_what_comes_before_and_after_it():

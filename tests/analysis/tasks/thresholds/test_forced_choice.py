@@ -1,5 +1,7 @@
 """Thresholds from trials of forced choice: recovered, and honest where there are too few."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,8 +9,10 @@ import pytest
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.thresholds.figures import within_answers
 from slipscale.analysis.tasks.thresholds.reading import COLUMNS
+from slipscale.analysis.tasks.thresholds.sentences import LAPSE_CAUTION, sentences
 from slipscale.analysis.tasks.thresholds.statistics import thresholds
 from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 pytestmark = pytest.mark.usefixtures("without_simulated_fits")
 
@@ -78,6 +82,9 @@ def test_a_participant_without_an_own_threshold_is_named_and_counts_in_the_popul
     (found,) = thresholds(frame)
     assert isinstance(found.participants[3].function, NotComputed)
     assert found.population.n == 4
+    assert LAPSE_CAUTION in sentences(found, 0.95, PLATE_AMPLITUDE)[1]
+    caught = replace(found, participants=(replace(found.participants[0], catch_trials=4),))
+    assert LAPSE_CAUTION not in sentences(caught, 0.95, PLATE_AMPLITUDE)[1]
 
 
 def test_two_participants_have_thresholds_and_no_population():
