@@ -71,12 +71,14 @@ class Person(Hand):
             for place in ("start_mm", "target_mm"):
                 self.click(question[place], question["screen_height_mm"])
         elif "options" in question:
+            self.retry = "1"
             self.press("key", "1")
         elif "minimum" in question:
             self.press("key", "2", "Return")
         elif "positive" in question:
             self.press("key", "1", "2", "Return")
         else:
+            self.retry = "y"
             self.press("key", "y")
 
     def click(self, place_mm, height_mm):
