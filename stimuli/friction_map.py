@@ -20,7 +20,6 @@ from slipscale.faults import UserError
 from slipscale.stimuli.modulation import (
     DEFAULT_MODULATOR,
     STEPS_MAX,
-    AmplitudeStep,
     Followed,
     Loop,
     Modulator,
@@ -72,7 +71,6 @@ class FrictionMap(Parametric):
         A parameter is out of range, or there is no image.
     """
 
-    LATER: ClassVar = frozenset[str]()
     #: The entry by which a record of a map is recognised.
     MARK: ClassVar = "pixels"
 
@@ -187,35 +185,6 @@ class FrictionMap(Parametric):
         """Return None: nothing is triggered."""
         return None
 
-    def envelope(
-        self,
-        finger_speed_mm_s: float,
-        duration_s: float,
-        modulator: Modulator = DEFAULT_MODULATOR,
-    ) -> tuple[AmplitudeStep, ...]:
-        """Return the commands that present the middle row to a finger of constant speed.
-
-        Raises
-        ------
-        UserError
-            The plate or its line cannot make two steps in that time.
-        """
-        steps = min(math.floor(duration_s / modulator.shortest_step_s + 1e-9), STEPS_MAX)
-        if steps < 2:  # noqa: PLR2004 - fewer are no change
-            raise UserError(
-                f"{self.where}: a finger at {finger_speed_mm_s:g} mm/s crosses it in "
-                f"{1000 * duration_s:.3g} ms, but the plate and its line need "
-                f"{2000 * modulator.shortest_step_s:g} ms for two amplitudes"
-            )
-        step_s = duration_s / steps
-        first_mm = -self._width_mm / 2
-        return tuple(
-            AmplitudeStep(
-                i * step_s, self.level_at(first_mm + (i + 0.5) * step_s * finger_speed_mm_s)
-            )
-            for i in range(steps)
-        )
-
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
         """Return the profile for a finger of the assumed speed; None if it cannot be played.
 
@@ -227,14 +196,20 @@ class FrictionMap(Parametric):
         if not self._changes or self.needs_sensor:
             return None
         stroke_s = self._width_mm / self.finger_speed_mm_s
-        steps = self.envelope(self.finger_speed_mm_s, stroke_s, modulator)
-        levels = tuple(step.level for step in steps)
-        step_s = stroke_s / len(steps)
+        steps = min(math.floor(stroke_s / modulator.shortest_step_s + 1e-9), STEPS_MAX)
+        if steps < 2:  # noqa: PLR2004 - fewer are no change
+            raise UserError(
+                f"{self.where}: a finger at {self.finger_speed_mm_s:g} mm/s crosses it in "
+                f"{1000 * stroke_s:.3g} ms, but the plate and its line need "
+                f"{2000 * modulator.shortest_step_s:g} ms for two amplitudes"
+            )
+        levels = tuple(self.shown((step + 0.5) / steps) for step in range(steps))
+        step_s = stroke_s / steps
         return Loop(
             levels=levels,
             step_s=step_s,
             edge_s=min(modulator.edge_s, step_s),
-            mean_level=sum(levels) / len(levels),
+            mean_level=sum(levels) / steps,
         )
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Protocol, TypeVar
 
 from slipscale.faults import UserError
-from slipscale.stimuli.modulation import DEFAULT_MODULATOR, AmplitudeStep, Followed, Loop, Modulator
+from slipscale.stimuli.modulation import DEFAULT_MODULATOR, Followed, Loop, Modulator
 
 if TYPE_CHECKING:
     from slipscale.stimuli.quantities import Array
@@ -82,11 +82,6 @@ class Surface(Stimulus, Protocol):
     @property
     def needs_sensor(self) -> bool:
         """Whether the surface cannot be presented without that sensor."""
-
-    def envelope(
-        self, finger_speed_mm_s: float, duration_s: float, modulator: Modulator = DEFAULT_MODULATOR
-    ) -> tuple[AmplitudeStep, ...]:
-        """Return the commands that present the surface to a finger with constant speed."""
 
     def shown(self, share: float) -> float:
         """Return the height of a picture of the surface at a point, 0 to 1."""
@@ -165,15 +160,6 @@ class VirtualSurface:
     def shown(self, share: float) -> float:
         """Return the height of a picture of the vibration at a point, 0 to 1."""
         return self.level * math.sin(2 * math.pi * PERIODS_SHOWN * share)
-
-    def envelope(
-        self,
-        finger_speed_mm_s: float,  # noqa: ARG002 - a plain surface is the same at any speed
-        duration_s: float,  # noqa: ARG002 - and for any time
-        modulator: Modulator = DEFAULT_MODULATOR,  # noqa: ARG002 - and on any plate
-    ) -> tuple[AmplitudeStep, ...]:
-        """Return the single command that presents this surface."""
-        return (AmplitudeStep(0.0, self.level),)
 
     def loop(
         self,

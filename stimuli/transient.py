@@ -19,7 +19,6 @@ from slipscale.faults import UserError
 from slipscale.stimuli.modulation import (
     DEFAULT_MODULATOR,
     STEPS_MAX,
-    AmplitudeStep,
     Followed,
     Loop,
     Modulator,
@@ -61,7 +60,6 @@ class Transient(Parametric):
         A parameter is out of range, or there is not exactly one trigger.
     """
 
-    LATER: ClassVar = frozenset[str]()
     #: The entry by which a record of a transient is recognised.
     MARK: ClassVar = "transition_s"
 
@@ -216,16 +214,6 @@ class Transient(Parametric):
     def shown(self, share: float) -> float:
         """Return the amplitude at a point, 0 to 1, of a picture of the change."""
         return self.level_after((1.5 * share - 0.25) * self.active_s)
-
-    def envelope(
-        self,
-        finger_speed_mm_s: float,  # noqa: ARG002 - the trigger decides
-        duration_s: float,  # noqa: ARG002
-        modulator: Modulator = DEFAULT_MODULATOR,
-    ) -> tuple[AmplitudeStep, ...]:
-        """Return the commands of the change, from the trigger on."""
-        loop = self.change(modulator)
-        return tuple(AmplitudeStep(i * loop.step_s, level) for i, level in enumerate(loop.levels))
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
         """Return None: nothing is played before the trigger. Raises as `change`."""

@@ -40,12 +40,15 @@ class Following:
         self._sensors = frozenset(sensors)
         self._surface: Surface | None = None  # while it is followed
         self._followed: Followed | None = None
+        self._sensor: Kind | None = None
+        self._triggers = False  # whether the finger starts changes
         self._moved = False  # the plate is no longer where it settled
 
     def presented_as(self, surface: Surface) -> Surface:
         """Return the surface to present first: where a followed texture settles, or the surface."""
         self._followed = followed_texture(surface, self._plate, self._sensors)
         self._surface, self._moved = surface if self._followed else None, False
+        self._sensor, self._triggers = surface.sensor, surface.change() is not None
         return self._settled or surface
 
     @property
@@ -64,7 +67,7 @@ class Following:
             Session times at which a change was triggered now; None if this sensor cannot trigger
             any.
         """
-        if self._followed is None or self._surface is None or kind != self._surface.sensor:
+        if self._followed is None or kind != self._sensor:
             return None
         self._followed.see(samples)
         now_s = self._clock.now()
@@ -74,9 +77,8 @@ class Following:
             self._plate.play(due)
         elif due is not None:
             self._plate.follow(due)
-        if self._surface.change() is None:
-            return None
-        return [now_s] if isinstance(due, Loop) else []
+        started = [now_s] if isinstance(due, Loop) else []
+        return started if self._triggers else None
 
     def settle(self) -> None:
         """Present where a followed texture settles again, to compare it with a command."""

@@ -29,7 +29,3 @@ def test_predicted_friction_falls_along_the_experiment_s_amplitudes():
     closed = [s.predicted_relative_friction(model="closed form") for s in surfaces]
     assert solved == sorted(solved, reverse=True)
     assert closed[1:] < solved[1:]
-
-
-def test_plain_surface_is_one_command_at_any_speed():
-    assert VirtualSurface(level=1.2).envelope(80.0, 2.0) == ((0.0, 1.2),)

@@ -83,13 +83,6 @@ def test_finger_at_rest_and_flat_grating_take_one_command():
     assert len(grating(depth_level=0.0).envelope(50.0, 1.0)) == 1
 
 
-def test_plain_surface_and_texture_are_presented_alike():
-    for surface in (VirtualSurface(level=1.5, label="A"), grating()):
-        steps = surface.envelope(50.0, 1.0)
-        assert max(s.level for s in steps) <= surface.level == 1.5
-        assert surface.label in "AB"
-
-
 def test_bandwidth_is_half_the_resonance_over_q():
     modulator = Modulator()
     assert modulator.bandwidth_hz == pytest.approx(254.17, abs=0.01)
