@@ -477,11 +477,14 @@ def main() -> int:
             opened, address = enter(browser, door), door.partition("?")[0]
             kept = browser.new_page(storage_state=opened)
             stage = Stage(Path(place, "lab"), kept, address)
+            wanted = {*(DOCUMENTED if options.documentation else options.only or SCENES)}
             for name, (prepare, _, _) in SCENES.items():
+                if not wanted:
+                    break
                 prepare(stage)
-                wanted = DOCUMENTED if options.documentation else options.only or SCENES
                 if name not in wanted:
                     continue
+                wanted.remove(name)
                 time.sleep(FRESH_S)
                 if options.documentation:
                     document(browser, address, options.folder, name, opened)
