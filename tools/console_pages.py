@@ -181,10 +181,10 @@ class Stage:
         settings = self.folder / "slipscale.toml"
         settings.write_text(re.sub("(?m)^plate.*$", f'plate = "{plate}"', settings.read_text()))
 
-    def calibrate(self) -> None:
-        """End the calibration that waits for readings; let the plate measure itself."""
+    def calibrate(self, until: str, **fields: str) -> None:
+        """End what uses the plate, and calibrate it."""
         self.do("release", "#running:not([data-hold])")
-        self.do("calibrate", "[data-do=adopt]", **CALIBRATE)
+        self.do("calibrate", until, by="Ada", instrument="OFV-5000", **fields)
 
     def plan(self) -> None:
         """Compute the power of a few conditions."""
@@ -225,7 +225,6 @@ def nothing(_: Stage) -> None:
 
 UNREACHABLE = "--backup /media/disk: no such folder; connect its disk, or create it"
 NOTHING = "nothing"  # an address without a page
-CALIBRATE = {"by": "Ada", "instrument": "OFV-5000"}
 
 
 PAGES = ("live", "study", "planning", "data", "pilot", "bench", "settings", "screens")
@@ -321,13 +320,11 @@ SCENES: dict[str, tuple[Callable[[Stage], object], str, str]] = {
     "bench-faulty": (lambda stage: stage.use("serial:/dev/ttyACM0,plate=none.toml"), "bench", ""),
     "bench-presents": (lambda stage: stage.use("mock"), "bench", "[data-form=surface] button"),
     "bench-typed": (
-        lambda stage: stage.do(
-            "calibrate", "#reading-typed:not([readonly])", **CALIBRATE, table="typed"
-        ),
+        lambda stage: stage.calibrate("#reading-typed:not([readonly])", table="typed"),
         "bench",
         "",
     ),
-    "bench-calibrated": (Stage.calibrate, "bench", ""),
+    "bench-calibrated": (lambda stage: stage.calibrate("[data-do=adopt]"), "bench", ""),
     "bench-verdicts": (
         lambda stage: stage.do("conform", "#conformance li"),
         "bench",
