@@ -21,8 +21,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.thresholds.population_threshold import (
@@ -109,7 +107,8 @@ def friction_threshold(
         return NotComputed("friction was not measured in each interval of a trial")
     main = rows[known & ~caught]
     change = change[main.index]
-    rises = float(np.cov(main["level_um_pp"], change)[0, 1])
+    level = main["level_um_pp"]
+    rises = float(((level - level.mean()) * change).sum())
     change = change if rises >= 0 else -change
     conditions = [name for name in rows if str(name).startswith(FACTOR)]
     by = [main[name] for name in (PARTICIPANT, "session", *conditions, "level_um_pp")]

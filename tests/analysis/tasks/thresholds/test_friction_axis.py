@@ -59,6 +59,10 @@ def test_friction_that_rises_with_the_level_has_the_other_sign():
     assert not fitted(comparisons(people=3, each=6, per_um=0.1)).lower
 
 
+def test_one_trial_gives_a_reason_without_a_warning():
+    assert isinstance(fitted(comparisons(people=1, each=1).head(1)), NotComputed)
+
+
 @pytest.mark.parametrize("by, column", [(None, "trial"), ("trials", "other_friction")])
 def test_without_a_request_or_a_measurement_the_reason_is_stated(by, column):
     rows = comparisons(people=3, each=2).assign(**{column: np.nan})
