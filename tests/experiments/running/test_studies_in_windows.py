@@ -145,11 +145,12 @@ def test_a_published_study_is_run_killed_resumed_and_whole(name, start, emulate,
     rows = table_of(tmp_path, task)
     repeated = (rows["repeats"] != "n/a").sum()
     assert len(rows) == trials + repeated
-    assert repeated == sum(record.kind == "void" for record in records)
-    if name == "bernard2020":  # the sensor reports 80 mm/s: too fast for 50, not for 100
-        outside = rows["interval1_stroke"] != "within"
-        assert set(rows["finger_speed_mm_s"][outside].astype(float)) == {50.0}
-        assert repeated == 2
+    if name == "bernard2020":  # the sensor reports some 70 mm/s: too fast for 50
+        slow = rows[rows["finger_speed_mm_s"].astype(float) == 50.0]
+        assert len(slow) == 3  # the trial and two repetitions
+        assert all("voided" in flag for flag in slow["flag"])
+    else:
+        assert not any(record.kind == "void" for record in records)
     if pointed:
         assert set(rows["selection"]) == {"target"}
     else:
