@@ -415,7 +415,7 @@ def a_study_is_written_in_the_form(page):
     to_page(page, "Study")
     for label, value in (
         ("title", "A day in the laboratory"),
-        ("participants participants", "3"),
+        ("participants", "3"),
         ("amplitudes µm peak to peak", "0, 1, 2"),
     ):
         page.get_by_label(label, exact=True).fill(value)
