@@ -1,4 +1,4 @@
-"""Define the functions of ``import slipscale`` that combine several packages.
+"""Define the functions in ``import slipscale`` that combine several packages.
 
 `slipscale.load` and `slipscale.analyse` are `slipscale.analysis.load.load` and
 `slipscale.analysis.pipeline.analyse`.
@@ -95,7 +95,7 @@ def pilot(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Power:
-    """The power of a study for several numbers of participants.
+    """The power of a study for several sample sizes.
 
     Parameters
     ----------

@@ -114,7 +114,7 @@ def compared(
 
 
 def measure_thresholds(data: Dataset, case: Case, runs: int) -> list[Row]:
-    """Measure thresholds: one run per participant; the population's from studies of `PEOPLE`."""
+    """Measure thresholds: individual ones from one run, population ones from `PEOPLE` people."""
     method = str(data.trials["forced_choices"]["method"].iloc[0])
     two_sided = method == COMPARED
     ours: list[PsychometricFunction | NotComputed] = []

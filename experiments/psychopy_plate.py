@@ -50,7 +50,7 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
 
     @property
     def quantity(self) -> Quantity:
-        """What the plate makes."""
+        """The quantity that the plate produces."""
         return self._plate.limits.quantity
 
     def present(self, level: float) -> Presentation:

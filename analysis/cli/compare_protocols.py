@@ -1,4 +1,4 @@
-"""Implement ``slipscale power --protocols``: compare protocols at equal numbers and durations."""
+"""Implement ``slipscale power --protocols``: compare protocols at equal sample size and time."""
 
 from __future__ import annotations
 

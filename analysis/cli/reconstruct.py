@@ -295,7 +295,7 @@ def _known_across(
 
 
 def _across(columns: list[Solutions], design: Design, arguments: argparse.Namespace) -> Across:
-    """Return the answers across columns, with a progress display because this may take long."""
+    """Return the answers across columns; show progress, because this can take a long time."""
     from slipscale.analysis.reconstruction.answers import across, seconds_across  # noqa: PLC0415
     from slipscale.analysis.reconstruction.counts.problem import duration  # noqa: PLC0415
 

@@ -59,7 +59,7 @@ def _earlier(path: Path, names: list[str], rows: Sequence[Row]) -> list[tuple[st
     Raises
     ------
     UserError
-        The file contains something else, or verdicts for other rows.
+        If the file is not a verdict file, or if its verdicts are for other rows.
     """
     from slipscale.analysis.reconstruction.data_sets.batch import digest  # noqa: PLC0415
 

@@ -89,7 +89,7 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
 
 
 def rarely_falling(levels: int) -> int:
-    """Return the smallest number of falls between means with chance probability at most 1 in 20.
+    """Return the smallest number of decreases between means with chance probability up to 1 in 20.
 
     For a participant who feels no difference, every order of the means is equally likely; a
     participant who feels a difference has fewer falls. The number of orders with a given number of

@@ -40,7 +40,7 @@ def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
 def slopes_per_participant(
     who: NDArray[np.intp], x: NDArray[np.float64], y: NDArray[np.float64], people: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return each participant's least-squares slope of y on x and its p; NaN if x does not vary.
+    """Return each participant's least-squares slope of y on x, and its p; NaN if x is constant.
 
     Parameters
     ----------

@@ -305,7 +305,7 @@ def _one_row_per_answer(
 
 
 def _method(steps: pd.DataFrame, mapping: TableMapping) -> str:
-    """Return the method for fitting answers; empty for yes/no to a change in one direction.
+    """Return the method for fitting answers; empty for yes/no answers to one-way changes.
 
     If stimuli lie both below and above the reference, the trials are comparisons. Folding them to
     the size of the difference would let "more" answers below and above the reference cancel.

@@ -68,7 +68,7 @@ def friedman_p(tables: Array) -> Array:
 
 
 def signed_rank_p(differences: Array) -> Array:
-    """Return the two-sided p of Wilcoxon's test for each row of differences; 1 if all are zero.
+    """Return Wilcoxon's two-sided p-value for each row of differences; 1 if all are zero.
 
     Exact up to the same sample size as the report's test, except with ties: zeros are omitted, and
     tied absolute differences share their mean rank.
@@ -95,7 +95,7 @@ def signed_rank_p(differences: Array) -> Array:
 
 
 def _exact_p(rank_sum: Array, changed: NDArray[np.int64]) -> Array:
-    """Return the two-sided p for sums of positive ranks, given the numbers of differences.
+    """Return the two-sided p-value for sums of positive ranks, given the numbers of differences.
 
     A sum that is not a whole number, which results from ties, is rounded to the less extreme
     neighbour, as in SciPy.

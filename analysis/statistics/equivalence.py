@@ -74,7 +74,7 @@ def equivalence(logs: MeanOverParticipants, bound: float) -> Equivalence:
 
 
 def bayes_factor(t: float, n: int) -> float:
-    """Return the factor by which n differences with this t favour a difference over none.
+    """Return the factor by which n differences with this t favour a difference over no difference.
 
     The Jeffreys–Zellner–Siow Bayes factor, eq. 1 of Rouder et al. (2009), Psychon. Bull. Rev. 16,
     225-237, with a Cauchy prior for d_z with scale `PRIOR_SCALE`; infinite if it overflows. It is

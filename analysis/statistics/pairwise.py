@@ -228,7 +228,7 @@ def _paired_t(
 
 
 def signed_rank_p(differences: NDArray[np.float64]) -> float:
-    """Return the two-sided p of Wilcoxon's signed-rank test, exact for small samples with ties.
+    """Return the two-sided Wilcoxon signed-rank p-value, exact for small samples with ties.
 
     For ties in small samples, SciPy permutes in a Python loop, which takes about a second per
     pair. The same permutation test on precomputed ranks is a thousand times faster.

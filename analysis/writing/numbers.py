@@ -27,7 +27,7 @@ DASH = "–"
 
 
 def number(value: float | None, decimals: int = 2, *, thousands: str = "") -> str:
-    """Format a number for reading: fixed decimals, a real minus, a dash if missing.
+    """Format a number for reading: fixed decimals, a true minus sign, a dash if missing.
 
     >>> number(-1.5), number(float("nan")), number(1234567, 0, thousands=" "), number(None)
     ('−1.50', '–', '1 234 567', '–')

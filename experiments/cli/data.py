@@ -60,7 +60,7 @@ def add_data(parser: ArgumentParser) -> None:
 
 
 def run_data(args: Namespace) -> int:
-    """Build, verify, withdraw or merge; return 1 if anything is damaged or differs."""
+    """Run the requested action on a data set; return 1 if anything is damaged or differs."""
     from slipscale.experiments.dataset.bids import build_dataset  # noqa: PLC0415
     from slipscale.experiments.dataset.journals import journals  # noqa: PLC0415
     from slipscale.experiments.dataset.verification import verify  # noqa: PLC0415

@@ -19,7 +19,7 @@ HIGHEST_PORT = 65535
 
 
 def add_lab(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale lab``."""
+    """Add the arguments of ``slipscale lab`` to the parser."""
     parser.add_argument(
         "--no-browser",
         action="store_true",
@@ -111,7 +111,7 @@ def _ask(question: str, default: str) -> str:
 
 
 def add_next(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale next``."""
+    """Add the arguments of ``slipscale next`` to the parser."""
     parser.add_argument(
         "--participant",
         metavar="01",
@@ -200,12 +200,12 @@ def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
 
 
 def add_participants(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale participants``."""
+    """Add the arguments of ``slipscale participants`` to the parser."""
     parser.add_argument("--json", action="store_true", help="print the participants as JSON")
 
 
 def run_participants(args: Namespace) -> int:
-    """List the participants and who is next."""
+    """List the participants, and show who is next."""
     defaults, roster = _folder()
     if args.json:
         import json  # noqa: PLC0415
@@ -291,7 +291,7 @@ def _how_to_resume(person: Person) -> str:
 
 
 def add_note(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale note``."""
+    """Add the arguments of ``slipscale note`` to the parser."""
     parser.add_argument(
         "words", nargs="+", metavar="WORDS", help=("the note; never a participant's name")
     )

@@ -1,4 +1,4 @@
-"""The hardware's command ``slipscale plate``, with the laboratory folder's plate as default.
+"""The command ``slipscale plate``, with the laboratory folder's plate as the default.
 
 The hardware package does not use laboratory folders; options missing on the command line are
 filled in here.

@@ -97,7 +97,7 @@ def named_contact(args: Namespace) -> ContactSpecs:
 
 
 def simulated_contact(args: Namespace) -> ContactSpecs:
-    """Return a pilot's finger sensors; those of the laboratory folder are simulated."""
+    """Return a pilot's finger sensors; sensors set in the laboratory folder are simulated."""
     from slipscale.experiments.running.contact_sources import simulated  # noqa: PLC0415
 
     return named_contact(args).otherwise(simulated(_folders_contact()))
@@ -123,7 +123,7 @@ def add_study(parser: ArgumentParser) -> None:
 
 
 def add_participant(parser: ArgumentParser, *, required: bool) -> None:
-    """Add the options that select participant, session and run."""
+    """Add the options that select the participant, session and run."""
     add_study(parser)
     parser.add_argument(
         "--participant",
@@ -149,7 +149,7 @@ def add_participant(parser: ArgumentParser, *, required: bool) -> None:
 
 
 def add_run(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale run``."""
+    """Add the arguments of ``slipscale run`` to the parser."""
     add_participant(parser, required=True)
     add_plate(parser)
     add_setting(parser)
@@ -273,7 +273,7 @@ def _markers(args: Namespace) -> tuple[str, ...]:
 
 
 def add_resume(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale resume``."""
+    """Add the arguments of ``slipscale resume`` to the parser."""
     parser.add_argument(
         "journal",
         type=Path,
@@ -361,7 +361,7 @@ def _end(outcome: str, journal: Path) -> int:
 
 
 def add_check(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale check``."""
+    """Add the arguments of ``slipscale check`` to the parser."""
     add_participant(parser, required=False)
     add_plate(parser)
     add_setting(parser)

@@ -22,7 +22,7 @@ WHICH = "a TOML file, or the name of a shipped study"
 
 
 def add_study(parser: ArgumentParser) -> Commands:
-    """Fill the parser of ``slipscale study``; return its subcommands, so that more can be added."""
+    """Add the arguments of ``slipscale study``; return its subcommands, which can be extended."""
     commands = parser.add_subparsers(
         dest="what",
         metavar="new | show | validate | freeze | texts | schema",
@@ -154,7 +154,7 @@ def run_study(args: Namespace) -> int:
 
 
 def _title_and_authors(args: Namespace) -> tuple[str, tuple[str, ...]]:
-    """Return title and authors from the command line; ask for missing ones."""
+    """Return the title and authors from the command line; ask for any that are missing."""
     title, authors = args.title or "", tuple(args.author or ())
     if args.path.exists():
         return title, authors  # will be rejected: do not ask

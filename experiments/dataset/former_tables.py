@@ -93,7 +93,7 @@ def strays(dataset: Path, files: Collection[PurePosixPath]) -> Iterator[Path]:
 
 
 def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PurePosixPath]]:
-    """Return the journals that have lost data since their tables were written, with these tables.
+    """Return the journals that have lost data since their tables were written, and these tables.
 
     A journal only grows, so it must still contain everything that the sidecar records about it.
     """
@@ -110,7 +110,7 @@ def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PureP
 
 
 def _own_entries(path: Path) -> dict[str, Any]:
-    """Return Slipscale's object in a sidecar; empty if it cannot be read."""
+    """Return Slipscale's object from a sidecar; empty if it cannot be read."""
     own = _described(path).get(SIDECAR)
     return own if isinstance(own, dict) else {}
 

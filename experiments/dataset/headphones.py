@@ -1,4 +1,4 @@
-"""Result of the headphone test in a run, read from its journal."""
+"""The result of a run's headphone test, read from its journal."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class Problem:
     what: str
 
     def __str__(self) -> str:
-        """Return a sentence with file, place and description."""
+        """Return a sentence that states the file, the place and the problem."""
         return harmless(": ".join(part for part in (self.file, self.place, self.what) if part))
 
 

@@ -88,7 +88,7 @@ def _compressed(path: Path, name: str, content: bytes) -> list[Problem]:
 
 
 def _rows(name: str, text: str, expected: str) -> Iterator[Problem]:
-    """Yield the cells, rows and columns in which a table differs; rows are line numbers."""
+    """Yield the cells, rows and columns in which a table differs; rows are given by line number."""
     try:
         there = _cells(text)
     except csv.Error as error:

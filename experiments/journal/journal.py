@@ -162,7 +162,7 @@ class Journal:
         return record
 
     def append(self, kind: str, **data: Any) -> Record:
-        """Append a record and return once the system has it; a thread flushes it to disk.
+        """Append a record; return once the operating system has it. A thread flushes it to disk.
 
         A signal may interrupt this call at any point. The next record then follows the data
         already passed to the system.

@@ -130,7 +130,7 @@ def read_whole(path: Path, most: int | None = None) -> Reading:
 
 
 class _Line(NamedTuple):
-    """An intact line: its index in the file from 0, its record, and the text its hash covers."""
+    """An intact line: its index in the file (from 0), its record, and the text its hash covers."""
 
     place: int
     record: Record

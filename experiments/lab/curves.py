@@ -1,4 +1,4 @@
-"""Individual curves: each participant's answers against levels, from the data set tables.
+"""Individual curves: each participant's answers by level, from the data set tables.
 
 The curves give a first impression of the data and are not an analysis: main trials without
 normalisation or exclusions. They unblind whoever views them.
@@ -92,7 +92,7 @@ def _main(rows: Iterable[Mapping[str, str]]) -> Iterator[Mapping[str, str]]:
 
 
 def _means(rows: Iterable[Mapping[str, str]], x: str, y: str) -> Iterator[tuple[float, float]]:
-    """Yield the mean of y per value of x; missing and non-numeric cells are skipped."""
+    """Yield the mean of y for each value of x; missing and non-numeric cells are skipped."""
     by_x: dict[float, list[float]] = defaultdict(list)
     for row in rows:
         at, value = _number(row.get(x)), _number(row.get(y))

@@ -117,7 +117,7 @@ def shipped_texts(language: str, words: AttributeWords | None = None) -> dict[st
 def text_faults(
     language: str, replacements: Mapping[str, Any], brought: Texts | None = None
 ) -> list[tuple[str, str]]:
-    """Return key and error message for each of a study's texts that would fail in a session."""
+    """Return the key and error message for each study text that would fail in a session."""
     shipped, own = shipped_texts(language) | dict(brought or {}), flatten(replacements)
     known = {key: text for key, text in own.items() if key in shipped}
     return [
@@ -128,7 +128,7 @@ def text_faults(
 
 
 def unshown(own: Texts) -> Iterator[tuple[str, str]]:
-    """Yield key and error message for each text that its screen cannot show."""
+    """Yield the key and error message for each text that its screen cannot show."""
     for key, text in own.items():
         # The length of texts from external protocols is not checked.
         long = too_long(key, text) if key in shipped_texts(ENGLISH) else ""
@@ -156,7 +156,7 @@ def to_translate(brought: Texts) -> dict[str, str]:
 
 
 def unlike(own: Texts, brought: Texts) -> Iterator[tuple[str, str]]:
-    """Yield key and error message for each text that lacks placeholders or answers of the English.
+    """Yield the key and error message for each text that lacks the English placeholders or answers.
 
     A replacement within a language may omit a placeholder; a translation omits it only by mistake.
     """
@@ -203,7 +203,7 @@ def answers(text: str) -> list[str]:
 
 
 def _blank_faults(own: Texts, shipped: Texts) -> Iterator[tuple[str, str]]:
-    """Yield key and error message for each text with {braces} that nothing fills in."""
+    """Yield the key and error message for each text with {braces} that nothing fills in."""
     for key, text in own.items():
         found, known = blanks(text), blanks(shipped[key]) or set()
         if found is None or not found <= known:
@@ -212,7 +212,7 @@ def _blank_faults(own: Texts, shipped: Texts) -> Iterator[tuple[str, str]]:
 
 
 def _key_faults(texts: Texts) -> Iterator[tuple[str, str]]:
-    """Yield key and error message for invalid keys, decimal signs and lists of answers."""
+    """Yield the key and error message for invalid keys, decimal signs and lists of answers."""
     yes, no = texts["window.yes_key"].casefold(), texts["window.no_key"].casefold()
     if len(yes) != 1 or len(no) != 1 or yes == no or not (yes + no).isalpha():
         yield "window", f"yes_key '{yes}' and no_key '{no}': expected two different letters"

@@ -95,7 +95,7 @@ class Place(NamedTuple):
 
 
 def check(options: Limits, context: Context) -> None:
-    """Raise `UserError` if a series could have a single level."""
+    """Raise `UserError` if a series could contain only one level."""
     q, there, needed = context.quantity, len(options.each_level), options.start_steps + PAIR
     if there < needed:
         raise UserError(

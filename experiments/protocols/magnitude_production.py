@@ -92,7 +92,7 @@ class MagnitudeProduction(StandardOptions):
 
 
 def check(options: MagnitudeProduction, context: Context) -> None:
-    """Raise `UserError` if the standard is not inside the plate's range or steps are too large."""
+    """Raise `UserError` if the standard is outside the plate's range or steps are too large."""
     low, high, q = options.lowest_level, options.highest_level, context.quantity
     if not low < options.standard_level < high:
         raise UserError(

@@ -1,4 +1,4 @@
-"""Pointing (Fitts): fast movements from a start to a target, of different width and distance.
+"""Pointing (Fitts): fast movements from a start to targets of different widths and distances.
 
 Sequences follow ISO/TS 9241-411:2012. In one dimension, targets alternate between two bars; in
 two dimensions, they are opposite discs on a ring. Each movement begins with the selection of the
@@ -313,7 +313,7 @@ def possible_levels(options: Pointing, _context: Context) -> tuple[float, ...]:
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> str:
-    """Move as Fitts's law predicts, and hit with the spread that people's own pace produces."""
+    """Draw a movement time from Fitts's law, and an endpoint with the spread typical of people."""
     question, stream = step.question, person.stream("movement")
     if not (isinstance(question, PointingQuestion) and step.trial):
         raise TypeError(f"'{step.name}' is not a movement")

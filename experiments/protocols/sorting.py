@@ -1,4 +1,4 @@
-"""Free sorting: the participant puts every surface into a group of those that feel alike.
+"""Free sorting: the participant sorts the surfaces into groups that feel alike.
 
 Surfaces are presented one by one, in several rounds with new orders; the last group chosen for a
 surface counts. The dissimilarity of two surfaces is the proportion of participants who put them in

@@ -256,7 +256,7 @@ class Played:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Instruct:
-    """A text that the participant reads at their own pace. ``last`` marks the thank-you."""
+    """A text that the participant reads at their own pace. ``last`` marks the closing text."""
 
     text: str
     title: str = ""

@@ -296,7 +296,7 @@ def _perform(
 
 
 def _enter(stack: ExitStack, context: Context) -> Context:
-    """Enter a context and register its exit first, so that a signal in between leaks nothing."""
+    """Enter a context, registering its exit first so that a signal cannot leak resources."""
     stack.push(context)
     context.__enter__()
     return context

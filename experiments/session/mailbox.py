@@ -1,4 +1,4 @@
-"""The mailbox of a running session: it publishes a status and takes requests from other processes.
+"""The mailbox of a running session: it publishes a status and receives requests from others.
 
 The mailbox is a folder next to the run's journal that only its owner can access. The session
 writes ``status.json`` there and reads the request files that other processes (a second terminal,
@@ -255,7 +255,7 @@ def beat_ns(journal: Path) -> int | None:
 
 
 def post(journal: Path, request: LiveRequest) -> None:
-    """Put a request into a session's mailbox.
+    """Add a request to a session's mailbox.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Compare explorations with the study's stroke windows, tell the participant, and reject trials.
+"""Compare explorations with the study's stroke windows, inform participants, and reject trials.
 
 Each outcome is written to the journal before the exploration's answer. At the end of a trial, its
 last outcome per interval decides, so a resumed session decides as an uninterrupted one.

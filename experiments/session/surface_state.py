@@ -168,7 +168,7 @@ class SurfaceState:
         self._script[last] = replace(self._script[last], step=turned)
 
     def feel_again(self, before: Present, explore: Explore) -> Presented:
-        """Have another surface felt, restore the current one, and return the other's presentation.
+        """Have another surface explored, restore the current one, and return the presentation.
 
         If this is interrupted, the current surface counts as lost.
         """
@@ -309,7 +309,7 @@ class SurfaceState:
         return first.trial if first else None
 
     def _feel_standard(self, step: Present) -> None:
-        """If a trial needs the standard again, have it presented, explored and silenced."""
+        """If a trial needs the standard again, present it, have it explored and silence it."""
         if not (self._standard and self._standard_due and step.trial is not None):
             return
         present, explore = self._standard

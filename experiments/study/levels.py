@@ -90,7 +90,7 @@ class Levels:
         return PARAMETERS[self.vary].parameter.quantity(self.made) if self.vary else self.made
 
     def varied(self, levels: tuple[float, ...]) -> Varied | None:
-        """Return the stimulus that is varied, at the first level; None where none is."""
+        """Return the stimulus that is varied, at the first level; None if there is none."""
         if not (self.vary and self.stimulus and levels):
             return None
         return self.stimulus.varied(self.vary, levels[0])

@@ -404,7 +404,7 @@ class Study(FrozenTable):
 
     @property
     def plate_quantity(self) -> Quantity:
-        """What the plate makes."""
+        """The quantity that the plate produces."""
         return self._levels.made
 
     def quantity_notes(self, name: str) -> dict[str, dict[str, str]]:
@@ -415,7 +415,7 @@ class Study(FrozenTable):
 
     @property
     def range_level(self) -> tuple[float, float]:
-        """Lowest and highest level that simulated people are to feel."""
+        """Lowest and highest levels that simulated people can feel."""
         if not (self.vary or self.simulated):
             return 0.0, self.plate.level
         possible, context = [*self.levels], self._levels.context(self.levels)

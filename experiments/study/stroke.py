@@ -1,4 +1,4 @@
-"""Control of the stroke: speed, force and direction of the finger, and what is done outside them.
+"""Stroke control: the finger's speed, force and direction, and the response to deviations.
 
 Rules:
 
@@ -116,7 +116,7 @@ class Stroke(FrozenTable):
             yield ("stroke", "normal_force_n"), {"msg": "expected force in [plate]"}
 
     def guide(self, factors: Mapping[str, Value]) -> Guide:
-        """Return what the participant is asked for in a condition."""
+        """Return the stroke that the participant is asked for in a condition."""
         return Guide(
             speed_mm_s=_number(factors, SPEED, self.speed_mm_s),
             normal_force_n=_number(factors, FORCE, self.normal_force_n),

@@ -26,7 +26,7 @@ ASKED, BACK = "?", "b"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Fill the parser."""
+    """Add the arguments of the command to the parser."""
     parser.add_argument(
         "--plate",
         metavar="SPEC",

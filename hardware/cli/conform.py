@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Fill the parser."""
+    """Add the arguments of the command to the parser."""
     parser.add_argument(
         "plate",
         metavar="SPEC",

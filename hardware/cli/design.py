@@ -20,7 +20,7 @@ from slipscale.faults import ANSWER_IS_NO, DONE
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale plate design``."""
+    """Add the arguments of ``slipscale plate design`` to the parser."""
     parser.add_argument(
         "brief",
         nargs="?",

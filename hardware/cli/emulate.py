@@ -25,7 +25,7 @@ SHOWN_S = 0.05
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Fill the parser."""
+    """Add the arguments of the command to the parser."""
     parser.add_argument(
         "--fault",
         action="append",

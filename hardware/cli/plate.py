@@ -57,7 +57,7 @@ EXAMPLES = {
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale plate``."""
+    """Add the arguments of ``slipscale plate`` to the parser."""
     subcommands = parser.add_subparsers(
         dest="what", metavar="SUBCOMMAND", required=True, parser_class=Parser
     )

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def add_new(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale plate new``."""
+    """Add the arguments of ``slipscale plate new`` to the parser."""
     parser.add_argument(
         "file", type=Path, metavar="FILE", help="a new TOML file, such as plates/NAME.toml"
     )
@@ -58,7 +58,7 @@ def new(arguments: Namespace) -> int:
 
 
 def add_sign(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale plate sign``."""
+    """Add the arguments of ``slipscale plate sign`` to the parser."""
     parser.add_argument("file", type=Path, metavar="FILE", help="the plate's file")
     parser.add_argument(
         "--beyond-shipped-limits",

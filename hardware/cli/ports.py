@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Fill the parser."""
+    """Add the arguments of the command to the parser."""
     parser.add_argument("--json", action="store_true", help="for programs")
 
 

@@ -21,7 +21,7 @@ COLUMNS = 60  # width of the plot
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Fill the parser."""
+    """Add the arguments of the command to the parser."""
     parser.add_argument(
         "plate",
         metavar="SPEC",

@@ -134,7 +134,7 @@ def add(whole: Outcome, part: Outcome) -> None:
 
 
 def table(state: dict[str, Outcome]) -> list[str]:
-    """Return the counts as lines of a table."""
+    """Return the counts as table lines."""
     heads = ("texts", "tried", "accepted", "longest CPU time, s", "finds")
     lines = [f"| {' | '.join(heads)} |", f"|{' --- |' * len(heads)}"]
     return [*lines, *(_line(name, outcome) for name, outcome in state.items())]

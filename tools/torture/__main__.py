@@ -39,7 +39,7 @@ ROUNDS = 10  # of writers, per place
 
 
 def table(outcome: Outcome) -> list[str]:
-    """Return the counts as lines of a table: one row per fault, all studies together."""
+    """Return the counts as table lines: one row per fault, pooled across studies."""
     cases = Counter[str]()
     for (fault, _), count in outcome.counts.items():
         cases[fault] += count

@@ -143,7 +143,7 @@ class Stream:
 
 @contextmanager
 def below_the_journal(disk: Disk) -> Iterator[None]:
-    """Put a disk below every journal that is opened."""
+    """Back every journal that is opened with a simulated disk."""
     begin = Journal.__init__
     append = Journal.append
     close = Journal.close

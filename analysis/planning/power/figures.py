@@ -1,4 +1,4 @@
-"""Plot power against participants with its Monte Carlo band, and the map of precision."""
+"""Plot power against sample size with its Monte Carlo band, and the map of precision."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MARKERS = "os^D"
 
 @styled
 def power_figure(found: Sequence[Row], target: float) -> Figure:
-    """Plot the power of the weakest comparison against participants, one curve per condition."""
+    """Plot the power of the weakest comparison against sample size, one curve per condition."""
     figure, axes = canvas(size=(6.6, 4.0))
     others = [axis for axis in varying(found) if axis != "participants"]
     curves: dict[str, list[Row]] = {}
@@ -103,7 +103,7 @@ def catch_figure(found: Sequence[Row]) -> Figure:
 
 @styled
 def precision_figure(found: Sequence[Row]) -> Figure:
-    """Plot the exponent's half-width against participants and repetitions."""
+    """Plot the half-width of the exponent's interval against sample size and repetitions."""
     figure, axes = canvas(size=(6.6, 3.6))
     # The main case of the plan: its largest effect with the smallest values otherwise.
     first = max(found, key=lambda row: row.condition.effect).condition

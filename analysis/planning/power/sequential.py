@@ -1,4 +1,4 @@
-"""Set the significance level of each interim analysis so that the overall level is kept.
+"""Set the significance level of each interim analysis so that the overall level is maintained.
 
 Uses Lan-DeMets alpha spending (1983, Biometrika 70, 659-663), with their spending functions for
 O'Brien-Fleming and Pocock boundaries. The levels follow from the recursive integration of

@@ -174,7 +174,7 @@ def _mean_over_participants(values: Array) -> _Means:
 
 
 def _mean_p(values: Array) -> Array:
-    """Return the p of a t test against 0 for each row, ignoring NaN; 1 for fewer than three."""
+    """Return each row's p-value from a t test against 0, ignoring NaN; 1 for fewer than three."""
     from scipy.special import stdtr  # noqa: PLC0415 - half a second
 
     mean, error, n = _mean_over_participants(values)
@@ -224,7 +224,7 @@ def pairwise(found: Tables, primary: Primary) -> Array:
 
 
 def _signed_ranks(differences: Array) -> Array:
-    """Return Wilcoxon's p for each row; NaN for fewer than three people or without any change."""
+    """Return Wilcoxon's p-value for each row; NaN with fewer than three people or no change."""
     p = batched.signed_rank_p(differences)
     enough = np.isfinite(differences).sum(axis=1) >= FEWEST
     changed = (np.nan_to_num(differences) != 0).any(axis=1)

@@ -80,7 +80,7 @@ def _shuffled(
     after: Orders | None = None,
     before: Orders | None = None,
 ) -> Orders:
-    """Return the kinds in random order; redrawn if one would follow itself."""
+    """Return the kinds in random order, redrawn if any kind would follow itself."""
     found = rng.permuted(np.broadcast_to(kinds, (*shape, len(kinds))), axis=2)
     if after is None and before is None:
         return found

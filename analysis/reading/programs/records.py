@@ -54,7 +54,7 @@ def framed(rows: Sequence[Mapping[str, str | None]], lines: Sequence[int]) -> pd
 
 
 def table_of(names: Sequence[str], rows: Sequence[tuple[int, list[str]]]) -> pd.DataFrame:
-    """Return records as a table of text; cells without a name are left out."""
+    """Return records as a table of text; cells without a name are omitted."""
     cells = [dict(zip(names, row, strict=False)) for _, row in rows]
     return framed(cells, [line for line, _ in rows])
 

@@ -149,7 +149,7 @@ def _free_values(part: Part, moves: int) -> list[int]:
 
 
 def _reach_total(x: list[int], total: int, part: Part, random: Random, moves: int) -> None:
-    """Move single values by one step each until their sum is as required, as far as possible."""
+    """Adjust values by one step at a time until their sum is as close as possible to the total."""
     missing = total - sum(x)
     for _ in range(moves):
         if not missing:

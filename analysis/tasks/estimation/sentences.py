@@ -79,7 +79,7 @@ def _degrees(df: float, epsilon: float) -> str:
 
 
 def rm_anova(found: RmAnova, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence of the repeated-measures ANOVA, with Greenhouse and Geisser's p."""
+    """Return the sentence on the repeated-measures ANOVA, with Greenhouse–Geisser correction."""
     epsilon = found.epsilon_gg
     verb = "differed" if reliable(found.p_gg, confidence) else "did not differ reliably"
     ci = _ci(found.eta2_generalised_interval, confidence, unit_number)
@@ -98,7 +98,7 @@ def rm_anova(found: RmAnova, confidence: float, quantity: Quantity) -> str:
 
 
 def friedman(found: Friedman, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence of Friedman's test."""
+    """Return the sentence on Friedman's test."""
     verb = "differed" if reliable(found.p, confidence) else "did not differ reliably"
     return (
         f"Estimates {verb} between {quantity.levels} (Friedman's test on ranks, "
@@ -108,12 +108,12 @@ def friedman(found: Friedman, confidence: float, quantity: Quantity) -> str:
 
 
 def page_trend(found: PageTrend, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence of Page's test."""
+    """Return the sentence on Page's test."""
     return page_sentence("Estimates", found, confidence, quantity.name, quantity)
 
 
 def linear_trend(found: LinearTrend, confidence: float, quantity: Quantity) -> str | None:
-    """Return the sentence of the linear contrast; None if its slope was not tested."""
+    """Return the sentence on the linear contrast; None if its slope was not tested."""
     slope = found.log_slope_per_um_pp
     if not slope:
         return None
@@ -126,7 +126,7 @@ def linear_trend(found: LinearTrend, confidence: float, quantity: Quantity) -> s
 
 
 def geometric_means(description: pd.DataFrame, quantity: Quantity) -> str:
-    """Return the sentence of the geometric means; for many levels, only the first and the last."""
+    """Return the sentence on the geometric means; for many levels, only the first and the last."""
     rows = description[["geometric_mean", "amplitude_um_pp"]].dropna().to_numpy(float).tolist()
     shown = rows if len(rows) <= MOST_LISTED else [rows[0], rows[-1]]
     listed = ", ".join(f"{number(mean)} at {quantity.value(level)}" for mean, level in shown)
@@ -134,7 +134,7 @@ def geometric_means(description: pd.DataFrame, quantity: Quantity) -> str:
 
 
 def power_law(found: PowerLaw, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence of the exponent."""
+    """Return the sentence on the exponent."""
     return (
         f"The mean exponent of participants' power functions of {quantity.name} was "
         f"{number(found.exponent)}, {level_of(confidence)} CI {bracketed(found.interval)} (n = "
@@ -143,7 +143,7 @@ def power_law(found: PowerLaw, confidence: float, quantity: Quantity) -> str:
 
 
 def robust_exponent(found: RobustExponent, confidence: float, _quantity: Quantity) -> str:
-    """Return the sentence of the robust exponent."""
+    """Return the sentence on the robust exponent."""
     return (
         f"A robust estimate of the exponent, which gives little weight to lapses and outliers, "
         f"was {number(found.exponent)}{_ci(found.interval, confidence)} (n = {found.n})."
@@ -153,7 +153,7 @@ def robust_exponent(found: RobustExponent, confidence: float, _quantity: Quantit
 def pairwise_logs(
     pairs: Sequence[PairComparison], confidence: float, quantity: Quantity
 ) -> str | None:
-    """Return one sentence on all pairs, paired t of logarithms."""
+    """Return one sentence on all pairs, using paired t tests on logarithms."""
     tested = [(pair, pair.logs) for pair in pairs if pair.logs]
     if len(pairs) == len(tested) == 1:
         only = tested[0][1]
@@ -178,7 +178,7 @@ def pairwise_logs(
 def equivalence(
     pairs: Sequence[PairComparison], confidence: float, quantity: Quantity
 ) -> str | None:
-    """Return the result for pairs without a significant paired t: equivalent, or undecided.
+    """Return the result for pairs without a significant t test: equivalent or undecided.
 
     None if all pairs differ significantly.
     """
@@ -218,7 +218,7 @@ def _equivalence(pair: PairComparison, logs: PairedT, quantity: Quantity) -> str
 
 
 def bayes_of_none(for_a_difference: float) -> str:
-    """Return the Bayes factor of no difference, as "= 4.23", "< 0.01" or "> 100".
+    """Return the Bayes factor for no difference, as "= 4.23", "< 0.01" or "> 100".
 
     >>> bayes_of_none(0.236), bayes_of_none(float("inf")), bayes_of_none(0.0001)
     ('= 4.24', '< 0.01', '> 100')
@@ -233,7 +233,7 @@ def bayes_of_none(for_a_difference: float) -> str:
 def pairwise_ranks(
     pairs: Sequence[PairComparison], confidence: float, quantity: Quantity
 ) -> str | None:
-    """Return one sentence on all pairs, Wilcoxon's test of estimates including zeros."""
+    """Return one sentence on all pairs, using Wilcoxon's test on estimates including zeros."""
     if len(pairs) == 1:
         pair, ranks = pairs[0], pairs[0].ranks
         verb = "differed" if reliable(ranks.p, confidence) else "did not differ reliably"
@@ -285,7 +285,7 @@ def _all_pairs(
 
 
 def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
-    """Return the sentence of the model comparison: favoured, or undecided."""
+    """Return the sentence on the model comparison: favoured, or undecided."""
     compared = found.amplitude
     models, best = compared.models, compared.best
     others = sorted(
@@ -313,7 +313,7 @@ def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
 
 
 def bayesian_growth(found: BayesianGrowth, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence of the hierarchical power function; numbers only if it converged."""
+    """Return the sentence on the hierarchical power function; numbers only if it converged."""
     if not found.converged:
         return (
             "The hierarchical Bayesian power function did not converge (largest R̂ = "
@@ -370,7 +370,7 @@ def reliability(found: Reliability, confidence: float, _quantity: Quantity) -> s
 
 
 def mixed_model(found: MixedModel, confidence: float, _quantity: Quantity) -> str:
-    """Return the sentence of the mixed model, with numbers only if the fit converged."""
+    """Return the sentence on the mixed model, with numbers only if the fit converged."""
     if not found.converged:
         return (
             "The linear mixed model with random intercepts and slopes did not converge; its "

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 def group_sentences(
     found: GroupComparison | NotComputed, confidence: float, quantity: Quantity
 ) -> list[str]:
-    """Return the sentences on groups; empty if the participants are in no groups."""
+    """Return the sentences on groups; empty if the participants are not grouped."""
     if not found:
         return []
     sizes = ", ".join(f"{name} (n = {n})" for name, n in found.n.items())
@@ -60,7 +60,7 @@ def group_sentences(
 
 
 def answers(found: GroupComparison | NotComputed, confidence: float) -> list[str]:
-    """Return whether exponents and levels differ; empty if the participants are in no groups."""
+    """Return whether exponents and levels differ; empty if the participants are not grouped."""
     if not found:
         return []
     texts = []
@@ -150,7 +150,7 @@ COMPARED: dict[str, tuple[str, str, Callable[[float], float]]] = {
 
 
 def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
-    """Return the groups' means and pairs; empty if the participants are in no groups."""
+    """Return the group means and pairwise comparisons; empty if there are no groups."""
     section = ReportSection("Groups")
     found = analysis.inference[GROUPS]
     if not found:

@@ -91,7 +91,7 @@ def _gain(task: TaskPointing, confidence: float) -> list[str]:
 
 
 def _sentences(task: TaskPointing, confidence: float, q: Quantity) -> list[str]:
-    """Return the answers, the regressions, and the cells left out."""
+    """Return the answers, the regressions, and the omitted cells."""
     said = _answers(task, confidence, q)
     for each in task.conditions:
         said.append(

@@ -98,13 +98,13 @@ def _answers(found: TaskProductions, confidence: float, quantity: Quantity) -> l
 
 
 def _sentences(found: TaskProductions, confidence: float, quantity: Quantity) -> list[str]:
-    """Return one paragraph: the answers, and what draws productions."""
+    """Return one paragraph: the answers, and biases in productions."""
     own = (found, confidence, quantity)
     return [" ".join([*_answers(*own), *_biases(*own)])]
 
 
 def _biases(found: TaskProductions, confidence: float, quantity: Quantity) -> list[str]:
-    """Return the sentences on what draws productions: the beginning, the bounds, lapses."""
+    """Return the sentences on biases in productions: start, limits and catch trials."""
     texts = []
     beginning = found.beginning
     if beginning:

@@ -164,7 +164,7 @@ class TaskProductions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Counterpart:
-    """The exponents with which production is compared.
+    """Exponents from another task, for comparison with exponents from production.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ CANNOT = 409
 
 
 class Console:
-    """The application's state: laboratory folder, started jobs, and whether it is closing."""
+    """The application's state: the laboratory folder, started jobs, and whether it is closing."""
 
     def __init__(self, access: Access, jobs: Jobs) -> None:
         self.access = access

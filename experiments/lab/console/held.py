@@ -1,4 +1,4 @@
-"""Run a slipscale command only as long as its standard input is held open.
+"""Run a slipscale command only as long as its standard input stays open.
 
 The console holds the other end of the pipe while a page of the plate bench is open. When the page
 is closed, or the console ends or is killed, the pipe closes, and the command receives the signal

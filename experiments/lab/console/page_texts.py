@@ -45,7 +45,7 @@ def sentences(language: str) -> dict[str, str]:
 
 
 def _typeset(text: str) -> str:
-    r"""Return a text with the spaces of French punctuation unbreakable.
+    r"""Return a text in which the spaces around French punctuation are non-breaking.
 
     >>> _typeset("prêt ? « oui »")
     'prêt\xa0? «\xa0oui\xa0»'
@@ -81,7 +81,7 @@ def _translated(sentence: str, language: str) -> str:
 
 
 def _each_translated(sentence: str, joints: Mapping[str, str], language: str) -> str:
-    """Translate the parts between the first kind of joint that separates any known part."""
+    """Split at the first separator that yields a known part, and translate each part."""
     for joint, typeset in joints.items():
         parts = sentence.split(joint) if joint in sentence else []
         translated = [_translated(each, language) for each in parts]
@@ -101,7 +101,7 @@ class Words:
         return page_texts(self.language)[key].format(**blanks)
 
     def say(self, sentence: str) -> str:
-        r"""Return one of Slipscale's sentences in this language; unknown sentences are unchanged.
+        r"""Return one of Slipscale's sentences in this language; others are returned unchanged.
 
         Sentences that are joined by punctuation or line feeds are translated one by one.
 
@@ -116,7 +116,7 @@ class Words:
         return re.sub(r"(?<=\d)\.(?=\d)", mark, shown) if shown[:1].isdigit() else shown
 
     def exact(self, words: str) -> str:
-        """Return a sentence of Slipscale's in this language, and people's own words unchanged."""
+        """Return one of Slipscale's sentences in this language; return other text unchanged."""
         return sentences(self.language).get(words, words)
 
     def task(self, options: Options, protocol: Protocol) -> str:

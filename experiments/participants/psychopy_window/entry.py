@@ -1,4 +1,4 @@
-"""Answer fields: collect characters and judge whether they form an answer; no window or clock.
+"""Answer fields, which collect characters and judge whether they form a valid answer.
 
 The rule for this module: **nothing is clipped, guessed or dropped silently.** An entry that is not
 an answer is refused with the key of the text that explains why, and the caller records it.
@@ -43,14 +43,14 @@ AZERTY = dict(zip("&é\"'(-è_ç", "123456789", strict=True))
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """The verdict on an entry that is an answer."""
+    """The verdict on a valid entry."""
 
     value: Value
 
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """The verdict on an entry that is not an answer.
+    """The verdict on an invalid entry.
 
     Parameters
     ----------

@@ -112,7 +112,7 @@ def _luminance(colour: tuple[int, int, int]) -> float:
 
 
 def lay(text: Text) -> Laid:
-    """Lay out a text like the window: wrap at spaces, and shrink it if it is too high."""
+    """Lay out a text as the window does: wrap at spaces, and shrink it if it is too high."""
     size = text.size
     lines = _lines(text, size)
     limit = float("inf") if text.height is None else text.height

@@ -1,4 +1,4 @@
-"""Run a protocol with a simulated person only, without session, plate and journal, for planning.
+"""Run a protocol with a simulated person only, without session, plate or journal, for planning.
 
 The protocol, its questions, their order, the person and the answers are the same as in a full
 session on the mock plate, but a run is many times faster. There are two differences. A texture is
@@ -179,5 +179,5 @@ def _felt_level(surface: Stimulus | None) -> float:
 
 
 def _felt(level: float, surface: Stimulus | None) -> float:
-    """Return a level as it is felt; an amplitude at the resolution of a finger."""
+    """Return a level as it is felt; amplitudes are rounded to the resolution of a finger."""
     return level if isinstance(surface, Varied) else round(level, FELT_DIGITS)

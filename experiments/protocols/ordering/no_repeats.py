@@ -69,7 +69,7 @@ def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
 
 
 def _some(items: Sequence[int], number: int, stream: Stream) -> list[int]:
-    """Return ``number`` of the items in their order; all selections are equally likely."""
+    """Return ``number`` items in their original order; all selections are equally likely."""
     marks = stream.shuffled([True] * number + [False] * (len(items) - number))
     return [item for item, mark in zip(items, marks, strict=True) if mark]
 

@@ -1,4 +1,4 @@
-"""The state of a calibration started by the console, from the command's output."""
+"""The state of a calibration started by the console, read from the command's output."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ CONFIRMING = frozenset({"unblind", "voir"})
 
 
 class Unblind(Form):
-    """Unblind. ``word`` must be typed, so that an accidental click does not unblind."""
+    """Unblind the study. ``word`` must be typed, so that an accidental click is not enough."""
 
     word: str
 

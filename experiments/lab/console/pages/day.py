@@ -33,7 +33,7 @@ MOST_REHEARSALS = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Note:
-    """An operator's note in a run."""
+    """An operator's note on a run."""
 
     label: str
     visit: Visit

@@ -90,7 +90,7 @@ def follow_up(view: View, text: str, template: str) -> dict[str, Any]:
 
 @lru_cache(maxsize=32)
 def simulated_minutes(whole: str, source: str) -> Timeline | None:
-    """Return minutes and cost; None if a task cannot be simulated."""
+    """Return the duration in minutes and the cost; None if a task cannot be simulated."""
     try:
         return timeline(source, people=SIMULATED, text=whole)
     except UserError:

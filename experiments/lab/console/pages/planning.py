@@ -117,7 +117,7 @@ def _with_repetitions(view: View, repetitions: int) -> str:
 
 
 def _curve(weakest: Mapping[int, float], target: float) -> dict[str, Any]:
-    """Return the power of the weakest comparison against sample size, in frame units."""
+    """Return the power of the weakest comparison as a function of sample size, in frame units."""
     most = max(weakest)
     return {
         "points": [(WIDE.x(n / most), WIDE.y(weakest[n]), n) for n in sorted(weakest)],

@@ -22,7 +22,7 @@ KINDS = {"+": "now", "-": "before", "@": "gap"}
 
 
 class Line(NamedTuple):
-    """A line of a comparison: only in the current file, only in the earlier version, or in both."""
+    """A line in a comparison: only in the current file, only in the earlier one, or in both."""
 
     kind: str
     words: str
