@@ -1,7 +1,7 @@
-"""Measure coverage of intervals and error rates (docs/validation/measured/statistics.md).
+"""Measure interval coverage and error rates (docs/validation/measured/statistics.md).
 
-Simulated studies of n = 3, 6, 12 and 30 participants, with known true values, are analysed by the
-functions of the analysis. Run: .venv/bin/python -m benchmarks.coverage [--studies 200] [--write]
+Simulated studies of n = 3, 6, 12 and 30 participants, with known true values, are analysed with
+the analysis's own functions. Run: .venv/bin/python -m benchmarks.coverage [--studies 200] [--write]
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def study(
     drift: float = 0.0,
     carry: float = 0.0,
 ) -> Prepared:
-    """Return a study of power functions; ``zeros`` is the share of zeros at the smallest level."""
+    """Return a study of power functions; a proportion ``zeros`` is zero at the smallest level."""
     rows = []
     # Decreases with the exponent, so that nobody has an effect if there is none.
     spread = SD_EXPONENT if exponent else 0.0
@@ -101,7 +101,7 @@ def holds(interval: Iterable[float] | None, truth: float) -> bool | None:
 
 
 def mean_interval(rng: np.random.Generator, n: int, *, log: bool) -> bool | None:
-    """Return the coverage of Student's interval of the (geometric) mean of skewed estimates."""
+    """Return whether the t-based interval covers the (geometric) mean of skewed estimates."""
     values = rng.normal(3, 0.6, (n, 1))
     low, high = student_intervals(pd.DataFrame(values if log else np.exp(values)), 0.95)
     truth = 3.0 if log else float(np.exp(3 + 0.6**2 / 2))
@@ -119,19 +119,19 @@ def within(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def exponent(rng: np.random.Generator, n: int, zeros: float = 0.0) -> bool | None:
-    """Return whether Student's interval of the mean exponent covers."""
+    """Return whether the t-based interval for the mean exponent contains the true value."""
     found = power_law(study(rng, n, zeros=zeros))
     return holds(found.interval, EXPONENT) if isinstance(found, PowerLaw) else None
 
 
 def mixed(rng: np.random.Generator, n: int) -> bool | None:
-    """Return whether the mixed model's interval covers."""
+    """Return whether the mixed model's interval contains the true exponent."""
     found = mixed_model(study(rng, n))
     return holds(found.interval, EXPONENT) if isinstance(found, MixedModel) else None
 
 
 def ratio(rng: np.random.Generator, n: int, zeros: float = 0.0) -> bool | None:
-    """Return whether the interval of a ratio of geometric means covers."""
+    """Return whether the interval for a ratio of geometric means contains the true ratio."""
     data = study(rng, n, zeros=zeros)
     two = [1.2, 2.3]
     found = pairwise(replace(data, cells=data.cells[two], logs=data.logs[two]))
@@ -141,7 +141,7 @@ def ratio(rng: np.random.Generator, n: int, zeros: float = 0.0) -> bool | None:
 
 
 def errs(test: str) -> Trial:
-    """Return the error of a test if no amplitude differs from any other."""
+    """Return a trial of a test's false-alarm rate when no amplitude has an effect."""
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         data = study(rng, n, exponent=0.0, zeros=0.0)
@@ -164,7 +164,7 @@ def errs(test: str) -> Trial:
 
 
 def order_errs(which: str, **effects: float) -> Trial:
-    """Return the error of an absent order effect while the other one is present."""
+    """Return a trial of one order effect's false-alarm rate while only the other is present."""
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         found = order_effects(study(rng, n, **effects))  # type: ignore[arg-type]
@@ -177,7 +177,7 @@ def order_errs(which: str, **effects: float) -> Trial:
 
 
 def icc(rng: np.random.Generator, n: int) -> bool | None:
-    """Return whether the interval of a single estimate's reliability covers."""
+    """Return whether the interval for a single estimate's reliability contains the true value."""
     own = rng.normal(0, 0.5, (n, 1, 1)) + rng.normal(0, 0.3, (n, 4, 1))
     logs = own + rng.normal(0, 0.4, (n, 4, 3))
     who, what, _ = np.indices(logs.shape)
@@ -193,7 +193,7 @@ def icc(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def d_prime(truth: float, steps: int, catches: int, spread: float = 0.0) -> Trial:
-    """Return the coverage of d' for observers with their own criteria (and sensitivities)."""
+    """Return a trial of the interval for d', with individual criteria (and sensitivities)."""
     from scipy.stats import norm  # noqa: PLC0415
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
@@ -224,7 +224,7 @@ def groups(rng: np.random.Generator, n: int, gap: float = 0.0) -> GroupCompariso
 
 
 def group_gap(rng: np.random.Generator, n: int) -> bool | None:
-    """Return whether Welch's interval of a difference of exponents covers."""
+    """Return whether Welch's interval for a difference in exponents contains the true value."""
     found = groups(rng, n, 0.2)
     if not found or not found.exponents:
         return None
@@ -232,13 +232,13 @@ def group_gap(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def group_effect_size(rng: np.random.Generator, n: int) -> bool | None:
-    """Return whether the interval of Hedges' g covers if the groups' spreads differ by half."""
+    """Return whether the interval for Hedges' g contains the true value if group SDs differ."""
     g = hedges_g(rng.normal(0.8, 1.2, n), rng.normal(0, 0.8, n), 0.95)[1]
     return holds(g, 0.8 / ((1.2**2 + 0.8**2) / 2) ** 0.5)
 
 
 def group_errs(rng: np.random.Generator, n: int) -> bool | None:
-    """Return whether growth differs significantly between groups without a difference."""
+    """Return whether growth differs significantly between groups with the same true growth."""
     found = groups(rng, n)
     if not found or not found.anova:
         return None
@@ -246,7 +246,7 @@ def group_errs(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def equal_errs(rng: np.random.Generator, n: int) -> bool | None:
-    """Return whether a ratio exactly on the bound is called equivalent."""
+    """Return whether a ratio exactly at the bound is declared equivalent."""
     bound = float((2.3 / 1.2) ** EXPONENT)
     logs = study(rng, n).logs
     mean = mean_over_participants((logs[2.3] - logs[1.2]).to_numpy(float), 0.95)
@@ -254,7 +254,7 @@ def equal_errs(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def half_yes(measure: Measure) -> Trial:
-    """Return the coverage of the step size with 50 % yes: 0.5 µm from 2 µm."""
+    """Return a trial of the interval for the step size with 50 % yes: 0.5 µm from 2 µm."""
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         removed = np.tile([0.0, 0.3, 0.6, 0.9] * 3, n)
@@ -278,7 +278,7 @@ def half_yes(measure: Measure) -> Trial:
 
 
 def own_threshold(rng: np.random.Generator, n: int) -> bool | None:
-    """Return whether one participant's threshold covers; n answers on each of four step sizes."""
+    """Return whether one participant's interval covers; n answers at each of four step sizes."""
     sizes = np.repeat([0.0, 0.3, 0.6, 0.9], n)
     felt = 0.05 + 0.93 / (1 + np.exp(-12 * (sizes - 0.5)))
     answers = Answers.of_trials(sizes.tolist(), (rng.random(len(sizes)) < felt).tolist())
@@ -289,7 +289,7 @@ def own_threshold(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def share(p: float, answers: int, alike: float) -> Trial:
-    """Return the coverage of a proportion of "yes" with correlated answers per participant."""
+    """Return a trial of the interval for a proportion of "yes" with correlated answers."""
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         weight = (1 - alike) / alike if alike else 1e9

@@ -1,4 +1,4 @@
-"""Run whole sessions on a board that fails at random: which hang, which attribute wrongly.
+"""Run whole sessions on a randomly failing board; count hangs and wrong attributions.
 
     python benchmarks/fault_sessions.py [--sessions 1000] [--first 0] [--firmware-share 0.5]
 
@@ -9,12 +9,13 @@ estimate that does not match its row was given to another surface. A session cou
 
 - **hanging** if it has not ended after `HANGS_S`;
 - **not begun** if the plate could not be connected (no fault is scheduled by then);
-- **given up** if the operator's retries were not enough: it ends with a fault, resumable;
+- **given up** if the operator's retries were not enough: it ends with a fault and can be resumed;
 - with **wrong attributions** if a row's estimate or readback does not match its surface;
 - with a **plate left vibrating** if the output is on after the session has ended.
 
-The exit status is 1 if any session hung, attributed wrongly or left the plate vibrating. Sessions
-alternate between the emulated board and the compiled firmware, in the requested proportion.
+The exit status is 1 if any session hung, had wrong attributions or left the plate vibrating.
+Sessions alternate between the emulated board and the compiled firmware, in the requested
+proportion.
 """
 
 from __future__ import annotations
@@ -129,7 +130,7 @@ def session(board: EmulatorProcess, number: int, faults: list[str], folder: Path
 
 
 def is_wrong(row: dict[str, str]) -> bool:
-    """Return whether a row describes another surface than its own; unanswered rows never do."""
+    """Return whether a row describes a surface other than its own; unanswered rows never do."""
     if "n/a" in (row["estimate"], row["amplitude_readback_um_pp"]):
         return False
     estimate, mean_um_pp = due(row["texture"], float(row["amplitude_um_pp"]))

@@ -1,4 +1,4 @@
-"""Measure how often honest simulated people carry a flag of data quality, by design and noise.
+"""Measure how often honest simulated people are flagged for data quality, by design and noise.
 
 A flag should be raised for at most 5 % of honest people. Each cell is a study with people of the
 shipped population, whose answers go through the analysis's own reading and flags; response times
@@ -45,7 +45,7 @@ STUDY = 12
 
 
 def share_flagged(design: str, participants: int, seed: int) -> pd.Series[float]:
-    """Return the share of honest people with each flag, in studies of one design."""
+    """Return the proportion of honest people with each flag, in studies of one design."""
     amplitudes, repetitions, catch_steps, noise = DESIGNS[design]
     people = Population(noise_sigma=noise)
     shipped = files("slipscale.experiments").joinpath("studies", "biet2007.toml")

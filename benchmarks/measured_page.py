@@ -1,4 +1,4 @@
-"""Edit the page of measured tables: each lies between two comments with its name."""
+"""Edit the page of measured tables, each of which is between two comments that name it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ PAGE = Path(__file__).parents[1] / "docs" / "validation" / "measured" / "statist
 
 
 def put(name: str, lines: list[str]) -> None:
-    """Replace a table of the page by the given lines."""
+    """Replace a table on the page with the given lines."""
     start, end = (f"<!-- {name}: {edge} -->" for edge in ("begin", "end"))
     text = PAGE.read_text(encoding="utf-8")
     before, after = text.split(start)[0], text.split(end)[1]

@@ -39,7 +39,7 @@ def timed(work: Callable[[], T], repeat: int = 3) -> tuple[float, T]:
 
 
 def marched() -> float:
-    """Return the film's mean overpressure after integrating many periods by SciPy's BDF."""
+    """Return the film's mean overpressure after integrating many periods with SciPy's BDF."""
     sigma, eps, delta, k = FILM.values()
     dx = 0.5 / CELLS
     middle, face = (np.arange(CELLS) + 0.5) * dx, np.arange(1, CELLS + 1) * dx
@@ -69,7 +69,7 @@ def marched() -> float:
 
 
 def stock_assembly() -> object:
-    """Assemble stiffness by scikit-fem's vector element, with one layer's material throughout."""
+    """Assemble the stiffness with scikit-fem's vector element and a single material throughout."""
     basis = Basis(
         _bricks(PLATE, MESH, quarter=True).mesh, ElementVector(ElementHexS2()), intorder=5
     )
@@ -90,7 +90,7 @@ def own_assembly() -> object:
 
 
 def stock_modes() -> object:
-    """Find eight modes by SciPy's shift and invert (default ordering), without coupling."""
+    """Find eight modes with SciPy's shift-invert mode (default ordering), without coupling."""
     system = support(assemble(PLATE, MESH))
     return eigsh(system.stiffness, k=8, M=system.mass, sigma=(2 * np.pi * 34_500.0) ** 2)
 

@@ -1,8 +1,9 @@
-"""Measure how often intervals of a population's threshold and point of equality hold the truth.
+"""Measure how often intervals cover a population's true threshold and point of equality.
 
 Simulated people answer at constant levels: two intervals, or comparisons with a standard. Their
-thresholds differ, and so do the slopes of their curves. The answers are analysed by the function of
-the analysis. Measured studies are stored in build/population_thresholds and not measured again.
+thresholds differ, and so do the slopes of their curves. The answers are analysed with the
+analysis's own function. Measured studies are stored in build/population_thresholds and not
+measured again.
 
     .venv/bin/python -m benchmarks.population_thresholds [--studies 1000] [--write]
 """
@@ -151,7 +152,7 @@ def study(
 
 
 def measure(name: str, people: int, lapse: float, first: int) -> list[tuple[bool, float]]:
-    """Return for each study of a batch whether the interval holds the truth, and the error."""
+    """Return for each study in a batch whether the interval covers the truth, and the error."""
     observer, choices, found = OBSERVERS[name], AnalysisChoices(), []
     model = model_of(observer.method, observer.fitted, 0.5, choices.largest_lapse)
     fall = students_fall(people, people - 1, choices.confidence)
@@ -177,7 +178,7 @@ def kept(name: str, people: int, lapse: float, first: int) -> list[tuple[bool, f
 
 
 def cell(name: str, people: int, lapse: float, studies: int) -> Cell:
-    """Return coverage and bias of some studies."""
+    """Return the coverage and bias in some studies."""
     batches = [kept(name, people, lapse, first) for first in range(0, studies, BATCH)]
     held, errors = np.array([each for batch in batches for each in batch]).T
     spread = float(np.std(errors, ddof=1)) / len(errors) ** 0.5

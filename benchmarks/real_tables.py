@@ -1,4 +1,4 @@
-"""Check the answers to real tables of classical data sets, with the commands that users type.
+"""Check the answers for tables from classical data sets, using the commands that users type.
 
     .venv/bin/python -m benchmarks.real_tables [WORD ...] [--seconds 10]
 

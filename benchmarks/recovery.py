@@ -152,7 +152,7 @@ def measured(case: Case, runs: int) -> list[Row]:
 
 
 def _path(case: Case, runs: int) -> Path:
-    """Return where a case's rows are kept."""
+    """Return the path at which a case's rows are cached."""
     name = "".join(letter if letter.isalnum() else "-" for letter in case.title)
     return KEPT / f"{name}_{runs}.json"
 

@@ -27,7 +27,7 @@ KEYCODE_Y = 29  # a PC keyboard's, under X11
 
 
 class Finger:
-    """Presses one key at a random moment after a request."""
+    """Presses one key at a random time after a request."""
 
     def __init__(self, clock: SystemClock) -> None:
         self._clock = clock

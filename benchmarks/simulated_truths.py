@@ -41,13 +41,13 @@ class Threshold(NamedTuple):
 
 
 def own_noise(people: Population, seed: int, label: str) -> float:
-    """Return the change of sensation that gives d' = 1 for a person of a data set."""
+    """Return the change in sensation that gives d' = 1 for a person of a data set."""
     deviate = Stream(seed, label, "simulated", "threshold").normal()
     return people.noise * math.exp(people.threshold_sigma * deviate)
 
 
 def share_found(change: float, intervals: int) -> float:
-    """Return how often a change of sensation, in units of a difference's noise, is found.
+    """Return how often a change in sensation, in units of a difference's noise, is found.
 
     Rescaled from guessing to the best performance: 0 without a change, 1 with a large one.
     """

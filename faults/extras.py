@@ -29,7 +29,7 @@ EXTRA_OF = {
 
 
 def how_to_install(module: str) -> str | None:
-    """Return a sentence that explains how to install a module; None if it is not in any extra.
+    """Return a sentence that explains how to install a module; None if no extra includes it.
 
     Parameters
     ----------

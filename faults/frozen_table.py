@@ -1,4 +1,4 @@
-"""The base of every table that a file, a form or a message states."""
+"""The base class of every table in a file, a form or a message."""
 
 from pydantic import BaseModel, ConfigDict
 

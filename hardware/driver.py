@@ -134,7 +134,7 @@ class PlateDriver(GuardedOutput):
         return self.identity
 
     def check_supported(self, surface: Surface, *, sensors: Collection[Sensor] = ()) -> Loop | None:
-        """Return the loop that presents a texture, or None for a plain surface, without any action.
+        """Return the loop that presents a texture, or None for a plain surface.
 
         If a sensor measures the finger's position, a backend with a `follow_lag_s` requires no
         `modulator`: it follows the finger and plays nothing. A transient requires both, and some

@@ -1,4 +1,4 @@
-"""A plate's file: identity, limits, wiring and calibration.
+"""The plate file: identity, limits, wiring and calibration.
 
 TOML, written by ``slipscale plate new``, edited by hand, and signed by ``slipscale plate sign``.
 The signature is a checksum: a file that was edited afterwards is rejected until it is signed
@@ -126,7 +126,7 @@ class Wiring(FrozenTable):
 
 
 class CalibrationPlace(FrozenTable):
-    """The calibration's file, in the plate file's folder."""
+    """The calibration file, in the plate file's folder."""
 
     file: Annotated[str, Field(min_length=1)]
 

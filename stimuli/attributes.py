@@ -1,4 +1,4 @@
-"""The attributes of surfaces that participants judge, with words in the screens' languages.
+"""The attributes of surfaces that participants judge, with words in each language of the screens.
 
 A study names its ``attribute``; texts and descriptions have placeholders for the words. For an
 attribute that is not listed, the study defines the words in ``[attribute_words]``.
@@ -39,7 +39,7 @@ class AttributeWords(NamedTuple):
 
     @property
     def falling(self) -> AttributeWords:
-        """The words of an attribute that falls with the level."""
+        """The words for an attribute that decreases with the level."""
         return self._replace(more=self.less, less=self.more)
 
     def fill(self, text: str) -> str:

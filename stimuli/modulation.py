@@ -3,8 +3,8 @@
 A plate at resonance rings: its amplitude follows a command as a first-order lag with the time
 constant τ = Q/(π f0), so it passes modulation up to f0/(2Q) (-3 dB). With Q = 60 at 30.5 kHz, that
 is 0.63 ms and 254 Hz; the line that transmits the commands is usually slower. A step of the drive
-would cause a click, so the drive changes from one amplitude to the next along an edge of some time
-constants.
+would cause a click, so the drive changes from one amplitude to the next along an edge of several
+time constants.
 
 Friction follows more slowly than the amplitude, because gas needs milliseconds to enter and leave
 the film (`slipscale.stimuli.reynolds.time_constant_s`). Film and plate are two lags in series.
@@ -43,7 +43,7 @@ class AmplitudeStep(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """How well a plate, and friction by the film model, follow a change of amplitude.
+    """How well a plate, and friction in the film model, follow a change in amplitude.
 
     ``change`` describes it, ``plate`` and ``friction`` are the fractions that remain of the
     ``whole``, and ``remedy`` is what makes them larger. ``rise_s`` is the time from 10 to 90 % of a
@@ -208,7 +208,7 @@ class Modulator:
         return 1 - left / (film - plate)
 
     def friction_rise_s(self, transition_s: float) -> float:
-        """Return the time in which friction makes 10 to 90 % of a change, approximately.
+        """Return the approximate time in which friction goes from 10 to 90 % of a change.
 
         The root of the sum of squares of the transition's, the plate's and the film's rise times.
         """

@@ -1,4 +1,4 @@
-"""The kinds of texture; a new kind, or a parameter of one, is known to studies from here.
+"""The kinds of texture; studies get every kind, and its parameters, from this table.
 
 A kind is a dataclass with `Parameter` annotations (see `slipscale.stimuli.parameters`) and the
 interface of `slipscale.stimuli.surface.Surface`.

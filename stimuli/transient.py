@@ -1,12 +1,12 @@
-"""Transients: surfaces whose amplitude changes once, when the finger reaches or does something.
+"""Transients: surfaces whose amplitude changes once, when the finger triggers the change.
 
 A transient begins at one amplitude. A trigger (a position, a force, or a time after contact) makes
-it change to another, within a transition time, for ever or for a duration. Without a duration it
-changes back when the trigger no longer holds, so that a position is an edge on the plate.
+it change to another, within a transition time, permanently or for a duration. Without a duration,
+it changes back when the trigger no longer holds, so that a position is an edge on the plate.
 
 The plate plays the change itself, as a list of amplitudes on its own clock. The transition is
-therefore as long as stated, however seldom the computer looks at the finger; only its beginning
-waits for the next look.
+therefore as long as stated, however rarely the computer samples the finger; only its beginning
+waits for the next sample.
 """
 
 from __future__ import annotations

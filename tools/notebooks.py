@@ -82,7 +82,7 @@ def lines(text: str) -> list[str]:
 
 
 def shown(notebook: Notebook) -> list[str]:
-    """Return the outputs of each code cell for comparison; of figures, only their presence."""
+    """Return the outputs of each code cell for comparison; for figures, only their presence."""
     return [
         PICTURE.sub("<svg/>", json.dumps(["".join(text) for text in texts(cell)]))
         for cell in notebook["cells"]

@@ -51,7 +51,7 @@ def made(folder: Path, picture: str) -> Path:
 
 
 def main() -> None:
-    """Run the page's commands, and copy the pictures that they make."""
+    """Run the page's commands, and copy the pictures that they produce."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", nargs="+", default=[], metavar="WORD")
     wanted = parser.parse_args().only

@@ -1,7 +1,7 @@
 """Run all tests: make test.
 
 Tests marked `clock` wait in real time for a board, a window or a browser. They run one after
-another in a process of their own, ahead of the tests that compute: these have the lowest priority,
+another in their own process, before the other tests. The other tests have the lowest priority,
 so that a board answers in time on two busy cores, and no core is idle while a test waits.
 
 On a new machine the tests are first collected once, which compiles every module: the workers would
@@ -40,7 +40,7 @@ def total(summaries: list[str]) -> str:
 
 
 def shown(lines: Iterable[str]) -> str:
-    """Print lines as they come; return the last one."""
+    """Print lines as they arrive; return the last one."""
     line = ""
     for line in lines:
         print(line, end="", flush=True)
@@ -48,7 +48,7 @@ def shown(lines: Iterable[str]) -> str:
 
 
 def main(options: list[str]) -> int:
-    """Run the tests that pytest's options choose; return the exit status."""
+    """Run the tests that pytest's options select; return the exit status."""
     pytest = [sys.executable, "-m", "pytest", *options]
     if any((ROOT / word.partition("::")[0]).exists() for word in options):  # folders, files, tests
         return subprocess.call([*pytest, *WORKERS], cwd=ROOT)

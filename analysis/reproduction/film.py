@@ -1,7 +1,7 @@
 """Compare the paper's film with ours: squeeze number, friction, Reynolds equation, perception.
 
 ``python -m slipscale.analysis.reproduction.film`` records our values in ``film.json``. Run it only
-after an intended change of a model, and explain in the commit why the numbers changed.
+after an intended change to a model, and explain in the commit why the numbers changed.
 """
 
 from __future__ import annotations

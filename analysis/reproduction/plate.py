@@ -1,7 +1,7 @@
 """Compare the paper's plate with ours: beam model, finite-element model, measured plate.
 
 ``python -m slipscale.analysis.reproduction.plate`` records our values in ``plate.json``. Run it
-only after an intended change of a model, and explain in the commit why the numbers changed.
+only after an intended change to a model, and explain in the commit why the numbers changed.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 The paper could only model the effect of the squeeze film on friction. If normal and lateral force
 were measured, a separate line is fitted for each participant: the logarithm of the estimate
-against the coefficient of friction, over all trials. Slopes and correlations are averaged over
+against the coefficient of friction, over all trials. Slopes and correlations are averaged across
 participants, because trials of one person are not independent and skin differs between persons.
 """
 

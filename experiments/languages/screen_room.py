@@ -1,6 +1,6 @@
-"""The screen space of each text: its place, its maximum length, and the letters it may contain.
+"""The screen space for each text: its position, maximum length, and the letters it may contain.
 
-Room is measured in lines of letters of average width. `slipscale.experiments.participants.
+Space is measured in lines of letters of average width. `slipscale.experiments.participants.
 psychopy_window.screens` draws the texts.
 """
 

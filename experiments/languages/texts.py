@@ -1,7 +1,7 @@
 """The texts that a participant reads: shipped in English and French, replaceable in the study file.
 
-A study may add a language, with a text for every key. If a later Slipscale resumes a run of such a
-study and has a new key, it shows the English text.
+A study may add a language, with a text for every key. If a later version of Slipscale resumes a run
+of such a study, it shows the English text for any new key.
 """
 
 from __future__ import annotations

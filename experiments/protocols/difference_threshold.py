@@ -1,4 +1,4 @@
-"""Difference threshold by forced choice: the smallest change of amplitude that can be felt.
+"""Difference threshold by forced choice: the smallest change in amplitude that can be felt.
 
 In each trial, the surface in one of two or three intervals is a *level* above (or below) the
 standard. The participant chooses the one that was more (or less) slippery. An adaptive rule

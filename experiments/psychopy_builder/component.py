@@ -1,6 +1,6 @@
 """The Builder component and the code it generates; PsychoPy finds it by its entry point.
 
-Names of methods, parameters and attributes, and the form of the code, are PsychoPy's.
+The names of methods, parameters and attributes, and the form of the code, follow PsychoPy.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Compare explorations with the study's stroke windows, inform participants, and reject trials.
 
 Each outcome is written to the journal before the exploration's answer. At the end of a trial, its
-last outcome per interval decides, so a resumed session decides as an uninterrupted one.
+last outcome per interval decides, so a resumed session makes the same decision as an uninterrupted
+one.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ For an electrovibration screen behind an amplifier (volts) and for a vibrotactil
 
 ==============  ==================================================================
 ``plate``       the plate file: quantity and limits; required
-``frequency``   of the sine, Hz; required
+``frequency``   sine frequency, Hz; required
 ``per_volt``    the level per volt (peak) at the terminal: amplifier and actuator; required
 ``readback``    a voltage input that is wired to the output, such as Dev1/ai0
 ``rate``        samples per second (100 per period)

@@ -3,7 +3,7 @@
 A plate in µm needs a calibration. For a plate file in another quantity, the SPEC has
 
 =============  ====================================================================
-``frequency``  of the sine, Hz
+``frequency``  sine frequency, Hz
 ``per_volt``   the level per V peak at the plate: the user's own measurement at that
                frequency. For a plate in volts it follows from the convention.
 =============  ====================================================================
@@ -95,7 +95,7 @@ def stated(backend: str, options: Mapping[str, Any], plate: addresses.Plate) -> 
 
 
 def largest_v_peak(limits: PlateLimits) -> float:
-    """Return the largest drive voltage, V peak: of a plate in volts, its largest level."""
+    """Return the largest drive voltage, V peak; for a plate in volts, its largest level."""
     if limits.quantity.unit == VOLTS:
         return limits.level / PER_V_PEAK[limits.quantity.convention]
     return limits.voltage_v

@@ -28,7 +28,7 @@ class Injection:
 def parse_injections(
     text: str, *, faults: Collection[str], phases: Collection[str]
 ) -> tuple[Injection, ...]:
-    """Parse an order of faults.
+    """Parse a list of faults to inject.
 
     Raises
     ------

@@ -11,7 +11,7 @@ SPEC: ``scpi:RESOURCE,option=value,...`` where RESOURCE is a VISA resource
                   gain and channel
 ``channel``       the generator's channel, 1 or 2 (1)
 ``dialect``       the make, see `generator_dialects` (default: from ``*IDN?``)
-``frequency``     of the sine, Hz: for a plate file in a quantity other than µm, in
+``frequency``     sine frequency, Hz: for a plate file in a quantity other than µm, in
                   place of a calibration
 ``per_volt``      the level per V peak at the plate, your own measurement at that
                   frequency; not for a plate in volts
@@ -202,7 +202,7 @@ class FunctionGenerator(PlateDriver):
             output.set(voltage, voltage_v * self._vpp_per_v)
 
     def _read_back(self) -> Readback:
-        """Return the level that the active drive makes."""
+        """Return the level that the active drive produces."""
         voltage_v = 0.0
         if self._output.is_on():
             self._output.verify()

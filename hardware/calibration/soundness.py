@@ -162,7 +162,7 @@ def implausible(
 
 
 def mistake(ratio: float, amplifier_gain: float) -> str:
-    """Return the mistake of units that explains a ratio of two gains; "" if there is none.
+    """Return the unit error that explains a ratio of two gains; "" if there is none.
 
     >>> mistake(0.5, 1.0)
     'peak taken for peak to peak'

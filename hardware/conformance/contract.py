@@ -1,4 +1,4 @@
-"""The driver's contract: tests whether a backend keeps the promises of `slipscale.hardware.driver`.
+"""Test whether a backend fulfils the driver's contract, defined in `slipscale.hardware.driver`.
 
 For plug-ins: `slipscale plate conform SPEC`. The plate vibrates. Readbacks of the kind "commanded"
 or "none" are not evidence; for such a backend, the report lists the rules that prove nothing.

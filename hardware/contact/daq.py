@@ -129,7 +129,7 @@ class DaqForces(ContactSource):
             task.close()
 
     def describe(self) -> dict[str, object]:
-        """Return name, channels and scales."""
+        """Return the name, channels and scales."""
         return {"name": self.name, **self._options, "rate": self._rate_hz}
 
 

@@ -2,7 +2,7 @@
 
     python -m slipscale.hardware.contact.emulated_line [--rate 100]
 
-prints the port's name and then, until it is ended, sends position and forces of a finger that
+prints the port's name and then, until it is ended, sends the position and forces of a finger that
 strokes back and forth: ``x,y,normal,lateral`` in mm and N. A single port thus serves
 ``--position lasers:PORT`` and ``--force load_cells:PORT,normal=3,lateral=4``.
 """

@@ -1,9 +1,9 @@
-"""Textures under a measured finger: what the plate has to be commanded now.
+"""Textures under a measured finger: compute the command that the plate needs now.
 
 A command takes some time to reach the plate and holds until the next one. The amplitude of
 a grating or map is therefore that of the predicted finger position at that time, from its speed
 along the stroke over the last samples.
-A transient starts at the look at the finger that is nearest to its predicted trigger.
+A transient starts at the sample of the finger that is nearest to its predicted trigger.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ class FollowedTexture:
         return self._texture.level_at(place_mm, self._across_mm)
 
     def due(self, now_s: float) -> float | Loop | None:
-        """Return the amplitude to command now; None if it hardly changed."""
+        """Return the amplitude to command now; None if it has barely changed."""
         level = self.level(now_s)
         if abs(level - self._told_level) < LEAST_CHANGE_UM:
             return None

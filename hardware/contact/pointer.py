@@ -76,7 +76,7 @@ class WindowPointer(ContactSource):
         """Do nothing."""
 
     def describe(self) -> dict[str, object]:
-        """Return name and scale."""
+        """Return the name and scale."""
         return {
             "name": self.name,
             "mm_per_pixel": self._mm_per_pixel,

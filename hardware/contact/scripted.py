@@ -1,4 +1,4 @@
-"""A finger that moves as written in a file, for demonstrations and to try a texture.
+"""A finger that follows a script file, for demonstrations and for trying out textures.
 
 SPEC: ``scripted:FILE``, a CSV with the columns ``time_s,x_mm,y_mm``, sorted by time. Time 0 is the
 beginning of each exploration; after the last row, the finger stays at its position.
@@ -72,7 +72,7 @@ class ScriptedPosition(ContactSource):
         """Do nothing."""
 
     def describe(self) -> dict[str, object]:
-        """Return name and file."""
+        """Return the name and file."""
         return {"name": self.name, "file": self._file, "rows": len(self._way)}
 
 

@@ -10,7 +10,7 @@ line is one reading: numbers separated by commas, semicolons, tabs or spaces, en
 ``x_zero``, ...                    the sensor's value at position 0 (without force) (0)
 ``tare``                           load cells: seconds at the start without a finger on the plate;
                                    their mean becomes the zero (0: none)
-``baud``                           of the port (115200)
+``baud``                           baud rate of the port (115200)
 =================================  ============================================================
 
 Any microcontroller that prints its converters' counts is suitable. Two sensors that send separate
@@ -167,7 +167,7 @@ class SerialColumns(ContactSource):
         self._line = self._thread = None
 
     def describe(self) -> dict[str, object]:
-        """Return name, port and the conversion of numbers to quantities."""
+        """Return the name, port and the conversion of numbers to quantities."""
         return {
             "name": self.kind,
             "port": self.port,

@@ -125,7 +125,7 @@ class _Simulated(ContactSource):
         """Do nothing."""
 
     def describe(self) -> dict[str, object]:
-        """Return name, rate and noise."""
+        """Return the name, rate and noise."""
         return {"name": self.name, "rate_hz": self._rate_hz, "noise": self._noise}
 
 
@@ -175,7 +175,7 @@ class SimulatedForce(_Simulated):
         return touch.normal_n, math.copysign(lateral, moved) if moved else 0.0
 
     def describe(self) -> dict[str, object]:
-        """Return name, rate, noise and the film's assumptions."""
+        """Return the name, rate, noise and the film's assumptions."""
         return {
             **super().describe(),
             "friction_at_rest": self._friction,

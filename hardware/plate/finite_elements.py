@@ -6,8 +6,8 @@ provides the shape functions and numbers the nodes. Displacement and potential s
 basis, so their integration is consistent.
 
 All bricks are rectangular. The edge of a disc cuts them: only the part inside is integrated, and a
-brick with less than a thousandth inside is left out (the finite cell method of Parvizian, Duester
-and Rank, Computational Mechanics 41, 2007). Discs therefore require no other mesh than rectangles.
+brick with less than a thousandth inside is omitted (the finite cell method of Parvizian, Duester
+and Rank, Computational Mechanics 41, 2007). Discs therefore use the same mesh as rectangles.
 
 Displacements are in m. Potentials are in units of `POTENTIAL_UNIT_V`, so that the entries of all
 blocks have similar magnitudes. The touch surface faces up; the ceramics' upper faces are bonded to

@@ -1,7 +1,7 @@
 """Geometry of the monomorph: a resonator with ceramics under it, and its mesh lines.
 
-Ceramics are in rows of equal rectangles, as in the paper, or drawn: rectangles and discs at free
-places. Rows are drawn internally too, so that all models see patches only.
+Ceramics are in rows of equal rectangles, as in the paper, or drawn: rectangles and discs at any
+positions. Rows are drawn internally too, so that all models see patches only.
 """
 
 from __future__ import annotations
@@ -193,7 +193,7 @@ class Layout:
 
     @property
     def mirrors(self) -> tuple[int, int]:
-        """How x -> -x and y -> -y change the drive: 1 not, -1 its sign, 0 otherwise."""
+        """How x -> -x and y -> -y change the drive: 1 not at all, -1 in sign, 0 otherwise."""
         return _parity(self.patches, (-1, 1)), _parity(self.patches, (1, -1))
 
     @property

@@ -1,6 +1,6 @@
 """Modes and driven vibration of the meshed plate.
 
-Eigenmodes are computed by shift and invert around a frequency (SciPy's ``eigsh``), with the
+Eigenmodes are computed in shift-invert mode around a frequency (SciPy's ``eigsh``), with the
 potential eliminated exactly inside each solve. Driven vibration is a superposition of modes with a
 constant loss factor.
 

@@ -5,7 +5,7 @@ Usage: ``make fuzz`` (10,000 texts of each kind), ``make fuzz TEXTS=100000 ARGS=
 Each kind of text is a module of this package, which defines the texts and how to use them. A
 process tries 1,000 texts of one kind, with limits of time and memory. The kinds take turns, so
 that an interrupted campaign has covered all of them. A campaign continues from ``build/fuzz.json``
-(``--anew`` restarts it). A find is identified by its kind and number:
+(``--anew`` restarts it). A failing text is identified by its kind and number:
 
     python -m tools.fuzzing --show journals 4711     # prints the text, and uses it
 
@@ -42,7 +42,7 @@ WIDTH = 8
 
 
 def chunk(name: str, numbers: Sequence[int]) -> Outcome:
-    """Try texts of a kind in a separate process; if one ends the process, it is a find, too."""
+    """Try texts of a kind in a separate process; a text that ends the process is also recorded."""
     with tempfile.NamedTemporaryFile() as place:
         place.write(bytes(WIDTH))
         place.flush()
@@ -148,7 +148,7 @@ def _line(name: str, found: Outcome) -> str:
 
 
 def causes(state: dict[str, Outcome]) -> list[str]:
-    """Return a sentence for each cause of finds: its count, its first text and how to show it."""
+    """Return a sentence per cause of failure: its count, its first text and how to show it."""
     first: dict[tuple[str, str], list[Find]] = {}
     for outcome in state.values():
         for find in outcome.finds:

@@ -50,7 +50,7 @@ class Find:
 
 @dataclass(slots=True)
 class Outcome:
-    """The results for texts of a kind: how many were tried and used, and the finds."""
+    """The results for texts of a kind: how many were tried and used, and the failures."""
 
     tried: int = 0
     used: int = 0

@@ -2,11 +2,11 @@
 
 Usage: ``make torture`` (some minutes), ``make torture ARGS="--places 45 --write"`` (10,000 cases).
 
-A pilot of each study is run undisturbed. It is then repeated, disturbed at a different place each
-time, and resumed until it is complete. The resulting data set is compared with the undisturbed one
-by file and row:
+A pilot of each study is run uninterrupted. It is then repeated, interrupted at a different point
+each time, and resumed until it is complete. The resulting data set is compared with the
+uninterrupted one by file and row:
 
-- `tools.torture.disk_faults`: a faulty file layer below the journal, at single records;
+- `tools.torture.disk_faults`: a faulty file layer below the journal, at individual records;
 - `tools.torture.system_calls`: real processes and SIGKILL, at four times as many system calls;
 - `tools.torture.writers`: processes that open the same journal at once;
 - `tools.torture.upkeep`: SIGKILL in ``build``, ``withdraw``, ``merge`` and ``--backup``.

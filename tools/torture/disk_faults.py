@@ -1,7 +1,7 @@
 """A file layer below the journal that fails like faulty disks and killed processes.
 
 Here a kill is an exception that nothing catches, after which nothing that the session does reaches
-the disk. This is fast, so every record can be a place to kill at. For real kills, see
+the disk. This is fast, so a kill can be tested at every record. For real kills, see
 `tools.torture.system_calls`.
 """
 

@@ -1,4 +1,4 @@
-"""Pilots that are disturbed at one place at a time and compared with the undisturbed one."""
+"""Interrupt pilots at one point at a time, and compare them with an uninterrupted pilot."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def disturbed(dataset: Path, plan: RunPlan, disk: Disk, kept: list[Path]) -> Pat
 
 
 def spread(length: int, places: int, turn: int) -> range:
-    """Return ``places`` evenly spread places of a run; all of them if ``places`` is 0.
+    """Return ``places`` evenly spaced places in a run; all of them if ``places`` is 0.
 
     Each ``turn`` (each fault) gets different ones, so that together they cover more places.
     """

@@ -2,7 +2,7 @@
 
 Each case is a separate process (a fork, which needs no new imports). It counts its calls for the
 journal, the lock file and the tables, and kills itself before one of them. The run is then
-resumed, and its data set is compared with the undisturbed one.
+resumed, and its data set is compared with the uninterrupted one.
 """
 
 from __future__ import annotations

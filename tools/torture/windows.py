@@ -1,16 +1,16 @@
-"""Sessions in real windows whose process or display is ended at random moments.
+"""Run sessions in real windows, and end their process or display at random points.
 
 Usage: ``make windows``, ``make windows ARGS="--signals 5000 --servers 20"`` (an hour). Requires
 Xvfb; nothing appears on the screen.
 
 - Signals: one process repeatedly runs and resumes sessions and receives SIGINT, SIGTERM or SIGHUP
-  at a random moment: while the window opens, in a frame, in a destructor, while a record is
+  at a random point: while the window opens, in a frame, in a destructor, while a record is
   written or while the data set is built. The command must return 130, with a silent plate and a
   journal that contains everything it contained before and can be resumed.
 - Whole processes: the same for separate processes, from their first line on.
 - Servers: the X server is killed during a session in its own process, one screen later each time.
-  The session must return 3, leave a stop record but neither lock nor live file, and say how to
-  resume.
+  The session must return 3, leave a stop record but neither lock nor live file, and explain how
+  to resume.
 
 Prints problems and counts; the exit status is 1 if there was a problem.
 """
@@ -98,7 +98,7 @@ def words_for(place: Path, number: int) -> tuple[list[str], Path]:
 
 
 def judge(journal: Path, before: list[str], status: int | None, said: str) -> str:
-    """Return what a signal did wrong; empty if nothing."""
+    """Return what went wrong after a signal; empty if nothing did."""
     if status != INTERRUPTED:
         return f"status {status}: {said[-400:]}"
     if _tracebacks(said):
@@ -227,7 +227,7 @@ def _moves(plate: PlateDriver) -> bool:
 
 
 def process_case(chance: random.Random, *, server: bool) -> str:
-    """Run a session in a separate process; end it or its display at a random moment."""
+    """Run a session in a separate process; end it or its display at a random point."""
     with folder() as place, display() as xvfb:
         (place / "signals.toml").write_text(STUDY, encoding="utf-8")
         words, journal = words_for(place, 1)

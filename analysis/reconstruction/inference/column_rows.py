@@ -1,6 +1,6 @@
 """Group a column's data sets by sum and sum of squares, computing no more than necessary.
 
-Sums follow directly from the printed numbers; lists and samples need a count that can take long.
+Sums follow directly from the printed numbers; lists and samples need a count, which can be slow.
 If sums are sufficient, use `sums_first`; data sets are then searched for only when needed.
 """
 

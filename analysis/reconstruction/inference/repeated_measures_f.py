@@ -1,7 +1,7 @@
 """Find the extreme repeated-measures F over all data sets and pairings, and attaining tables.
 
 The table determines the sums of squares between columns and in total; differences between
-participants are removed from the error. They are smallest if participants' totals are as equal as
+participants are removed from the error. These are smallest if participants' totals are as equal as
 whole numbers allow: F is then smallest. They are largest if every column has the same order: F is
 then largest (`cross_products` bounds it). Both hold for columns of any size. A search decides
 whether some table attains a bound.

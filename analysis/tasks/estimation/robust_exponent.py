@@ -1,9 +1,9 @@
 """Estimate the exponent robustly, so that lapses and outlying people have little weight.
 
-A lapse is a trial far from its participant's line; it changes a least-squares slope, but hardly
-the median of the slopes between all pairs of trials (Theil 1950; Sen 1968). An outlying
-participant changes the mean exponent, but hardly the mean without the largest and smallest fifth
-(Tukey and McLaughlin 1963). The result is a sensitivity analysis: it does not replace the
+A lapse is a trial far from its participant's line; it changes a least-squares slope, but barely
+affects the median of the slopes between all pairs of trials (Theil 1950; Sen 1968). An outlying
+participant changes the mean exponent, but barely affects the 20 % trimmed mean (Tukey and
+McLaughlin 1963). The result is a sensitivity analysis: it does not replace the
 exponent.
 """
 

@@ -4,13 +4,13 @@ Sources: ISO/TS 9241-411:2012; Soukoreff and MacKenzie 2004, Int. J. Hum.-Comput
 Rules:
 
 - a cell contains a participant's movements with one feedback, distance and width, over all
-  sessions; cells with fewer than `FEWEST` movements, or without spread, are left out and counted;
+  sessions; cells with fewer than `FEWEST` movements, or without spread, are omitted and counted;
 - the effective width is 4.133 (the root of 2 pi e) times the standard deviation of the selections
   along the movement, the effective distance their mean, and the effective index of difficulty
   log2(distance / width + 1) in bits (Shannon formulation);
 - a participant's throughput is the mean of index / movement time over cells;
 - movement time = a + b * index is fitted to a participant's cells with the nominal distance and
-  width; means over participants have t intervals;
+  width; means across participants have t-based intervals;
 - all movements count, including those that miss.
 """
 

@@ -6,9 +6,9 @@ Rules:
   participant's root mean square, so that all participants have equal weight;
 - in free sorting, the dissimilarity of a pair is the proportion of participants who put the two
   items into different groups; a single participant's value is 0 or 1, so no weights are computed;
-- the map of the group is non-metric (Kruskal 1964, Psychometrika 29, 1-27 and 115-129), by
-  scikit-learn's SMACOF from the classical solution and from random starts; the solution with the
-  lowest stress-1 is used, rotated to principal axes;
+- the map of the group is non-metric (Kruskal 1964, Psychometrika 29, 1-27 and 115-129), fitted
+  with scikit-learn's SMACOF from the classical solution and from random starts; the solution with
+  the lowest stress-1 is used, rotated to principal axes;
 - individual weights for the axes of the group map are the non-negative weights of squared
   distances along the axes that best fit a person's squared dissimilarities (the subject step of
   Carroll and Chang 1970, Psychometrika 35, 283-319, on a fixed map). Unlike INDSCAL, the axes

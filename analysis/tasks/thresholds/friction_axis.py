@@ -3,17 +3,17 @@
 The plate's amplitude determines friction only together with the finger. If normal and lateral
 force were measured in each interval, the same answers are fitted against friction. Rules:
 
-- the level of a trial is its change of friction: the mean coefficient in the other intervals minus
+- the level of a trial is its change in friction: the mean coefficient in the other intervals minus
   the coefficient in the target's. If the friction rises with the plate's level, the sign is
   reversed, so that curves rise;
 - a single measurement is uncertain, which flattens a curve and makes its just noticeable
   difference too large (Carroll et al. 2006, Measurement Error in Nonlinear Models). By default, a
-  participant's changes are therefore averaged per plate level, session and condition. Changes of
-  single trials are rounded to `STEP` standard deviations, because a fit's time rises with the
-  number of different levels;
+  participant's changes are therefore averaged by plate level, session and condition. Changes in
+  single trials are rounded to `STEP` standard deviations, because the time for a fit rises with
+  the number of different levels;
 - changes can be 0 or negative, so a curve of the level's logarithm is replaced by the same curve
   of the level;
-- trials without a measurement in some interval are left out and counted.
+- trials without a measurement in some interval are omitted and counted.
 """
 
 from __future__ import annotations

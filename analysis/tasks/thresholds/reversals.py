@@ -5,8 +5,8 @@ Source: Levitt 1971, J. Acoust. Soc. Am. 49, 467-477. Rules:
 - the study's rule replays the recorded answers of each track, so reversals are those of the
   session, including after a trial was taken back;
 - each condition, session and run has its own tracks;
-- a track with fewer reversals than requested is left out and counted;
-- participants' values are means over their tracks; on a logarithmic scale, means are geometric;
+- a track with fewer reversals than requested is omitted and counted;
+- participants' values are means across their tracks; on a logarithmic scale, means are geometric;
 - the mean estimates the level at which steps up and down balance (`UpDown.target`), not the point
   half-way up the fitted curve.
 """

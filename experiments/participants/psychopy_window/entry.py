@@ -1,7 +1,7 @@
 """Answer fields, which collect characters and judge whether they form a valid answer.
 
-The rule for this module: **nothing is clipped, guessed or dropped silently.** An entry that is not
-an answer is refused with the key of the text that explains why, and the caller records it.
+The rule for this module: **nothing is clipped, guessed or dropped silently.** An invalid
+entry is rejected with the key of the text that explains why, and the caller records it.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 The protocol, its questions, their order, the person and the answers are the same as in a full
 session on the mock plate, but a run is many times faster. There are two differences. A texture is
-felt as its mean amplitude; in a session it is felt at several moments during the stroke. An
+felt as its mean amplitude; in a session it is felt at several points during the stroke. An
 adjustment notch takes only the person's time; on a plate the amplitude also has to settle.
 """
 

@@ -1,9 +1,9 @@
 """QUEST+: select the level at which the answer is expected to be most informative.
 
-Watson 2017, J. Vis. 17(3):10, doi:10.1167/17.3.10. The expected decrease of the posterior's
-entropy is the mutual information of answer and parameters: the entropy of the predicted answer,
-minus the mean entropy of the answer given the parameters. Both are products of a fixed table and
-the posterior.
+Watson 2017, J. Vis. 17(3):10, doi:10.1167/17.3.10. The expected decrease in the posterior's
+entropy is the mutual information between answer and parameters: the entropy of the predicted
+answer, minus the mean entropy of the answer given the parameters. Both are products of a fixed
+table and the posterior.
 """
 
 from __future__ import annotations

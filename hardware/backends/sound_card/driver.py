@@ -12,7 +12,7 @@ SPEC: ``sound:DEVICE,option=value,...`` where DEVICE is a number or a part of a 
 ``channel``       1 (left, the default) or 2; the other is silent
 ``attention``     seconds (5); if a session neither commands nor checks for this
                   long, it is assumed to hang and the carrier stops; 0: never
-``frequency``     of the sine, Hz: for a plate file in a quantity other than µm, in
+``frequency``     sine frequency, Hz: for a plate file in a quantity other than µm, in
                   place of a calibration
 ``per_volt``      the level per V peak at the plate, your own measurement at that
                   frequency; not for a plate in volts
@@ -259,7 +259,7 @@ class SoundCard(PlateDriver):
             self._machine.sleep(POLL_S)
 
     def _read_back(self) -> Readback:
-        """Return the level that the played carrier makes."""
+        """Return the level that the current carrier produces."""
         self._attend()
         if self._level_drive is None:
             return Readback(level=None, kind="none", time_s=self.clock.now())

@@ -110,14 +110,14 @@ class _Outline(FrozenTable):
 
 
 class DrawnPatch(_Outline):
-    """One piezo element at a free place; positions count from the middle of the plate."""
+    """One piezo element at any position; positions count from the middle of the plate."""
 
     at_mm: tuple[Finite, Finite] = (0.0, 0.0)
     polarity: Literal[1, -1] = 1
 
 
 class DrawnPlate(_Outline):
-    """A plate with elements at free places, solved as it is drawn."""
+    """A plate with elements at any positions, solved as it is drawn."""
 
     name: str
     # The most driven mode of this band is used; by default, the frequencies of shipped drivers.
