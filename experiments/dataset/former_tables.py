@@ -4,6 +4,7 @@ A build never removes a row. Journals can be lost, truncated or damaged after th
 written; the tables are then the only copy. The rules:
 
 - A run's table is left unchanged if a rebuild would lose a row, or lose a value because of damage.
+- A run's table whose journal is lost, or torn inside its first record, is left unchanged.
 - In a table of several participants or sessions, rows that no journal provides are kept, and so
   are single values of participants with a lost, truncated or damaged journal.
 - Everything that is kept is reported until the journal is restored or the row is deleted.
@@ -76,7 +77,10 @@ def with_former(dataset: Path, runs: Sequence[Run], gone: Collection[str] = ()) 
     files = {name: content for name, content in files.items() if name not in left}
     known = {path.name for path in left}
     known |= {name.name for run in runs if run.damage for name in _tables_of(run)}
-    known |= {path.name for path in strays(dataset, [*files, *left])}
+    for path in strays(dataset, [*files, *left]):
+        known.add(path.name)
+        file = path.relative_to(dataset).as_posix()
+        problems.append(Problem(file=file, what="is kept, but is not in any journal"))
     lost = {f"sub-{found['sub']}" for name in known if (found := TABLE_NAME.fullmatch(name))}
     without = {f"sub-{label}" for label in gone}
     for name in [name for name in files if name.suffix == ".tsv" and _is_shared(name)]:

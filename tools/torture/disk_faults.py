@@ -132,6 +132,11 @@ class Stream:
         self.tell, self.seek, self.truncate = file.tell, file.seek, file.truncate
         self.fileno, self.close = file.fileno, file.close
 
+    @property
+    def closed(self) -> bool:
+        """Whether the file is closed."""
+        return self._file.closed
+
     def write(self, line: bytes) -> int:
         """Write through the disk."""
         return self._disk.write(self, line)

@@ -101,11 +101,11 @@ class Tilted(Options):
 def test_the_amplitudes_of_a_laboratorys_own_protocol_are_checked_too(monkeypatch, plan):
     # Neither shipped protocol has this option: the check must go by what is declared.
     tilted = own("descending_difference", options=Tilted, amplitudes=("tilt_level",))
-    for module in ("model", "file"):
+    one_trial = replace(tilted, trials=lambda *_: 1)
+    for module in ("checks_across_keys", "model", "file"):
         where = f"slipscale.experiments.study.{module}"
-        one_trial = replace(tilted, trials=lambda *_: 1)
-        monkeypatch.setattr(f"{where}.load_protocol", lambda _, found=one_trial: found)
-        monkeypatch.setattr(f"{where}.protocol_names", lambda: ["tilted"])
+        monkeypatch.setattr(f"{where}.load_protocol", lambda _: one_trial)
+        monkeypatch.setattr(f"{where}.protocol_names", lambda: ["tilted"], raising=False)
     text = 'name = "a"\ntitle = "a"\namplitudes_um_pp = [1.0]\n[[tasks]]\nprotocol = "tilted"\n'
     with pytest.raises(
         UserError, match=r"tilt_um_pp of item 1 of tasks: 3.0 is beyond the plate's"

@@ -154,9 +154,10 @@ def test_a_header_that_nothing_replaces_blocks_nobody_else(dataset, torn):
     if not torn:
         shutil.rmtree(dataset / "sub-01")
     put(dataset, [lines[0][:30]] if torn else one_flipped_bit(lines, 0))
-    problem, kept = build_dataset(dataset)
+    problem, *tables, kept = build_dataset(dataset)
     assert problem.file == JOURNAL
     assert "its first record is" in problem.what
+    assert [each.what for each in tables] == 2 * torn * ["is kept, but is not in any journal"]
     assert (kept.file, kept.place) == ("participants.tsv", "sub-01")
     people = pd.read_csv(dataset / "participants.tsv", sep="\t")
     assert list(people["participant_id"]) == ["sub-01", "sub-02"]
