@@ -41,7 +41,7 @@ def read_study(study: str | Path) -> Study:
     Raises
     ------
     UserError
-        The study does not exist, or the file has errors; the message lists all of them.
+        If the study does not exist, or the file has errors; the message lists all of them.
 
     Examples
     --------
@@ -73,7 +73,7 @@ def pilot(
     Raises
     ------
     UserError
-        The study or the folder cannot be used.
+        If the study or the folder cannot be used.
 
     Examples
     --------
@@ -169,7 +169,7 @@ def power(
     Raises
     ------
     UserError
-        The study cannot be read, or an argument is out of range.
+        If the study cannot be read, or an argument is out of range.
 
     Examples
     --------
@@ -252,7 +252,7 @@ class Reconstruction:
         Raises
         ------
         UserError
-            The number or the seed is out of range.
+            If the number or the seed is out of range.
         """
         import numpy as np  # noqa: PLC0415
 
@@ -293,7 +293,7 @@ def reconstruct(table: str | Path) -> Reconstruction:
     Raises
     ------
     UserError
-        The table cannot be read.
+        If the table cannot be read.
 
     Examples
     --------
@@ -331,7 +331,7 @@ def open_plate(spec: str = "mock", *, clock: Clock | None = None, seed: int = 0)
     Raises
     ------
     UserError
-        The backend is not installed.
+        If the backend is not installed.
 
     Examples
     --------

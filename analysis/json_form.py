@@ -57,7 +57,7 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
     Raises
     ------
     TypeError
-        The value is not a result, mapping, sequence, string, number or None.
+        If the value is not a result, mapping, sequence, string, number or None.
 
     Examples
     --------

@@ -71,8 +71,8 @@ def load(
     Raises
     ------
     UserError
-        There is nothing to analyse, a file cannot be read, a column is missing, or the records of
-        pilots and participants are mixed.
+        If there is nothing to analyse, a file cannot be read, a column is missing, or the records
+        of pilots and participants are mixed.
     """
     try:
         where = Path(path)
@@ -179,7 +179,7 @@ def _files(
     Raises
     ------
     UserError
-        None of the kinds that are restricted to one label has the requested label.
+        If none of the kinds that are restricted to one label has the requested label.
     """
     labels = sorted(label for kind in kinds if kind.label for label in found[kind.name])
     if wanted is not None and wanted not in labels:

@@ -70,7 +70,7 @@ def analyse(
     Raises
     ------
     UserError
-        The data cannot be read, contain nothing to analyse, or do not support the rule.
+        If the data cannot be read, contain nothing to analyse, or do not support the rule.
     """
     tell = progress or (lambda _: None)
     if isinstance(dataset, Dataset):

@@ -34,7 +34,7 @@ def installed(group: str) -> Mapping[str, EntryPoint]:
     Raises
     ------
     UserError
-        Two packages use the same name.
+        If two packages use the same name.
     """
     found: dict[str, EntryPoint] = {}
     for point in entry_points(group=group):
@@ -74,7 +74,7 @@ def called(point: EntryPoint, action: Callable[[], T], what: str) -> T:
     Raises
     ------
     UserError
-        The plug-in raised an exception other than a UserError. The message contains the line of
+        If the plug-in raised an exception other than a UserError. The message contains the line of
         the innermost of its own functions.
     """
     try:

@@ -64,7 +64,7 @@ def read_toml(
     Raises
     ------
     UserError
-        The file cannot be read, is not TOML, or does not fit the model. The message has one line
+        If the file cannot be read, is not TOML, or does not fit the model. The message has one line
         per error, with its position, what was found and what was expected.
     """
     try:
@@ -105,7 +105,7 @@ def toml_table(
     Raises
     ------
     UserError
-        The text is not TOML, is nested too deeply, or contains absurdly large numbers.
+        If the text is not TOML, is nested too deeply, or contains absurdly large numbers.
     """
     table = _table(text, source, parse_float)
     if faults := list(_beyond_reason(table)):

@@ -29,7 +29,7 @@ def split_address(
     Raises
     ------
     UserError
-        An option is unknown or given twice, or its value is invalid.
+        If an option is unknown or given twice, or its value is invalid.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def plate_of(options: Mapping[str, Any], *, backend: str, simulated: bool = Fals
     Raises
     ------
     UserError
-        The plate file is for another backend, or contradicts the calibration.
+        If the plate file is for another backend, or contradicts the calibration.
     """
     file, own = options.get("plate", (None, None))
     given: Calibration | None = options.get("calibration")
@@ -175,7 +175,7 @@ def with_plate_file(spec: str, wanted: str) -> str:
     Raises
     ------
     UserError
-        The SPEC names a different plate file.
+        If the SPEC names a different plate file.
 
     Examples
     --------

@@ -115,9 +115,9 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         WrongDevice
-            The calibration is for another device, plate or backend.
+            If the calibration is for another device, plate or backend.
         UserError
-            The calibration is too old, or dated after today.
+            If the calibration is too old, or dated after today.
         """
         self._opened, self.output = False, Output.UNREACHABLE
         try:
@@ -143,9 +143,9 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         OverLimit
-            An amplitude is outside the limits.
+            If an amplitude is outside the limits.
         UserError
-            The surface is a texture, and this backend cannot modulate, or not fast enough; or a
+            If the surface is a texture, and this backend cannot modulate, or not fast enough; or a
             required sensor is missing.
         """
         self.limits.check_level(surface.level)
@@ -201,16 +201,17 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         OverLimit
-            The amplitude or the duty is outside the limits; the plate was left unchanged.
+            If the amplitude or the duty is outside the limits; the plate was left unchanged.
         UserError
-            This backend cannot play the texture, see `check_supported`; the plate was left
+            If this backend cannot play the texture, see `check_supported`; the plate was left
             unchanged.
         NotReached
-            The reported amplitude differs from the commanded one; the plate was silenced.
+            If the reported amplitude differs from the commanded one; the plate was silenced.
         OffCalibration
-            The reported voltage differs from the calibration's prediction; the plate was silenced.
+            If the reported voltage differs from the calibration's prediction; the plate was
+            silenced.
         PlateFault
-            Any other fault of the rig; the plate was silenced.
+            If the rig fails in any other way; the plate was silenced.
         """
         loop = self.check_supported(surface)
         level = loop.mean_level if loop else surface.level
@@ -263,11 +264,11 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         OverLimit
-            The amplitude is outside the limits; the plate was left unchanged.
+            If the amplitude is outside the limits; the plate was left unchanged.
         PlateRefused
-            The plate is off; a surface must be presented first.
+            If the plate is off; a surface must be presented first.
         PlateFault
-            Any other fault of the rig; the plate was silenced.
+            If the rig fails in any other way; the plate was silenced.
         """
         self.limits.check_level(level)
         if self.output is not Output.MAY_BE_ON:
@@ -283,12 +284,12 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         OverLimit, UserError
-            An amplitude is outside the limits, or the plate is not fast enough; the plate was left
-            unchanged.
+            If an amplitude is outside the limits, or the plate is not fast enough; the plate was
+            left unchanged.
         PlateRefused
-            The plate is off, or cannot modulate.
+            If the plate is off, or cannot modulate.
         PlateFault
-            Any other fault of the rig; the plate was silenced.
+            If the rig fails in any other way; the plate was silenced.
         """
         self._check_loop(change)
         if self.modulator is None or self.output is not Output.MAY_BE_ON:
@@ -309,9 +310,9 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         OverLimit
-            Frequency, voltage or duty is outside the limits; the plate was left unchanged.
+            If frequency, voltage or duty is outside the limits; the plate was left unchanged.
         PlateRefused
-            The backend does not allow control of frequency and voltage.
+            If the backend does not allow control of frequency and voltage.
         """
         self.limits.check_frequency(frequency_hz)
         self.limits.check_voltage(voltage_v)

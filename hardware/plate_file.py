@@ -276,7 +276,7 @@ def read_plate(path: Path) -> PlateFile:
     Raises
     ------
     UserError
-        The file cannot be read, or an entry is missing or impossible.
+        If the file cannot be read, or an entry is missing or impossible.
     """
     return _without_checksum(_read_signed(path))
 
@@ -287,8 +287,8 @@ def open_plate_file(path: Path) -> tuple[PlateFile, Calibration | None]:
     Raises
     ------
     UserError
-        The file cannot be read, was changed after it was signed, has unacknowledged limits beyond
-        the shipped ones, or its calibration is not for this plate.
+        If the file cannot be read, was changed after it was signed, has unacknowledged limits
+        beyond the shipped ones, or its calibration is not for this plate.
     """
     signed = _read_signed(path)
     plate = _without_checksum(signed)
@@ -364,7 +364,7 @@ def sign(path: Path, *, beyond_by: str = "", today: date) -> dict[str, float]:
     Raises
     ------
     UserError
-        The file cannot be read or written, or has such limits without an acknowledgement.
+        If the file cannot be read or written, or has such limits without an acknowledgement.
     """
     import tomlkit  # noqa: PLC0415
 

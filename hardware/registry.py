@@ -70,7 +70,7 @@ def open_plate(spec: str, *, clock: Clock, seed: int = 0) -> PlateDriver:
     Raises
     ------
     UserError
-        No backend of that name is installed.
+        If no backend of that name is installed.
     """
     name, _, address = spec.partition(":")
     found = {point.name: point for point in _installed()}

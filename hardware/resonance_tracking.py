@@ -62,7 +62,7 @@ def vertex(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
     Raises
     ------
     UserError
-        The points do not lie on a resonance: an amplitude is 0, or the points form a valley.
+        If the points do not lie on a resonance: an amplitude is 0, or the points form a valley.
 
     Examples
     --------
@@ -99,12 +99,12 @@ def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
     Raises
     ------
     PlateRefused
-        The plate follows its resonance automatically, or is not calibrated.
+        If the plate follows its resonance automatically, or is not calibrated.
     OffCalibration
-        At resonance, the amplitude differs from the calibration's prediction: the amplifier, the
-        plate or the instrument has changed.
+        If, at resonance, the amplitude differs from the calibration's prediction: the amplifier,
+        the plate or the instrument has changed.
     PlateFault
-        The rig failed; the plate was silenced.
+        If the rig failed; the plate was silenced.
     """
     if not plate.tracks or plate.calibration is None:
         raise PlateRefused(f"backend '{plate.name}' has no resonance to track")

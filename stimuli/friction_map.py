@@ -68,7 +68,7 @@ class FrictionMap(Parametric):
     Raises
     ------
     UserError
-        A parameter is out of range, or there is no image.
+        If a parameter is out of range, or there is no image.
     """
 
     #: The entry by which a record of a map is recognised.
@@ -191,7 +191,7 @@ class FrictionMap(Parametric):
         Raises
         ------
         UserError
-            The finger crosses the map faster than plate or line can follow.
+            If the finger crosses the map faster than plate or line can follow.
         """
         if not self._changes or self.needs_sensor:
             return None

@@ -52,7 +52,7 @@ def pink_noise(
     Raises
     ------
     UserError
-        The level is not finite, or so high that a peak would exceed full scale. Noise is never
+        If the level is not finite, or so high that a peak would exceed full scale. Noise is never
         clipped, because clipping would change its spectrum.
     """
     if not math.isfinite(level_db):

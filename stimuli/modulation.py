@@ -82,7 +82,7 @@ class Loop:
     Raises
     ------
     UserError
-        An amplitude or a time is out of range.
+        If an amplitude or a time is out of range.
     """
 
     levels: tuple[float, ...]

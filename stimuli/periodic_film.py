@@ -162,7 +162,7 @@ def periodic_state(
     Raises
     ------
     ReynoldsDiverged
-        Newton's method failed, which can happen above a squeeze number of 10⁵.
+        If Newton's method failed, which can happen above a squeeze number of 10⁵.
     """
     resolution = resolution or next(fit for most, fit in RESOLUTIONS if sigma <= most)
     face, middle = _grid(wave_number, delta, resolution)

@@ -18,7 +18,8 @@ def positive(name: str, value: npt.ArrayLike, unit: str, *, maximum: float = np.
     Raises
     ------
     UserError
-        The message contains the quantity, the first value out of range, and the allowed range.
+        If a value is out of range. The message contains the quantity, the first value out of
+        range, and the allowed range.
     """
     return _within(name, value, unit, (0.0, maximum), open_below=True)
 

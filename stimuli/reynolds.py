@@ -54,7 +54,7 @@ def solve(point: WorkingPoint, resolution: Resolution | None = None) -> FilmStat
     Raises
     ------
     ReynoldsDiverged
-        Newton's method failed, which can happen above a squeeze number of 10⁵.
+        If Newton's method failed, which can happen above a squeeze number of 10⁵.
     """
     _, eps, delta = (
         float(v) for v in gap(point.amplitude_um_peak, point.roughness_um, point.finger)

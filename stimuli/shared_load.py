@@ -79,7 +79,7 @@ class Skin:
     Raises
     ------
     UserError
-        A value is out of range.
+        If a value is out of range.
     """
 
     contact_area_cm2: float
@@ -172,7 +172,7 @@ def solve(
     Raises
     ------
     UserError
-        A value is out of range.
+        If a value is out of range.
     ReynoldsDiverged
         As `slipscale.stimuli.periodic_film.periodic_state`.
     """

@@ -121,8 +121,8 @@ def gap(
     Raises
     ------
     UserError
-        The amplitude is negative, or the roughness is not positive. Without roughness there is no
-        film: the gap is zero without vibration; with vibration, its minimum is zero and the
+        If the amplitude is negative, or the roughness is not positive. Without roughness there is
+        no film: the gap is zero without vibration; with vibration, its minimum is zero and the
         pressure diverges.
     """
     vibration = not_negative("amplitude_um_peak", amplitude_um_peak, "µm peak")

@@ -110,7 +110,7 @@ class VirtualSurface:
     Raises
     ------
     UserError
-        The amplitude is negative, infinite or not a number.
+        If the amplitude is negative, infinite or not a number.
     """
 
     level: float

@@ -82,7 +82,7 @@ class Grating(Parametric):
     Raises
     ------
     UserError
-        A parameter is out of range, or the waveform is unknown.
+        If a parameter is out of range, or the waveform is unknown.
     """
 
     #: The entry by which a record of a grating is recognised.
@@ -328,7 +328,7 @@ class Grating(Parametric):
         Raises
         ------
         UserError
-            The finger crosses the grating faster than plate or line can follow.
+            If the finger crosses the grating faster than plate or line can follow.
         """
         if not math.isfinite(finger_speed_mm_s):
             raise UserError(
@@ -383,7 +383,7 @@ class Grating(Parametric):
         Raises
         ------
         UserError
-            The finger crosses the grating faster than plate or line can follow.
+            If the finger crosses the grating faster than plate or line can follow.
         """
         if self.depth_level == 0:
             return None

@@ -57,7 +57,7 @@ class Transient(Parametric):
     Raises
     ------
     UserError
-        A parameter is out of range, or there is not exactly one trigger.
+        If a parameter is out of range, or there is not exactly one trigger.
     """
 
     #: The entry by which a record of a transient is recognised.
@@ -243,7 +243,7 @@ class Transient(Parametric):
         Raises
         ------
         UserError
-            The plate or its line cannot change so fast.
+            If the plate or its line cannot change so fast.
         """
         pieces, step_s = self._pieces(modulator)
         turns = pieces if self.duration_s is None else round(self.duration_s / step_s)

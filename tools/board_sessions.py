@@ -115,7 +115,7 @@ def run_on_board(
     Raises
     ------
     PlateFault
-        The plate could not be connected, or the operator gave up.
+        If the plate could not be connected, or the operator gave up.
     """
     spec = f"serial:{board.port}"
     plate = open_plate(spec, clock=clock)

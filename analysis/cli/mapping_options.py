@@ -29,7 +29,7 @@ def mapping_from(args: Namespace) -> TableMapping | None:
     Raises
     ------
     UserError
-        The options contradict each other.
+        If the options contradict each other.
     """
     if not any(getattr(args, name) for name in (*COLUMNS, *OTHERS)):
         if args.map:

@@ -329,7 +329,7 @@ def _status(columns: list[Solutions]) -> int:
     Raises
     ------
     UserError
-        A column could not be counted; the answers have been written.
+        If a column could not be counted; the answers have been written.
     """
     if refused := [solutions for solutions in columns if solutions.refused]:
         labels = ", ".join(f"'{solutions.column.label}'" for solutions in refused)

@@ -37,7 +37,7 @@ def write_export(analysis: Analysis, out: Path, forms: Sequence[str]) -> list[st
     Raises
     ------
     UserError
-        A file cannot be written.
+        If a file cannot be written.
     ModuleNotFoundError
         See `check_installed`; nothing was written.
     """
@@ -57,9 +57,9 @@ def check_installed(forms: Sequence[str]) -> None:
     Raises
     ------
     ModuleNotFoundError
-        The extra ``export`` is not installed.
+        If the extra ``export`` is not installed.
     UserError
-        WeasyPrint does not find Pango, which it needs for text layout.
+        If WeasyPrint does not find Pango, which it needs for text layout.
     """
     if "word" in forms:
         import docx  # noqa: F401, PLC0415

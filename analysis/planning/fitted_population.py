@@ -70,7 +70,7 @@ def fit_population(analysis: Analysis) -> FittedPopulation:
     Raises
     ------
     UserError
-        There are fewer than three participants or two amplitudes, or estimates outside 0 to 100.
+        If there are fewer than three participants or two amplitudes, or estimates outside 0 to 100.
     """
     cells = analysis.cells.dropna()
     name = analysis.dataset.name

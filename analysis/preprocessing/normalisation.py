@@ -218,7 +218,7 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
     Raises
     ------
     UserError
-        The rule does not exist, or data that it needs are missing; the message names the
+        If the rule does not exist, or data that it needs are missing; the message names the
         participants.
     """
     below = divisors(trials, rule)

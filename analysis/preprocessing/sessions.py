@@ -28,7 +28,7 @@ def only_session(data: Dataset, session: str) -> Dataset:
     Raises
     ------
     UserError
-        The session does not exist.
+        If the session does not exist.
     """
     known = sessions_of(data)
     if session not in known:

@@ -62,7 +62,7 @@ def write_bundle(out: Path, files: Mapping[str, bytes]) -> None:
     Raises
     ------
     UserError
-        The bundle already exists, or cannot be written.
+        If the bundle already exists, or cannot be written.
     """
     refuse_taken(out)
     # Written atomically: it is renamed at the end.
@@ -102,7 +102,7 @@ def read_bundle(path: Path) -> Bundle:
     Raises
     ------
     UserError
-        The path is not a bundle, is truncated, or its manifest or study was changed.
+        If the path is not a bundle, is truncated, or its manifest or study was changed.
     """
     if not path.exists():
         raise UserError(f"--plan {path}: no such file or folder")

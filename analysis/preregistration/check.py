@@ -52,7 +52,7 @@ def check_plan(bundle: Bundle, analysis: Analysis, options: Sequence[str] = ()) 
     Raises
     ------
     UserError
-        The data belong to another study.
+        If the data belong to another study.
     """
     _same_study(bundle, analysis)
     found = [

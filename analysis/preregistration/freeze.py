@@ -78,7 +78,7 @@ def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
     Raises
     ------
     UserError
-        The study has an error, a file cannot be read, the power result belongs to another study,
+        If the study has an error, a file cannot be read, the power result belongs to another study,
         or the study cannot be simulated.
     """
     study, text = read_study(wanted.study_name)
@@ -180,7 +180,7 @@ def _power(folder: Path, study: str) -> dict[str, bytes]:
     Raises
     ------
     UserError
-        The folder does not contain a power result, or the result belongs to another study.
+        If the folder does not contain a power result, or the result belongs to another study.
     """
     try:
         told = json.loads((folder / POWER_RESULT).read_text(encoding="utf-8"))

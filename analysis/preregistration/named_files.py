@@ -44,7 +44,7 @@ def named_files(text: str, beside: Path | None) -> list[NamedFile]:
     Raises
     ------
     UserError
-        A file cannot be read.
+        If a file cannot be read.
     """
     found: dict[Path, NamedFile] = {}
     folders = [Path(), *([beside] if beside else [])]

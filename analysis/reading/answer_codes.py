@@ -70,7 +70,7 @@ def as_answers(
     Raises
     ------
     UserError
-        The codes are not an obvious pair and none is declared, the declared code does not occur,
+        If the codes are not an obvious pair and none is declared, the declared code does not occur,
         or too many cells match neither code.
     """
     codes = _codes(frame[column])

@@ -151,7 +151,7 @@ def read_tables(
     Raises
     ------
     UserError
-        A file cannot be read, is not UTF-8, is empty, lacks a required column, has a duplicate
+        If a file cannot be read, is not UTF-8, is empty, lacks a required column, has a duplicate
         column, or has a line with too few or too many cells.
     """
     sources: list[Source] = []

@@ -77,7 +77,7 @@ def decoded(content: bytes, path: Path) -> tuple[bytes, str]:
     Raises
     ------
     UserError
-        The content is in none of these encodings.
+        If the content is in none of these encodings.
     """
     encoding = next((name for mark, name in BOMS.items() if content.startswith(mark)), "utf-8")
     try:
@@ -117,7 +117,7 @@ def decimal_of(cells: Mapping[str, Mapping[str, int]], *, name: str) -> Decimal:
     Raises
     ------
     UserError
-        A comma could be a thousands separator or the decimal mark and nothing resolves the
+        If a comma could be a thousands separator or the decimal mark and nothing resolves the
         ambiguity; the same for a point in a column that also contains whole numbers; or both marks
         occur equally often.
     """

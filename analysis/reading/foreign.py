@@ -286,7 +286,7 @@ def _one_row_per_answer(
     Raises
     ------
     UserError
-        A count is not a whole number from 0 to n.
+        If a count is not a whole number from 0 to n.
     """
     if not mapping.columns.yes_count:
         return frame
@@ -392,7 +392,7 @@ def _groups(frame: pd.DataFrame, path: Path, problems: Problems) -> pd.DataFrame
     Raises
     ------
     UserError
-        A participant is in two groups, so the column contains conditions instead.
+        If a participant is in two groups, so the column contains conditions instead.
     """
     who = tidied(frame[PARTICIPANT]).astype("str")
     if GROUP not in frame:

@@ -264,7 +264,7 @@ def parse_mapping(table: Mapping[str, object], source: str) -> TableMapping:
     Raises
     ------
     UserError
-        The parts are inconsistent; the message names them and states what was expected.
+        If the parts are inconsistent; the message names them and states what was expected.
     """
     try:
         return TableMapping.model_validate(table)
@@ -284,7 +284,7 @@ def write_mapping(mapping: TableMapping, path: Path) -> Path:
     Raises
     ------
     UserError
-        A different mapping already exists, or the file cannot be written.
+        If a different mapping already exists, or the file cannot be written.
     """
     file = (path if path.is_dir() else path.parent) / NAME
     if file.exists() and beside(path) != mapping:

@@ -45,7 +45,7 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
     Raises
     ------
     UserError
-        A label denotes a summary row, or two labels are the same number.
+        If a label denotes a summary row, or two labels are the same number.
     """
     summaries = [label for label in labels if SUMMARIES.fullmatch(label)]
     if summaries:

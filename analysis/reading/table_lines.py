@@ -62,7 +62,7 @@ def split(content: bytes, path: Path, separator: str) -> Lines:
     Raises
     ------
     UserError
-        The content is not UTF-8 text or is empty, has a line with too few or too many cells, or
+        If the content is not UTF-8 text or is empty, has a line with too few or too many cells, or
         has a quotation mark that is not closed.
     """
     text = _checked(content, path)

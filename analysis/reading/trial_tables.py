@@ -71,7 +71,7 @@ def trial_table(
     Raises
     ------
     LookupError
-        The schema declares no such column.
+        If the schema declares no such column.
     """
     declared = columns(protocol, MEASURED)
     unknown = [name for name in (*required, *optional) if name not in declared]

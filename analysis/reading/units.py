@@ -24,7 +24,7 @@ def factor(given: str, wanted: str) -> float:
     Raises
     ------
     UserError
-        The units differ in more than their prefixes.
+        If the units differ in more than their prefixes.
     """
     if given == wanted:
         return 1.0

@@ -267,7 +267,7 @@ def across(
     Raises
     ------
     UserError
-        The columns cannot be compared, or it is not stated which participants they come from.
+        If the columns cannot be compared, or it is not stated which participants they come from.
     """
     if design == "independent":
         from slipscale.analysis.reconstruction.inference.independent import independent_conclusions  # noqa: PLC0415 - if asked for

@@ -55,7 +55,7 @@ def write_analysis(
     Raises
     ------
     UserError
-        A file cannot be written.
+        If a file cannot be written.
     """
     tell = progress or (lambda _: None)
     make_folder(out)

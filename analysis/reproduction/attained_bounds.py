@@ -64,7 +64,7 @@ def known(convention: Convention) -> tuple[Conclusion, ...]:
     Raises
     ------
     ValueError
-        A recorded table does not give Table III.
+        If a recorded table does not give Table III.
     """
     chosen = {s.column.label: s for s in _columns(convention)}
     found = []

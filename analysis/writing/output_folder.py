@@ -22,7 +22,7 @@ def make_folder(out: Path) -> None:
     Raises
     ------
     UserError
-        A file with that name exists, or the folder cannot be created.
+        If a file with that name exists, or the folder cannot be created.
     """
     try:
         out.mkdir(parents=True, exist_ok=True)

@@ -86,7 +86,7 @@ def load_texts(
     Raises
     ------
     UserError
-        The language does not exist, or a replacement would fail during a session.
+        If the language does not exist, or a replacement would fail during a session.
     """
     if language not in _languages() and not replacements:
         raise UserError(f"language '{language}': expected one of {', '.join(languages())}")

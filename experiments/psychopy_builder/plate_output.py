@@ -24,7 +24,7 @@ class PlateOutput:
     Raises
     ------
     ValueError
-        The device manager has no device with that name.
+        If the device manager has no device with that name.
     """
 
     def __init__(self, device: str) -> None:

@@ -178,7 +178,7 @@ def timeline(
     Raises
     ------
     UserError
-        ``people`` is 0, or a protocol has no simulated answers.
+        If ``people`` is 0, or a protocol has no simulated answers.
     """
     if people < 1:
         raise UserError(f"--people {people}: expected 1 or more")

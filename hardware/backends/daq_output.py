@@ -77,7 +77,7 @@ class DaqOutput(PlateDriver):
     Raises
     ------
     UserError
-        The frequency is outside the plate's band, or the rate is too low for it.
+        If the frequency is outside the plate's band, or the rate is too low for it.
     """
 
     name = "daq"

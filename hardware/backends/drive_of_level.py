@@ -67,7 +67,7 @@ def stated(backend: str, options: Mapping[str, Any], plate: addresses.Plate) -> 
     Raises
     ------
     UserError
-        The plate is in µm, has a calibration, or the options do not fit its quantity.
+        If the plate is in µm, has a calibration, or the options do not fit its quantity.
     """
     if not OPTIONS.keys() & options.keys():
         return None

@@ -91,7 +91,7 @@ class FunctionGenerator(PlateDriver):
     Raises
     ------
     UserError
-        The gain is unknown, or two sources disagree.
+        If the gain is unknown, or two sources disagree.
     """
 
     name = "scpi"
@@ -237,7 +237,7 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     Raises
     ------
     UserError
-        The resource or gain is missing, an option is unknown, or the calibration cannot be used.
+        If the resource or gain is missing, an option is unknown, or the calibration cannot be used.
     """
     resource, options, plate = addresses.opened(address, FunctionGenerator.name, OPTIONS)
     if not resource:

@@ -28,7 +28,7 @@ def agreed_gain(
     Raises
     ------
     UserError
-        The gain is unknown, or two sources disagree.
+        If the gain is unknown, or two sources disagree.
     """
     calibrated = calibration.drive.amplifier_gain if calibration else None
     told = {

@@ -76,9 +76,9 @@ class GeneratorOutput:
         Raises
         ------
         WrongDevice
-            No generator answers, or one of an unknown make.
+            If no generator answers, or its make is unknown.
         PlateRefused
-            It does not keep a setting.
+            If the generator does not keep a setting.
         """
         resource = self.line.resource
         fields = self.line.ask("*IDN?").split(",")
@@ -147,7 +147,8 @@ class GeneratorOutput:
         Raises
         ------
         StillVibrating
-            It could not be switched off, although the line was reopened several times.
+            If the generator could not be switched off, although the line was reopened several
+            times.
         """
         if not self.line.opened and not self._may_be_on:
             return

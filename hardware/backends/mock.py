@@ -253,7 +253,7 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
     Raises
     ------
     UserError
-        The address contains an unknown option.
+        If the address contains an unknown option.
     """
     _, options, found = addresses.opened(address, MockPlate.name, OPTIONS, simulated=True)
     twin = Twin(

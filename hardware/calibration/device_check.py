@@ -33,9 +33,9 @@ def check_device(plate: Checked, identity: PlateIdentity, *, wanted: str) -> tup
     Raises
     ------
     WrongDevice
-        The plate file or the calibration is for another device, plate or backend.
+        If the plate file or the calibration is for another device, plate or backend.
     UserError
-        The calibration is too old, or dated after today.
+        If the calibration is too old, or dated after today.
     """
     if wanted and identity.serial != wanted and not plate.simulated:
         raise WrongDevice(

@@ -50,7 +50,7 @@ def fit_resonance(points: Sequence[Point]) -> Peak:
     Raises
     ------
     UserError
-        Too few points, no voltage, no resonance, or no peak within the sweep.
+        If there are too few points, no voltage, no resonance, or no peak within the sweep.
     """
     if len(points) < FEWEST_POINTS:
         raise UserError(f"frequency sweep: {len(points)} points, expected {FEWEST_POINTS} or more")
@@ -100,7 +100,7 @@ def fit_gain(points: Sequence[Point]) -> Gain:
     Raises
     ------
     UserError
-        Too few points, or the plate does not respond.
+        If there are too few points, or the plate does not respond.
     """
     if len(points) < FEWEST_POINTS:
         raise UserError(f"voltage sweep: {len(points)} points, expected {FEWEST_POINTS} or more")

@@ -25,7 +25,7 @@ def typed(question: str, alive: Callable[[], object]) -> str:
     Raises
     ------
     EOFError
-        Standard input has ended.
+        If standard input has ended.
     Exception
         Exceptions from ``alive``, immediately.
     """

@@ -53,7 +53,7 @@ class Trace:
         Raises
         ------
         ValueError
-            The samples are too far apart or uneven, or cover too few periods.
+            If the samples are too far apart or uneven, or cover too few periods.
         """
         steps_s = np.diff(self.times_s)
         step_s = float(np.mean(steps_s))
@@ -91,7 +91,7 @@ def read_trace(path: Path) -> Trace:
     Raises
     ------
     ValueError
-        The file cannot be read or contains no samples, or a line between samples is invalid.
+        If the file cannot be read or contains no samples, or a line between samples is invalid.
     """
     try:
         lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
@@ -174,7 +174,7 @@ def read_points(path: Path, *, mm_s_per_v: float | None = None) -> tuple[Point, 
     Raises
     ------
     UserError
-        The file does not exist, does not have exactly one column of `QUANTITIES`, or contains an
+        If the file does not exist, does not have exactly one column of `QUANTITIES`, or contains an
         impossible value (reported with its line).
     """
     try:

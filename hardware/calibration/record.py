@@ -115,8 +115,8 @@ class Calibration(FrozenTable):
     Raises
     ------
     ValidationError
-        Values are impossible, or the readings do not match resonance and gain: a file with edited
-        numbers is rejected even if its checksum was updated.
+        If values are impossible, or the readings do not match resonance and gain: a file with
+        edited numbers is rejected even if its checksum was updated.
     """
 
     device: Device
@@ -207,7 +207,7 @@ class Calibration(FrozenTable):
         Raises
         ------
         UserError
-            The resonance is outside the band in which the plate may be driven.
+            If the resonance is outside the band in which the plate may be driven.
         """
         frequency_hz = self.resonance.frequency_hz
         if not limits.frequency_min_hz <= frequency_hz <= limits.frequency_max_hz:

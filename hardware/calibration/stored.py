@@ -27,8 +27,8 @@ def read_calibration(path: Path) -> Calibration:
     Raises
     ------
     UserError
-        The file does not exist, is not valid TOML, was changed after it was written, or values are
-        missing or impossible (all are listed).
+        If the file does not exist, is not valid TOML, was changed after it was written, or values
+        are missing or impossible (all are listed).
     """
     signed = read_toml(path, _Signed)
     calibration = Calibration.model_validate(signed.model_dump(exclude={CHECKSUM}))

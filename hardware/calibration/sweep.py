@@ -104,7 +104,7 @@ def fitted(points: Sequence[Point]) -> tuple[Resonance, Gain]:
     Raises
     ------
     UserError
-        The points do not contain a resonance or a voltage sweep.
+        If the points do not contain a resonance or a voltage sweep.
     """
     fine = [each for each in points if each.sweep == "fine"]
     coarse = [each for each in points if each.sweep == "coarse"]
@@ -120,7 +120,7 @@ def calibration_from(
     Raises
     ------
     UserError
-        The points do not contain a resonance or a voltage sweep, the plate changed between them,
+        If the points do not contain a resonance or a voltage sweep, the plate changed between them,
         or the readings indicate a faulty plate.
     """
     resonance, gain = fitted(points)

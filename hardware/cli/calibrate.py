@@ -337,9 +337,9 @@ def prompted(plate: PlateDriver, drive: str) -> float | None:
     Raises
     ------
     UserError
-        Standard input has ended.
+        If standard input has ended.
     PlateFault
-        For example, the plate has silenced itself.
+        If, for example, the plate has silenced itself.
     """
 
     def alive() -> None:

@@ -62,7 +62,7 @@ class Bench:
         Raises
         ------
         Departure
-            The board does not answer, or reports impossible limits.
+            If the board does not answer, or reports impossible limits.
         """
         end_s = self._clock.now() + GREETING_S
         while not any(map(wire.parse_reply, self.answers_to(self.frame("*IDN?")))):

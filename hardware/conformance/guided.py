@@ -169,7 +169,7 @@ def guide(bench: Bench, assistant: Assistant) -> Iterator[Verdict]:
     Raises
     ------
     PlateFault
-        The line failed.
+        If the line failed.
     """
     bench.greet()
     for rule, step in STEPS:

@@ -33,7 +33,7 @@ def examine(bench: Bench) -> Iterator[Verdict]:
     Raises
     ------
     PlateFault
-        The line failed.
+        If the line failed.
     """
     try:
         bench.greet()

@@ -30,7 +30,7 @@ def open_source(kind: Kind, spec: str, surroundings: Surroundings) -> ContactSou
     Raises
     ------
     UserError
-        No source of that name is installed, or its address is invalid.
+        If no source of that name is installed, or its address is invalid.
     """
     name, _, address = spec.partition(":")
     found = {point.name: point for point in entry_points(group=GROUPS[kind])}

@@ -305,7 +305,7 @@ def open_vibrometer(spec: str, clock: Clock) -> ContactSource:
     Raises
     ------
     UserError
-        The SPEC is invalid or contains an unknown option.
+        If the SPEC is invalid or contains an unknown option.
     """
     name, _, address = spec.partition(":")
     if name != "vibrometer":

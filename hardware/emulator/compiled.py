@@ -50,7 +50,7 @@ def build(folder: Path, *flags: str) -> Path:
     Raises
     ------
     UserError
-        There is no C++ compiler, or compilation fails.
+        If there is no C++ compiler, or compilation fails.
     """
     compiler = shutil.which("g++") or shutil.which("c++") or shutil.which("clang++")
     if compiler is None:
@@ -81,7 +81,7 @@ def load(library: Path) -> ctypes.CDLL:
     Raises
     ------
     UserError
-        The file is not such a library.
+        If the file is not such a library.
     """
     try:
         code = ctypes.CDLL(str(library.resolve()))

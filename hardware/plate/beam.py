@@ -186,7 +186,7 @@ class BeamSection:
         Raises
         ------
         UserError
-            The half wave is not positive or the voltage exceeds `SAFE_VOLTAGE_V`.
+            If the half wave is not positive or the voltage exceeds `SAFE_VOLTAGE_V`.
         """
         half_wave = positive("half_wave_mm", half_wave_mm, "mm") * MILLI
         voltage = not_negative("voltage_v", voltage_v, "V", maximum=SAFE_VOLTAGE_V)

@@ -60,7 +60,7 @@ def half_wave_for_frequency_mm(
     Raises
     ------
     UserError
-        The method does not converge: no half wave near the beam's resonates at that frequency.
+        If the method does not converge: no half wave near the beam's resonates at that frequency.
     """
     wanted = float(positive("frequency_hz", frequency_hz, "Hz"))
 

@@ -165,7 +165,7 @@ def modes(
     Raises
     ------
     UserError
-        The frequency is not positive, or the mesh has fewer modes than requested.
+        If the frequency is not positive, or the mesh has fewer modes than requested.
     """
     positive("near_hz", near_hz, "Hz")
     parts = assemble(layout, density, quarter=quarter)

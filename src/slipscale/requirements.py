@@ -137,7 +137,7 @@ def check(name: str, args: Namespace) -> None:
     Raises
     ------
     UserError
-        A package or a program is missing, a port cannot be opened, or a folder cannot be written
+        If a package or a program is missing, a port cannot be opened, or a folder cannot be written
         to. One sentence lists all problems.
     """
     what = getattr(args, "what", None)
@@ -168,7 +168,7 @@ def options_of(command: str, args: Namespace) -> dict[str, object]:
     Raises
     ------
     UserError
-        The laboratory folder's file or the journal cannot be read.
+        If the laboratory folder's file or the journal cannot be read.
     """
     options = asdict(here()) if command in WITH_DEVICES else {}
     if command == "resume" and args.journal and args.journal.is_file():

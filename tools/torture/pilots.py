@@ -76,7 +76,7 @@ def content(dataset: Path) -> dict[str, bytes]:
     Raises
     ------
     UserError
-        A journal is damaged, or its tables were not made from it.
+        If a journal is damaged, or its tables were not made from it.
     """
     if problems := build_dataset(dataset):
         raise UserError("; ".join(str(problem) for problem in problems))

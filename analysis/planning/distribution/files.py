@@ -39,7 +39,7 @@ def claim(folder: Path) -> None:
     Raises
     ------
     UserError
-        It contains other files; nothing was changed.
+        If the folder contains other files; nothing was changed.
     """
     try:
         if folder.exists() and any(folder.iterdir()) and not (folder / PAGE).exists():
@@ -57,7 +57,7 @@ def write_distribution(folder: Path, found: Distribution) -> Path:
     Raises
     ------
     UserError
-        The folder cannot be written.
+        If the folder cannot be written.
     """
     figures: dict[str, Figure] = {}
     if found.amplitudes_um_pp:

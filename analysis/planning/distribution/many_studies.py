@@ -152,7 +152,7 @@ def results(
     Raises
     ------
     UserError
-        It would take more than an hour.
+        If the simulation would take more than an hour.
     """
     began_s = time.perf_counter()
     yield studies.compute(1)  # including imports and tables

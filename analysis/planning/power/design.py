@@ -127,7 +127,7 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
     Raises
     ------
     UserError
-        The study has no magnitude estimation, or fewer than two amplitudes to discriminate.
+        If the study has no magnitude estimation, or fewer than two amplitudes to discriminate.
     """
     plan = RunPlan(
         study_name=study.name,

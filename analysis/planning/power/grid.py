@@ -121,7 +121,7 @@ def orders_of(words: Sequence[str]) -> tuple[Rule, ...]:
     Raises
     ------
     UserError
-        No rule is named, or a name is unknown.
+        If no rule is named, or a name is unknown.
     """
     known = get_args(Rule)
     named = [word.strip() for word in ",".join(words).split(",") if word.strip()]
@@ -140,7 +140,7 @@ def values_of(axis: str, words: Sequence[str]) -> tuple[Any, ...]:
     Raises
     ------
     UserError
-        The option is empty, or a value is not a number or out of range.
+        If the option is empty, or a value is not a number or out of range.
     """
     kind, (meant, expected) = EXPECTED[axis]
     found: list[float] = []

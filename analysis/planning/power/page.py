@@ -30,7 +30,7 @@ def write_power(folder: Path, design: Design, found: Sequence[Row], target: floa
     Raises
     ------
     UserError
-        The folder cannot be written.
+        If the folder cannot be written.
     """
     figures = {"power": power_figure(found, target), "precision": precision_figure(found)}
     if found[0].steps:

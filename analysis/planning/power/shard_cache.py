@@ -35,7 +35,7 @@ class ShardCache:
     Raises
     ------
     UserError
-        The folder cannot be created or written, or contains the cache of another version.
+        If the folder cannot be created or written, or contains the cache of another version.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -80,7 +80,7 @@ class ShardCache:
         Raises
         ------
         UserError
-            The file cannot be written.
+            If the file cannot be written.
         """
         body = json.dumps({"shard": shard.identity, "outcome": outcome.as_json()}, indent=1)
         try:

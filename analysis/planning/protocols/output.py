@@ -133,7 +133,7 @@ def write_comparison(folder: Path, found: Sequence[ProtocolPrecision], minutes: 
     Raises
     ------
     UserError
-        The folder cannot be written.
+        If the folder cannot be written.
     """
     lines = io.StringIO()
     writer = csv.writer(lines, lineterminator="\n")

@@ -107,8 +107,8 @@ def protocol_study(name: str) -> ProtocolStudy:
     Raises
     ------
     UserError
-        No task estimates a quantity that can be compared, or the task that does has no adjustable
-        number of trials.
+        If no task estimates a quantity that can be compared, or the task that does has no
+        adjustable number of trials.
     """
     study, text = read_study(name)
     for place, options in enumerate(study.tasks):
@@ -156,7 +156,7 @@ def filling(study: ProtocolStudy, minutes: float, population: Population) -> Pro
     Raises
     ------
     UserError
-        Even the smallest number of trials does not fit.
+        If even the smallest number of trials does not fit.
     """
     once = study.minutes(population)
     twice = study.with_number(2 * study.number).minutes(population)

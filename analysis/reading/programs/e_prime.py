@@ -38,7 +38,7 @@ def read(content: bytes, path: Path) -> pd.DataFrame:
     Raises
     ------
     UserError
-        A log has no frame, or a frame does not end.
+        If a log has no frame, or a frame does not end.
     """
     text = decoded(content, path)[0].decode("utf-8")
     if text.lstrip().startswith(LOG):

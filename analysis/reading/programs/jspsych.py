@@ -39,7 +39,7 @@ def read(content: bytes, path: Path) -> pd.DataFrame:
     Raises
     ------
     UserError
-        The JSON cannot be read, or an entry is not a trial.
+        If the JSON cannot be read, or an entry is not a trial.
     """
     text = decoded(content, path)[0].decode("utf-8").strip()
     if text[:1] not in "[{":

@@ -45,7 +45,7 @@ def read(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     Raises
     ------
     UserError
-        The file cannot be read, or does not contain one table.
+        If the file cannot be read, or does not contain one table.
     """
     tables = _tables(content, path)
     chosen = [tables[sheet]] if sheet in tables else list(tables.values()) if not sheet else []

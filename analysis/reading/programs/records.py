@@ -34,7 +34,7 @@ def records(text: str, path: Path) -> list[tuple[int, list[str]]]:
     Raises
     ------
     UserError
-        A quotation mark is not closed, or a cell is too long.
+        If a quotation mark is not closed, or a cell is too long.
     """
     separator = separator_of(text.lstrip("\r\n").partition("\n")[0].encode())
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)

@@ -32,7 +32,7 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     Raises
     ------
     UserError
-        The file is not a workbook, or it has macros, merged cells or several sheets to choose
+        If the file is not a workbook, or it has macros, merged cells or several sheets to choose
         from.
     """
     import openpyxl  # noqa: PLC0415 - only for a workbook
@@ -93,7 +93,7 @@ def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFra
     Raises
     ------
     UserError
-        The file is not an SPSS file.
+        If the file is not an SPSS file.
     """
     import pyreadstat  # noqa: PLC0415 - only for such a file
 

@@ -28,7 +28,7 @@ def rankings(tasks: list[Problem], measure: str, memory_gib: float) -> list[Rank
     Raises
     ------
     UserError
-        Their tables need more than `memory_gib`.
+        If their tables need more than `memory_gib`.
     """
     moduli = moduli_above(largest_possible(tasks, measure))
     require_memory(tasks, memory_gib, len(moduli))

@@ -135,7 +135,7 @@ def problems(parts: Iterable[Part]) -> list[Problem]:
     Raises
     ------
     UserError
-        The values are too far apart.
+        If the values are too far apart.
     """
     groups = goals(parts)
     for split in groups:
@@ -153,7 +153,7 @@ def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> 
     Raises
     ------
     UserError
-        The largest table needs more than `memory_gib`.
+        If the largest table needs more than `memory_gib`.
     """
     for task in tasks:
         # Computing the exact size of large tables is slow; an estimate is quick.
@@ -175,7 +175,7 @@ def require_countable(tasks: list[Problem], memory_gib: float, minutes: float) -
     Raises
     ------
     UserError
-        A count needs more than `memory_gib`, or all counts together take more than about
+        If a count needs more than `memory_gib`, or all counts together take more than about
         `minutes`.
     """
     large = _large(tasks)

@@ -238,7 +238,7 @@ class _Extremes:
     Raises
     ------
     _TooManyValues
-        The scale is so fine that listing the requirements takes gigabytes; also raised by
+        If the scale is so fine that listing the requirements takes gigabytes; also raised by
         `beside`.
     """
 

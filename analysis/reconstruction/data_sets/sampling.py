@@ -39,7 +39,7 @@ class Sampler:
     Raises
     ------
     UserError
-        No data set is consistent with the column, or the tables need too much memory.
+        If no data set is consistent with the column, or the tables need too much memory.
     """
 
     def __init__(self, solutions: Solutions, measure: str = "multisets") -> None:
@@ -61,7 +61,7 @@ class Sampler:
         Raises
         ------
         UserError
-            There are more than `listing.LISTED`.
+            If there are more than `listing.LISTED`.
         """
         return self.solutions.listed
 

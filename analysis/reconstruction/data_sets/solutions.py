@@ -117,7 +117,7 @@ class Solutions:
         Raises
         ------
         UserError
-            There are more than `LISTED`.
+            If there are more than `LISTED`.
         """
         if self._unfiltered > LISTED:
             raise UserError(f"{self._unfiltered} data sets are too many to list; draw a sample")

@@ -25,7 +25,7 @@ def require_comparable(columns: Sequence[Solutions]) -> None:
     Raises
     ------
     UserError
-        There are fewer than two columns, or they differ in n or scale.
+        If there are fewer than two columns, or they differ in n or scale.
     """
     if len(columns) < 2:  # noqa: PLR2004 - one column has nothing to be compared with
         raise UserError("conclusions compare columns: expected two or more in the table")

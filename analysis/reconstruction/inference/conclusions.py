@@ -109,7 +109,7 @@ def conclusions(
     Raises
     ------
     UserError
-        The columns cannot be compared, or have too many data sets to list.
+        If the columns cannot be compared, or have too many data sets to list.
     """
     require_comparable([column.solutions for column in columns])
     found = pairs(columns, tell)
@@ -213,7 +213,7 @@ def of_moments(columns: Sequence[Solutions]) -> list[Conclusion]:
     Raises
     ------
     UserError
-        The columns cannot be compared.
+        If the columns cannot be compared.
     """
     require_comparable(columns)
     n = columns[0].column.n

@@ -105,7 +105,7 @@ def distributions(
     Raises
     ------
     UserError
-        The columns cannot be compared.
+        If the columns cannot be compared.
     """
     require_comparable([column.solutions for column in columns])
     generator = np.random.default_rng(seed)

@@ -48,7 +48,7 @@ def independent_conclusions(columns: Sequence[Solutions]) -> list[Conclusion]:
     Raises
     ------
     UserError
-        There are fewer than two columns.
+        If there are fewer than two columns.
     """
     if len(columns) < 2:  # noqa: PLR2004 - one column has nothing to be compared with
         raise UserError("conclusions compare columns: expected two or more in the table")

@@ -48,7 +48,7 @@ def answer(test: PrintedTest, columns: Sequence[IntervalColumn]) -> PrintedTestA
     Raises
     ------
     UserError
-        The test compares two columns but there are more, or paired columns differ in n.
+        If the test compares two columns but there are more, or paired columns differ in n.
     """
     chosen = chosen_columns(test, [(c.label, c) for c in columns])
     if test.kind in PAIRED and len({c.n for c in chosen}) > 1:

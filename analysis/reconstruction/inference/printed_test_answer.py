@@ -126,7 +126,7 @@ def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[
     Raises
     ------
     UserError
-        The test compares two columns, but there are more.
+        If the test compares two columns, but there are more.
     """
     chosen = [column for _, column in columns]
     if test.columns:

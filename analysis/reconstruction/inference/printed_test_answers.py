@@ -43,7 +43,7 @@ def answer(test: PrintedTest, columns: Sequence[Solutions]) -> PrintedTestAnswer
     Raises
     ------
     UserError
-        The test compares two columns but there are more, or the columns cannot be compared.
+        If the test compares two columns but there are more, or the columns cannot be compared.
     """
     chosen = chosen_columns(test, [(s.column.label, s) for s in columns])
     if test.kind in PAIRED:

@@ -70,7 +70,8 @@ def interval_column(summary: Summary, scale: OpenScale) -> IntervalColumn:
     Raises
     ------
     ValueError
-        The column has entries that require whole ratings, or has no SD, SE or confidence interval.
+        If the column has entries that require whole ratings, or has no SD, SE or confidence
+        interval.
     """
     if more := sorted(summary.model_fields_set - KNOWN):
         raise ValueError(f"omit {', '.join(more)}: continuous values have only a mean and SD")

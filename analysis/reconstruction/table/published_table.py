@@ -48,7 +48,7 @@ class OpenScale(FrozenTable):
     Raises
     ------
     ValueError
-        The step does not divide the scale, or the scale is empty.
+        If the step does not divide the scale, or the scale is empty.
     """
 
     minimum: Exact | None = None
@@ -271,7 +271,7 @@ def close(summary: Summary, scale: OpenScale) -> Column:
     Raises
     ------
     ValueError
-        Ratings are bounded neither by the scale nor by an SD, or values are not on the scale.
+        If ratings are bounded neither by the scale nor by an SD, or values are not on the scale.
     """
     given = {name: getattr(summary, name) for name in summary.model_fields_set}
     low = Fraction(0) if scale.minimum is None and scale.maximum is not None else scale.minimum

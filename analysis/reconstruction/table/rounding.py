@@ -103,7 +103,7 @@ def plain_decimal(text: str) -> str:
     Raises
     ------
     ValueError
-        It is not a decimal number, or has more than 15 digits on one side of the point.
+        If it is not a decimal number, or has more than 15 digits on one side of the point.
     """
     found = text.strip().replace("\N{MINUS SIGN}", "-")
     if found.count(",") == 1 and "." not in found:

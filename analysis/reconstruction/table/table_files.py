@@ -158,8 +158,8 @@ def read(path: Path) -> PublishedTable:
     Raises
     ------
     UserError
-        The table does not exist or cannot be read, or entries are invalid; the message lists every
-        error with its line.
+        If the table does not exist or cannot be read, or entries are invalid; the message lists
+        every error with its line.
     """
     if not path.exists() and path.name == str(path):
         # A study's name also refers to its only table: biet2007 is biet2007_table3.
@@ -177,7 +177,7 @@ def read_rows(path: Path) -> list[Row]:
     Raises
     ------
     UserError
-        The file cannot be read or is not CSV, or its header is wrong.
+        If the file cannot be read or is not CSV, or its header is wrong.
     """
     if path.suffix.lower() != ".csv":
         raise UserError(f"{path}: expected a CSV file, one row per column of a published table")
@@ -224,7 +224,7 @@ def _csv_rows(text: str, source: str) -> list[Row]:
     Raises
     ------
     UserError
-        The text is not CSV, has no rows, or the header is wrong.
+        If the text is not CSV, has no rows, or the header is wrong.
     """
     try:
         rows = list(_rows(text))

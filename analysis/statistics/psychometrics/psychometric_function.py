@@ -63,7 +63,7 @@ class Answers:
     Raises
     ------
     UserError
-        Lengths differ, levels are not ascending, or counts are impossible.
+        If lengths differ, levels are not ascending, or counts are impossible.
     """
 
     levels_um_pp: Array
@@ -155,7 +155,7 @@ class PsychometricFunction:
         Raises
         ------
         UserError
-            The proportion lies outside the asymptotes.
+            If the proportion lies outside the asymptotes.
         """
         if not self.guess < proportion < 1 - self.lapse:
             raise UserError(

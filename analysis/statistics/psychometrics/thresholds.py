@@ -62,7 +62,7 @@ def fit_threshold(
     Raises
     ------
     UserError
-        The method or curve is unknown, or a number is out of range.
+        If the method or curve is unknown, or a number is out of range.
     """
     model = model_of(method, curve, share, largest_lapse)
     found = _likeliest(answers, model)

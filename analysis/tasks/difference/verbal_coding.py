@@ -121,6 +121,6 @@ def load_codebook(path: Path = SHIPPED) -> Codebook:
     Raises
     ------
     UserError
-        The file cannot be read or is not a code book; the message lists every error.
+        If the file cannot be read or is not a code book; the message lists every error.
     """
     return read_toml(path, Codebook)

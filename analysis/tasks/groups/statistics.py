@@ -89,7 +89,7 @@ def membership(data: Dataset) -> pd.Series[str] | NotComputed:
     Raises
     ------
     UserError
-        The study names a column that participants.tsv does not have.
+        If the study names a column that participants.tsv does not have.
     """
     asked = data.choices.group
     about = data.participants

@@ -58,7 +58,7 @@ def installed_kinds(faults: list[str]) -> tuple[TaskAnalysis, ...]:
     Raises
     ------
     UserError
-        Two packages give their analyses the same name.
+        If two packages give their analyses the same name.
     """
     guards = [_Guard(point, faults) for point in installed(ANALYSES).values()]
     return tuple(kind for guard in guards if (kind := guard.kind()) is not None)

@@ -76,7 +76,7 @@ class OwnResult:
     Raises
     ------
     UserError
-        A field has the wrong type; the message names it.
+        If a field has the wrong type; the message names it.
     """
 
     sentences: tuple[str, ...]

@@ -90,7 +90,7 @@ def difference_scale(
     Raises
     ------
     UserError
-        The shapes or ranks are not possible in such an experiment.
+        If the shapes or ranks are not possible in such an experiment.
     """
     surfaces, larger = np.asarray(quadruples, int), np.asarray(second_larger, float)
     if surfaces.ndim != 2 or surfaces.shape[1] != 4 or len(surfaces) != len(larger):  # noqa: PLR2004

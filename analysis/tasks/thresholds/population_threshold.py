@@ -52,7 +52,7 @@ def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estim
     Raises
     ------
     UserError
-        The standard is not above 0, or the method has no standard.
+        If the standard is not above 0, or the method has no standard.
     """
     if not (np.isfinite(standard_um_pp) and standard_um_pp > 0):
         raise UserError(f"standard_um_pp is {standard_um_pp:g}, expected above 0")

@@ -363,7 +363,7 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     Raises
     ------
     UserError
-        The address names no port, or contains an unknown option.
+        If the address names no port, or contains an unknown option.
     """
     port, options, plate = addresses.opened(address, SerialBoard.name, OPTIONS)
     if not port:

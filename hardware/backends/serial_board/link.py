@@ -85,7 +85,7 @@ class BoardLink:
         Raises
         ------
         WrongDevice
-            The device does not use the board's protocol.
+            If the device does not use the board's protocol.
         PlateTimeout, GarbledReply, ConnectionLost, PlateBusy
             As for `ask`.
         """
@@ -111,13 +111,13 @@ class BoardLink:
         Raises
         ------
         PlateTimeout
-            No answer, although the command was repeated.
+            If there is no answer, although the command was repeated.
         GarbledReply
-            Answers were received, but none could be read.
+            If answers were received, but none could be read.
         ConnectionLost
-            The device disappeared, or it has restarted since `greet`.
+            If the device disappeared, or it has restarted since `greet`.
         OverLimit, PlateBusy, PlateRefused
-            The board understood the command and rejected it.
+            If the board understood the command and rejected it.
         """
         with self._lock:
             self._sequence = self._sequence % wire.LAST_SEQUENCE + 1

@@ -184,9 +184,9 @@ def parse_limits(value: str) -> BoardLimits:
     Raises
     ------
     ImpossibleValue
-        Limits that no board may have.
+        If the limits are such that no board may have them.
     ValueError
-        The value is not a ``LIM?`` reply.
+        If the value is not a ``LIM?`` reply.
     """
     amplitude, voltage, lowest, highest, watchdog, on_time = map(_finite, value.split(","))
     shortest_ms, longest_ms = WATCHDOG_MS
@@ -222,9 +222,9 @@ def parse_list_limits(value: str) -> ListLimits:
     Raises
     ------
     ImpossibleValue
-        Limits that no board may have.
+        If the limits are such that no board may have them.
     ValueError
-        The value is not a ``LIST:LIM?`` reply.
+        If the value is not a ``LIST:LIM?`` reply.
     """
     points, step, edge = value.split(",")
     limits = ListLimits(points=int(points), step_ms=_finite(step), edge_ms=_finite(edge))

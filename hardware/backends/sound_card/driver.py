@@ -109,7 +109,7 @@ class SoundCard(PlateDriver):
     Raises
     ------
     UserError
-        The full scale is unknown, or two sources disagree; or the rate is too low for the
+        If the full scale is unknown, or two sources disagree; or the rate is too low for the
         frequencies.
     """
 
@@ -332,7 +332,7 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     Raises
     ------
     UserError
-        The device does not exist, an option is unknown, the full scale is missing, or the
+        If the device does not exist, an option is unknown, the full scale is missing, or the
         calibration cannot be used.
     """
     device, options, plate = addresses.opened(address, SoundCard.name, OPTIONS)

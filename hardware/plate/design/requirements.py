@@ -157,6 +157,6 @@ def read(path: Path) -> Brief:
     Raises
     ------
     UserError
-        The file cannot be read, is not valid TOML, or has errors; all errors are listed.
+        If the file cannot be read, is not valid TOML, or has errors; all errors are listed.
     """
     return read_toml(path, Brief)

@@ -114,7 +114,7 @@ def design(brief: Brief) -> Design:
     Raises
     ------
     UserError
-        The film would carry more than the finger presses, so that no friction is left to feel.
+        If the film would carry more than the finger presses, so that no friction is left to feel.
     """
     wanted = brief.requirements
     printed, wide = sections(brief)

@@ -131,7 +131,7 @@ def converged(layout: Layout, solved: Callable[[Density], tuple[Modes, Solution]
     Raises
     ------
     UserError
-        The plate cannot be solved.
+        If the plate cannot be solved.
     """
     solution: Solution | None = None
     for brick_mm in BRICKS_MM:

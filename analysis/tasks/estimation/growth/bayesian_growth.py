@@ -139,7 +139,7 @@ def bayesian_growth(data: Prepared) -> BayesianGrowth | NotComputed:
     Raises
     ------
     ModuleNotFoundError
-        The extra is not installed.
+        If the extra is not installed.
     """
     trials = _trials(data)
     if isinstance(trials, NotComputed):
