@@ -201,17 +201,17 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         OverLimit
-            If the amplitude or the duty is outside the limits; the plate was left unchanged.
+            If the amplitude or the duty is outside the limits. The plate is left unchanged.
         UserError
-            If this backend cannot play the texture, see `check_supported`; the plate was left
+            If this backend cannot play the texture, see `check_supported`. The plate is left
             unchanged.
         NotReached
-            If the reported amplitude differs from the commanded one; the plate was silenced.
+            If the reported amplitude differs from the commanded one. The plate is silenced.
         OffCalibration
-            If the reported voltage differs from the calibration's prediction; the plate was
+            If the reported voltage differs from the calibration's prediction. The plate is
             silenced.
         PlateFault
-            If the rig fails in any other way; the plate was silenced.
+            If the rig fails in any other way. The plate is silenced.
         """
         loop = self.check_supported(surface)
         level = loop.mean_level if loop else surface.level
@@ -264,11 +264,11 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         OverLimit
-            If the amplitude is outside the limits; the plate was left unchanged.
+            If the amplitude is outside the limits. The plate is left unchanged.
         PlateRefused
             If the plate is off; a surface must be presented first.
         PlateFault
-            If the rig fails in any other way; the plate was silenced.
+            If the rig fails in any other way. The plate is silenced.
         """
         self.limits.check_level(level)
         if self.output is not Output.MAY_BE_ON:
@@ -284,12 +284,12 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         OverLimit, UserError
-            If an amplitude is outside the limits, or the plate is not fast enough; the plate was
+            If an amplitude is outside the limits, or the plate is not fast enough. The plate is
             left unchanged.
         PlateRefused
             If the plate is off, or cannot modulate.
         PlateFault
-            If the rig fails in any other way; the plate was silenced.
+            If the rig fails in any other way. The plate is silenced.
         """
         self._check_loop(change)
         if self.modulator is None or self.output is not Output.MAY_BE_ON:
@@ -310,7 +310,7 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         OverLimit
-            If frequency, voltage or duty is outside the limits; the plate was left unchanged.
+            If frequency, voltage or duty is outside the limits. The plate is left unchanged.
         PlateRefused
             If the backend does not allow control of frequency and voltage.
         """

@@ -102,7 +102,7 @@ class StillVibrating(PlateFault):
 
 
 class OverLimit(PlateFault):
-    """A command was outside the plate's limits; the plate was left unchanged."""
+    """A command was outside the plate's limits. The plate is left unchanged."""
 
     code = "over_limit"
     remedy = (

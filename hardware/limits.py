@@ -108,7 +108,7 @@ class PlateLimits:
         Parameters
         ----------
         commanded_level, reported_level : float
-            In the plate's quantity.
+            Levels in the plate's quantity.
         applied : bool
             Whether the level was computed from the active drive instead of measured;
             `APPLIED_TOLERANCE` then applies.

@@ -33,7 +33,7 @@ class Backend(Protocol):
         clock : Clock
             The session's clock.
         seed : int
-            For a simulated backend; others ignore it.
+            Random seed of a simulated backend; others ignore it.
         """
 
 

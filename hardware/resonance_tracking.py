@@ -104,7 +104,7 @@ def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
         If, at resonance, the amplitude differs from the calibration's prediction: the amplifier,
         the plate or the instrument has changed.
     PlateFault
-        If the rig failed; the plate was silenced.
+        If the rig failed. The plate is silenced.
     """
     if not plate.tracks or plate.calibration is None:
         raise PlateRefused(f"backend '{plate.name}' has no resonance to track")

@@ -88,7 +88,7 @@ def ramp(gain: float, target: float, samples: int, fade_samples: int) -> NDArray
     Parameters
     ----------
     gain, target : float
-        From 0 (silent) to 1 (the noise's level).
+        Gains from 0 (silent) to 1 (the noise's level).
     samples : int
         Number of gains.
     fade_samples : int

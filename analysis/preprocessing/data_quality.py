@@ -92,8 +92,8 @@ def rarely_falling(levels: int) -> int:
     """Return the smallest number of decreases between means with chance probability up to 1 in 20.
 
     For a participant who feels no difference, every order of the means is equally likely; a
-    participant who feels a difference has fewer falls. The number of orders with a given number of
-    falls is an Eulerian number.
+    participant who feels a difference has fewer decreases. The number of orders with a given number
+    of decreases is an Eulerian number.
 
     >>> [rarely_falling(levels) for levels in (2, 3, 4, 5, 8)]
     [2, 3, 3, 4, 6]

@@ -158,7 +158,7 @@ def read_main_trials(
     required, columns : tuple of str
         Columns that must be present, and all columns to read.
     counts : dict
-        Updated with the counts.
+        Row counts, which are updated.
     """
     frame, sources = read_tables(
         [path for path, _ in entries],

@@ -117,7 +117,7 @@ class TableMapping(FrozenTable):
         yes/no answer (``answer``), with the previous stimulus (``reference``, default: none, 0). A
         table of counts has the number of yes answers (``yes_count``) and of all answers (``n``).
         Ratings of pairs have the two items (``first``, ``second``) and their ``dissimilarity``. A
-        ``factor`` is a condition that each participant meets with every stimulus.
+        ``factor`` is a condition in which each participant judges every stimulus.
     stimulus : StimulusWords
         Name and unit of the quantity; default: the column name, without a unit. ``in_unit`` is the
         unit of the report if it has another prefix.

@@ -40,7 +40,7 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
     labels : sequence of str
         Every distinct label.
     column, file : str
-        For messages.
+        Names of column and file, for messages.
 
     Raises
     ------

@@ -188,7 +188,7 @@ def only_named(
     Parameters
     ----------
     frame : DataFrame
-        With the columns ``identifier`` and ``line``.
+        A table with the columns ``identifier`` and ``line``.
     name : str
         Name of the file, for messages.
     quoted : bool array, shape (rows,), optional

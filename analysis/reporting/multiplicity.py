@@ -55,7 +55,7 @@ class Multiplicity:
     tests : int
         Total number of tests.
     level : float
-        1 - confidence.
+        Significance level, 1 - confidence.
     """
 
     families: tuple[FamilyOfTests, ...]

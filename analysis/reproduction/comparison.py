@@ -51,7 +51,7 @@ class Outcome:
     ours : float
         The number computed by this repository.
     unit : str
-        Unit of both.
+        Unit of both numbers.
     reason : str
         How our value was obtained, or why it differs.
     rule : callable, optional

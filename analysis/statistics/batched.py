@@ -76,7 +76,7 @@ def signed_rank_p(differences: Array) -> Array:
     Parameters
     ----------
     differences : array, shape (tables, participants)
-        NaN if missing.
+        Paired differences; NaN if missing.
     """
     from scipy import stats  # noqa: PLC0415
 

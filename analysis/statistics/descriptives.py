@@ -106,7 +106,7 @@ def describe(
         ``amplitude_um_pp n mean geometric_mean median sd_sample sd_population maximum_deviation
         mean_low mean_high geometric_n geometric_low geometric_high within_low within_high``. Mean
         and geometric mean have t-based confidence intervals across participants; ``within`` refers
-        to `within_intervals`, around the geometric mean.
+        to `within_intervals` around the geometric mean.
     """
     table = table3(cells).rename(columns={"standard_deviation": "sd_sample"})
     logs = logs.reindex(columns=cells.columns)

@@ -167,7 +167,7 @@ def eta_squared_interval(values: Array, confidence: float) -> ConfidenceInterval
     Parameters
     ----------
     values : array, shape (participants, amplitudes)
-        Without missing values; at least three participants.
+        Complete values from at least three participants.
     """
     from scipy import stats  # noqa: PLC0415
 

@@ -33,7 +33,7 @@ class Equivalence:
     Parameters
     ----------
     bound : float
-        Above 1: equivalence means a ratio between 1/bound and bound.
+        Ratio above 1: amplitudes are equivalent if their ratio is between 1/bound and bound.
     interval : ConfidenceInterval
         Interval for the ratio at level 1 - 2 α, where α is the level of the difference tests; it
         lies inside the bounds if and only if ``p`` < α.

@@ -26,9 +26,9 @@ class MeanOverParticipants:
     Parameters
     ----------
     mean, sd : float
-        In the unit of the values; the sample standard deviation (n - 1).
+        Mean and sample standard deviation (n - 1), in the unit of the values.
     interval : ConfidenceInterval
-        t-based confidence interval of the mean.
+        t-based confidence interval for the mean.
     t, df, p : float, int, float
         Two-sided test of the mean against 0.
     """

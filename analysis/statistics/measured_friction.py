@@ -47,13 +47,13 @@ class ParticipantLine:
     trials : int
         Trials with an estimate above 0 and a measured coefficient.
     slope : float
-        Change of the natural logarithm of the estimate per unit of the coefficient.
+        Change in the natural logarithm of the estimate per unit of the coefficient.
     slope_interval : ConfidenceInterval
-        t-based, from ordinary least squares; assumes independent trials.
+        t-based interval from ordinary least squares; assumes independent trials.
     correlation : float
         Pearson correlation between the logarithm of the estimate and the coefficient.
     correlation_interval : ConfidenceInterval
-        From Fisher's z; assumes independent trials.
+        Interval from Fisher's z; assumes independent trials.
     """
 
     participant_id: str
@@ -72,7 +72,7 @@ class MeanCorrelation:
     ----------
     correlation : float
     interval : ConfidenceInterval
-        t-based interval of the mean z, transformed back.
+        t-based interval for the mean z, transformed back.
     """
 
     correlation: float

@@ -42,15 +42,15 @@ class RmAnova:
     Parameters
     ----------
     F, df1, df2, p : float, int, int, float
-        Uncorrected.
+        F test without sphericity correction.
     epsilon_gg, p_gg : float
-        Greenhouse-Geisser correction.
+        Greenhouse–Geisser epsilon and corrected p-value.
     epsilon_hf, p_hf : float
-        Huynh-Feldt correction.
+        Huynh–Feldt epsilon and corrected p-value.
     eta2_generalised : float
         Generalised eta squared.
     eta2_generalised_interval : ConfidenceInterval or None
-        None if it is not defined.
+        Interval for generalised eta squared; None if it is not defined.
     mauchly_w, mauchly_p : float or None
         Test of sphericity; None for two amplitudes, for which sphericity always holds, and for
         fewer participants than amplitudes, for which the test is not defined.

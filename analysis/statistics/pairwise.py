@@ -40,7 +40,7 @@ class PairedT:
     ratio : float
         Ratio of geometric means, larger amplitude to smaller amplitude.
     ratio_interval : ConfidenceInterval
-        t-based, from the mean difference of logarithms.
+        t-based interval from the mean difference in logarithms.
     t, df, p, p_holm : float, int, float, float
         Two-sided test; ``p_holm`` is corrected across all pairs.
     d_z : float

@@ -32,7 +32,7 @@ class PowerLaw:
     exponent : float
         Mean of participants' exponents.
     interval : ConfidenceInterval
-        t-based, across participants.
+        t-based interval across participants.
     sd : float
         Standard deviation of participants' exponents (n - 1).
     n : int

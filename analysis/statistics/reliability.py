@@ -53,7 +53,7 @@ class Reliability:
     Parameters
     ----------
     single, mean : IntraclassCorrelation
-        For one estimate, and for the mean of a participant's repetitions at an amplitude.
+        Reliability of one estimate, and of the mean of a participant's repetitions at an amplitude.
     variance_participants, variance_interaction, variance_repetitions : float
         Variance components of natural logarithms; not below 0.
     n, amplitudes, trials : int

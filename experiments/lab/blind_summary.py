@@ -63,7 +63,7 @@ class RunSummary:
     duration_s : float
         Time from the beginning to the last step.
     readings : tuple of PlateReading
-        One per presentation.
+        One reading per presentation.
     doing : str
         The most recently started step: its type, a colon, and the question name (if any).
     consent : {"", "yes", "no"}

@@ -476,7 +476,7 @@ class Adjusted(Reply):
     readback_level : float or None
         The plate's readback at the end.
     trace : tuple of pairs
-        Each amplitude on the way, and when it settled: (seconds from the beginning, µm peak
+        Each intermediate amplitude, and when it settled: (seconds from the beginning, µm peak
         to peak); the first pair is the start.
     again_s : tuple of float
         When the reference was requested, in seconds from the beginning.

@@ -73,7 +73,7 @@ def run_plan(
     Parameters
     ----------
     plate : PlateDriver
-        Connected.
+        The connected plate.
     journal : Journal
         A new journal, to which the header is written here, or a reopened one.
     sources : Mapping, optional

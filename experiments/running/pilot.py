@@ -79,7 +79,7 @@ def pilot_plans(
     study_name : str
         A study file, or the name of a shipped study.
     participants, seed, language
-        Override the study's own.
+        Override the study's own values.
     population : Population, optional
         The simulated population; default: the shipped one.
     text : str, optional

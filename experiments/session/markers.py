@@ -51,7 +51,7 @@ class Markers:
     Parameters
     ----------
     outputs : sequence of MarkerOutput
-        Already open.
+        The outputs, already open.
     lost : callable
         Called with the output's name and the reason when an output fails.
     """

@@ -79,7 +79,7 @@ class Playback:
     Parameters
     ----------
     noise : ndarray, shape (n,)
-        One period.
+        One period of the noise.
     fade_samples : int
         Length of a fade from silence to full level.
     """

@@ -38,7 +38,7 @@ class OperatorAnswers:
     Parameters
     ----------
     progress, clock
-        Those of the session.
+        The session's objects of these names.
     """
 
     def __init__(self, progress: Progress, clock: Clock) -> None:

@@ -94,7 +94,7 @@ class Session:
     Parameters
     ----------
     steps : generator
-        The protocol.
+        The protocol's steps.
     plate, participant, journal, clock, operator
         Everything that a session interacts with. A session with a virtual clock, a mock plate and
         a simulated participant can therefore be replayed byte for byte.
@@ -118,7 +118,7 @@ class Session:
     warnings : tuple of str, optional
         Problems found earlier, to show to the operator.
     stroke : Stroke, optional
-        How the participant is to stroke; trials outside are rejected.
+        How the participant should stroke; trials outside the windows are rejected.
     """
 
     def __init__(

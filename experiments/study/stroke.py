@@ -47,7 +47,7 @@ class Stroked:
     speed_mm_s, normal_n : float or None
         Means.
     forward_share : float or None
-        Share of the path along the stroke towards larger positions.
+        Proportion of the path along the stroke that leads to larger positions.
     """
 
     speed_mm_s: float | None = None

@@ -74,7 +74,7 @@ class FunctionGenerator(PlateDriver):
     clock : Clock
         Provides the readbacks' times; waits use the machine's clock.
     limits : PlateLimits
-        At the plate.
+        Limits at the plate.
     calibration : Calibration
         Required to present surfaces, but not for `excite`.
     plate_file : PlateFile
@@ -86,7 +86,7 @@ class FunctionGenerator(PlateDriver):
     dialect : Dialect
         The generator's make; default: identified with ``*IDN?``.
     drive : DriveOfLevel
-        For a plate in a quantity other than µm; default: the calibration's.
+        The drive for a plate in a quantity other than µm; default: the calibration's.
 
     Raises
     ------

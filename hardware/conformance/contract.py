@@ -37,9 +37,9 @@ class Rig:
     Parameters
     ----------
     plate : PlateDriver
-        Not connected.
+        The driver, not connected.
     clock : Clock
-        The machine's.
+        The machine's clock.
     """
 
     def __init__(self, plate: PlateDriver, clock: Clock) -> None:

@@ -38,7 +38,7 @@ class Movement:
     strokes : int
         Number of movements of 5 mm or more in one direction along x.
     forward_share : float or None
-        Share of the path along x towards larger x; None without movement along x.
+        Proportion of the path along x that leads to larger x; None without movement along x.
     """
 
     speed_mm_s: float | None

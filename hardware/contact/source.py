@@ -74,11 +74,12 @@ class Surroundings:
     clock : Clock
         Time base of the samples.
     seed : int
-        For a simulated source.
+        Random seed of a simulated source.
     participant : str
         The simulated participant.
     finger : Finger or None
-        For sources that obtain the position from the window or the simulated participant.
+        The finger, for sources that obtain the position from the window or the simulated
+        participant.
     vibration_level : callable or None
         Returns what a finger on the plate feels now, µm peak to peak; for a simulated force.
     """

@@ -118,7 +118,7 @@ class CompiledBoard:
     watchdog_ms : float
         The board silences itself if it receives nothing for this time.
     code : ctypes.CDLL
-        From `load`.
+        The library returned by `load`.
     """
 
     def __init__(

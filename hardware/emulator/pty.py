@@ -84,7 +84,7 @@ class Emulator:
     Parameters
     ----------
     clock : Clock
-        The machine's.
+        The machine's clock.
     injections : iterable of Injection
         Faults to inject; phases are those of `slipscale.hardware.emulator.response_faults`.
     twin : Twin
@@ -102,7 +102,7 @@ class Emulator:
         Creates a board that runs the compiled firmware, see
         `slipscale.hardware.emulator.compiled`; default: the emulated board.
     limits : BoardLimits
-        Of the emulated board; ``watchdog_ms`` replaces their watchdog time.
+        Limits of the emulated board; ``watchdog_ms`` replaces their watchdog time.
     unit : str
         The emulated board's unit.
     """

@@ -34,10 +34,10 @@ class Resonator:
         IV-A, which does not specify whether its volts are peak or peak to peak; the drive voltage
         here is peak, as suggested by the finite elements that match the measured amplitude).
     quality_factor : float
-        Of the assembled plate. Not published: 60 is the ceramic's. Calibrate it.
+        Q of the assembled plate. It was not published; 60 is the ceramic's value. Calibrate it.
     temperature_coefficient_hz_per_k : float
-        Change of the resonance with temperature. Not published: half of copper beryllium's modulus
-        coefficient of about -350 ppm/K, at 30.5 kHz.
+        Change in resonance with temperature. It was not published; the default is half of copper
+        beryllium's modulus coefficient of about -350 ppm/K, at 30.5 kHz.
     reference_temperature_c : float
         Temperature at which `resonance_hz` applies.
     """
@@ -70,7 +70,7 @@ class FingerLoad:
     Parameters
     ----------
     loss : float
-        Added to 1/Q. 1/300 reduces Q from 60 to 50.
+        Loss added to 1/Q; 1/300 reduces Q from 60 to 50.
     detuning_hz : float
         Shift of the resonance; negative if the finger acts as a mass.
     """
@@ -95,11 +95,11 @@ class Conditions:
     Parameters
     ----------
     resonance_hz : float
-        Current resonance.
+        Current resonance frequency.
     quality_factor : float
-        With the finger.
+        Quality factor with the finger.
     gain_um_pp_per_v : float
-        At resonance, with the finger.
+        Gain at resonance, with the finger.
     """
 
     resonance_hz: float

@@ -54,11 +54,11 @@ class Assembly:
     layout, density, quarter
         Layout and mesh; ``quarter`` is x, y >= 0 with symmetry at both planes.
     nodes : ndarray, shape (3, n)
-        Positions, m.
+        Positions in m.
     polarity : ndarray, shape (n,)
         Polarity +1 or -1 of the ceramic that a node belongs to; 0 in the resonator.
     stiffness, mass : sparse, shape (3n, 3n)
-        N/m and kg.
+        Stiffness in N/m and mass in kg.
     ceramic_stiffness : sparse, shape (3n, 3n)
         The ceramics' part of ``stiffness``.
     coupling : sparse, shape (3n, n)
@@ -153,7 +153,7 @@ class _Bricks:
     Parameters
     ----------
     mesh : MeshHex
-        Without the bricks that hold no material.
+        The mesh without the bricks that contain no material.
     size_m : ndarray, shape (3, bricks)
         Edge lengths.
     polarity : ndarray of int, shape (bricks,)
@@ -163,7 +163,7 @@ class _Bricks:
     points : ndarray, shape (rules, 3, points)
         Integration points in the unit cube.
     weights : ndarray, shape (rules, points)
-        Their weights; the sum is the fraction of the brick that holds material.
+        Their weights; the sum is the fraction of the brick that contains material.
     """
 
     mesh: MeshHex

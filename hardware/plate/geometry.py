@@ -109,7 +109,7 @@ class Layout:
     disc : bool
         Whether the plate is a disc, with its diameter as length and width.
     drawn : tuple of Patch
-        Ceramics at free places; none: the rows of ``columns`` x ``rows``.
+        Ceramics at any positions; none: the rows of ``columns`` x ``rows``.
     ceramic_thickness_mm, resonator_thickness_mm : float
         Thicknesses h_p and h_i.
     ends : {"free", "supported"}

@@ -146,7 +146,7 @@ def harmonic(
     Parameters
     ----------
     found : Modes
-        From `plate_modes`.
+        Modes returned by `plate_modes`.
     voltage_v : float
         Drive, V peak.
     loss_factor : array_like, optional

@@ -37,11 +37,11 @@ class Surroundings:
     Parameters
     ----------
     temperature_c : float
-        At the start.
+        Temperature at the start.
     warm_up_k, warm_up_s : float
         Warm-up of the plate in kelvin, and its time constant.
     wander_k : float
-        Largest slow change of the room's temperature around that.
+        Largest slow deviation of the room temperature from that value.
     """
 
     temperature_c: float = 22.0

@@ -46,9 +46,10 @@ class Supported:
     free : ndarray of int
         Free displacements, as indices into the assembly's.
     stiffness, mass : sparse
-        Of the free displacements.
+        Matrices of the free displacements.
     coupling, capacitance : sparse
-        Of the free potentials (inside the ceramics; with open electrodes, the electrode too).
+        Matrices of the free potentials (inside the ceramics; with open electrodes, the electrode
+        too).
     force : ndarray
         Nodal forces per volt on the outer electrodes with all displacements held, N/V.
     """

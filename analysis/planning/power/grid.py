@@ -28,7 +28,7 @@ class Condition:
     ----------
     participants : int
     repetitions : int
-        Ratings per surface.
+        Number of ratings per surface.
     effect : float
         Effect size relative to the population; with 0.5, differences between mean sensations are
         halved.

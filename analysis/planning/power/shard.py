@@ -69,7 +69,7 @@ class Shard:
     design : Design
     condition : Condition
     number : int
-        From 0.
+        Number of the shard, from 0.
     studies : int
     seed : int
     looks : Looks

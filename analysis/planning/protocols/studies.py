@@ -63,7 +63,7 @@ class ProtocolStudy:
     amount : str
         The option that sets the number of trials.
     number : int
-        Its value.
+        Value of that option.
     """
 
     name: str

@@ -37,7 +37,7 @@ def simulated_dataset(
     study : int
         Index of the study, from 0.
     amplitudes_um_pp : sequence of float
-        Ascending.
+        Amplitudes in ascending order.
     choices : AnalysisChoices
         The study's choices.
     declared : bool

@@ -46,7 +46,7 @@ class Task:
     Parameters
     ----------
     amplitudes_um_pp : tuple of float
-        Ascending.
+        Amplitudes in ascending order.
     repetitions, practice : int
         How often each surface is rated in main trials, and in practice before them.
     order : {"blocked", "simple", "williams"}

@@ -49,7 +49,7 @@ def draw_orders(
     no_immediate_repeat : bool
         Whether no surface follows itself.
     shape : (int, int)
-        Studies and participants.
+        Numbers of studies and participants.
     rng : Generator
         The only source of random numbers.
     """

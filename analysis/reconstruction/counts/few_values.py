@@ -59,7 +59,7 @@ def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
     Parameters
     ----------
     values : sequence of int
-        In ascending order.
+        Values in ascending order.
     n : int
         Size of a multiset.
     of_sum : dict of int to list of (int, int)

@@ -55,7 +55,7 @@ class Choices:
     complete : bool
         Whether every choice is included; if not, the choices are a random selection.
     n : int
-        Participants.
+        Number of participants.
     """
 
     places: Array

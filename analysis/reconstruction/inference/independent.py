@@ -195,7 +195,7 @@ def extreme_between(ends: Array, weights: Array) -> tuple[tuple[Array, float], t
     ends : ndarray, shape (groups, 2)
         Range of each mean.
     weights : ndarray, shape (groups,)
-        n of each group.
+        Number of participants in each group.
 
     Returns
     -------

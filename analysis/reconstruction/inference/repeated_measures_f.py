@@ -54,7 +54,7 @@ def least_f(moments: Sequence[Moments], n: int) -> float | None:
     moments : sequence of tuple of (int, int)
         Possible sums and sums of squares of each column.
     n : int
-        Participants.
+        Number of participants.
     """
     found = _least(moments, n)
     return found.f if found else None

@@ -66,7 +66,7 @@ class Trials:
     Parameters
     ----------
     person, condition : int array, shape (rows,)
-        Indices from 0.
+        Indices, counted from 0.
     design : array, shape (rows, coefficients)
         Design matrix of the thresholds; constant within each condition of a person.
     u : array, shape (rows,)

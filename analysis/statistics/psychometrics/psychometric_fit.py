@@ -84,7 +84,7 @@ class Model:
     Parameters
     ----------
     curve : Curve
-        The family.
+        The family of curves.
     share : float
         Value of the curve at the threshold, before guesses and lapses.
     guess : {"fixed", "free", "equal to lapse"}
@@ -149,7 +149,7 @@ class Fits:
     theta : array, shape (sets, 4)
         Columns `THRESHOLD`, `LOG_SLOPE`, `LAPSE`, `GUESS`.
     log_likelihood : array, shape (sets,)
-        Without the binomial coefficients.
+        Log likelihood without the binomial coefficients.
     bounds : Bounds
         Search ranges.
     """

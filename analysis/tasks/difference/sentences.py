@@ -91,7 +91,8 @@ def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]
 def finding(found: Finding, quantity: Quantity) -> str:
     """Return the paper's finding: who felt a difference, and who said it was less slippery.
 
-    The code book is of slipperiness: where something else was judged, the second is left out.
+    The code book covers slipperiness only. If another property was judged, the second part is
+    omitted.
     """
     n, fell = found.n, f"when the {quantity.name} fell"
     coded = quantity.judged == PLATE_AMPLITUDE.judged

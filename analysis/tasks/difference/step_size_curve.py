@@ -92,7 +92,7 @@ def psychometric(
 
     Uses generalised estimating equations (Liang and Zeger 1986, Biometrika 73, 13-22) from
     statsmodels, with an exchangeable correlation within participants. Standard errors use the
-    Mancl-DeRouen correction (2001, Biometrics 57, 126-134), which suits few participants; the
+    Mancl-DeRouen correction (2001, Biometrics 57, 126-134), which suits small samples; the
     interval uses the t distribution with n - 2 degrees of freedom.
 
     Parameters

@@ -133,7 +133,7 @@ class Finding:
     Parameters
     ----------
     n : int
-        Participants.
+        Number of participants.
     felt_a_difference, felt_every_change : int
         Number of participants who felt a change at least once, and every time.
     said_less_slippery : int
@@ -184,9 +184,9 @@ class DescendingDifference:
     participants : int
         Number of participants who answered.
     answers_per_participant_and_step : float
-        Mean.
+        Mean number of answers.
     coders : CoderAgreement, NotComputed or None
-        None if the data set has no codes from human coders.
+        Agreement between coders; None if the data set has no codes from human coders.
     """
 
     steps: tuple[StepAnswers, ...]

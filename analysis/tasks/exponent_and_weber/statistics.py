@@ -60,7 +60,7 @@ class ExponentAndWeber:
     standard_um_pp : float
         Standard of the comparison, µm peak to peak.
     participants : tuple of OwnExponentAndWeber
-        One per participant.
+        One entry per participant.
     exponent : Estimate
         Mean with t-based interval.
     weber_fraction : Estimate

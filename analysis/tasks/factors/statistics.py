@@ -68,7 +68,7 @@ class ConditionChange:
     log_ratio : MeanOverParticipants or NotComputed
         Participants' mean logarithms minus those in the first condition, over the same levels.
     exponent_p_holm, log_ratio_p_holm : float or None
-        Corrected across the factor's conditions.
+        p-values corrected across the factor's conditions.
     mixed_exponent, mixed_log_ratio : FixedEffect or NotComputed
         The same differences from the mixed model; the ratio is at the mean log level.
     """

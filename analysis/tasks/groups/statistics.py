@@ -71,7 +71,7 @@ class GroupComparison:
     levels : Welch or NotComputed
         Comparison of participants' mean logarithms over all amplitudes.
     anova : MixedAnova or NotComputed
-        From participants with a logarithm at every amplitude.
+        Analysis of variance of participants with a logarithm at every amplitude.
     """
 
     column: str

@@ -42,9 +42,9 @@ class GroupDifference:
     Parameters
     ----------
     first, second : str
-        Groups.
+        Names of the groups.
     difference : float
-        Difference of means, first minus second.
+        Difference between means, first minus second.
     interval : ConfidenceInterval
         Welch's interval for the difference.
     t, df, p, p_holm : float
@@ -52,7 +52,7 @@ class GroupDifference:
     hedges_g : float
         The difference divided by the pooled standard deviation, with Hedges' correction.
     hedges_g_interval : ConfidenceInterval or None
-        From the non-central t distribution, exact for equal variances; None if it is not defined.
+        Interval from the non-central t distribution, exact for equal variances; None if undefined.
     """
 
     first: str
@@ -78,12 +78,12 @@ class Welch:
     Parameters
     ----------
     groups : tuple of GroupMean
-        In the order of their names.
+        Groups in the order of their names.
     F, df1, df2, p : float
         Welch's test; with two groups, F is t squared.
     eta2, eta2_interval
         Proportion of the values' variance between groups, from the ordinary analysis of variance;
-        the interval is by its non-central F.
+        the interval uses the non-central F distribution.
     pairs : tuple of GroupDifference
         All pairs of groups.
     """

@@ -73,12 +73,12 @@ class TaskLimits:
     ----------
     task : str
     participants, answers, series, without_transition : int
-        Numbers of each.
+        Number of each of these.
     standard_um_pp : float or None
         The standard; None if it was not constant.
     threshold_um_pp, ascending_um_pp, descending_um_pp : MeanOverParticipants or NotComputed
     constant_error_um_pp : MeanOverParticipants or NotComputed
-        Descending minus ascending.
+        Descending minus ascending transition.
     people : tuple of PersonLimits
     """
 

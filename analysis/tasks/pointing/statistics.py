@@ -84,7 +84,7 @@ class Cell:
     bits, effective_bits : float
         Index of difficulty, nominal and effective.
     movement_time_s : float
-        Mean.
+        Mean movement time.
     """
 
     bits: float
@@ -114,10 +114,10 @@ class FeedbackPointing:
     ----------
     feedback : str
     movements, left_out : int
-        Numbers of movements, and of cells that are left out.
+        Number of movements, and number of omitted cells.
     throughput_bit_s, movement_time_s, error_share : MeanOverParticipants or NotComputed
     intercept_s, slope_s_per_bit : MeanOverParticipants or NotComputed
-        Of movement time on the index of difficulty.
+        Regression of movement time on the index of difficulty.
     people : tuple of PersonPointing
     """
 
@@ -140,7 +140,7 @@ class TaskPointing:
     ----------
     task : str
     conditions : tuple of FeedbackPointing
-        Without feedback first.
+        Conditions; the one without feedback is first.
     throughput_gain_bit_s, time_gain_s : MeanOverParticipants or NotComputed
         Second condition minus first, within participants.
     """

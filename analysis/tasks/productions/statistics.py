@@ -66,13 +66,13 @@ class ProducedNumber:
     Parameters
     ----------
     number : float
-        As shown.
+        The number, as shown.
     participants, productions : int
         Numbers of participants and productions.
     amplitude_um_pp : float
         Geometric mean of participants' geometric means, µm peak to peak.
     interval : ConfidenceInterval or None
-        t-based interval of the mean logarithm, transformed back; None if undefined.
+        t-based interval for the mean logarithm, transformed back; None if undefined.
     """
 
     number: float
@@ -126,14 +126,14 @@ class TaskProductions:
     standard_um_pp, modulus : float
         The standard (µm peak to peak) and its number.
     participants, answers, catch_trials : int
-        Numbers of each; ``answers`` excludes catch trials.
+        Number of each of these; ``answers`` excludes catch trials.
     catch_um_pp : float or None
         Geometric mean for catch trials, in which the number is that of the standard.
     at_bounds : int
         Number of productions that ended within one notch of the plate's limits. They are kept; if
         people wanted to go further, the slope is too small.
     numbers : tuple of ProducedNumber
-        In ascending order.
+        Results by number, in ascending order.
     slope : MeanOverParticipants or NotComputed
         Mean of participants' slopes of log amplitude on log number.
     exponent : float or None

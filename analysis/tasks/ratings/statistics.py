@@ -95,7 +95,7 @@ class RatedSurface:
     mean, sd : float, float or None
         Mean and standard deviation (n - 1) of participants' mean ratings.
     interval : ConfidenceInterval or None
-        t-based interval of the mean across participants; None for fewer than three.
+        t-based interval for the mean across participants; None for fewer than three.
     at_left, at_right : int
         Number of ratings at the left and right end of the scale.
     """
@@ -143,7 +143,7 @@ class TaskRatings:
     task : str
         Task label in file names.
     participants, answers, catch_trials : int
-        Numbers of each; ``answers`` excludes catch trials.
+        Number of each of these; ``answers`` excludes catch trials.
     catch_mean : float or None
         Mean rating in catch trials (the bare plate).
     categories : int or None
@@ -151,7 +151,7 @@ class TaskRatings:
     resolution : float or None
         Smallest distance between two possible marks; None if it was not constant.
     surfaces : tuple of RatedSurface
-        In ascending order of amplitude, then textures.
+        Surfaces in ascending order of amplitude, then textures.
     friedman : Friedman or NotComputed
         Test of a difference between surfaces.
     page_trend : PageTrend or NotComputed

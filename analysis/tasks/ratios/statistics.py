@@ -57,7 +57,7 @@ class JudgedSurface:
     ratio : float
         Geometric mean of participants' geometric means.
     interval : ConfidenceInterval or None
-        t-based interval of the mean logarithm, transformed back; None if undefined.
+        t-based interval for the mean logarithm, transformed back; None if undefined.
     """
 
     comparison_um_pp: float
@@ -81,11 +81,11 @@ class TaskRatios:
         Name of the figure: task label, followed by the standard in nm if there are several
         standards.
     participants, answers, catch_trials : int
-        Numbers of each; ``answers`` excludes catch trials.
+        Number of each of these; ``answers`` excludes catch trials.
     catch_ratio : float or None
         Geometric mean for catch trials (the standard against itself).
     surfaces : tuple of JudgedSurface
-        In ascending order.
+        Surfaces in ascending order.
     power_law : PowerLaw or NotComputed
         Power law from each participant's log ratios and log amplitudes.
     """

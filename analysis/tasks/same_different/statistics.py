@@ -70,7 +70,8 @@ class PairSensitivity:
         Number of "different" answers and of trials, with different surfaces and with the same
         surface twice.
     d_prime, criterion : float
-        From all answers together; the criterion k is in standard deviations of one impression.
+        Values from all answers together; the criterion k is in standard deviations of one
+        impression.
     mean_d_prime : MeanOverParticipants or NotComputed
         Mean of the participants' individual d' values.
     """
@@ -100,7 +101,7 @@ class TaskPairs:
 def differencing(different: float, same: float) -> tuple[float, float]:
     """Return d' and criterion k from the proportions of "different" for different and same pairs.
 
-    d' is 0 if different pairs are not called different more often than same ones.
+    d' is 0 if different pairs are not judged different more often than same pairs.
 
     >>> d_prime, criterion = differencing(0.7, 0.3)
     >>> round(d_prime, 2), round(criterion, 2)

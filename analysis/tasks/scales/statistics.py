@@ -78,7 +78,7 @@ class TaskScale:
         Surfaces in the order of all scale values: ascending if they are amplitudes (µm peak to
         peak), else by name.
     participants, answers, catch_trials : int
-        Numbers of each.
+        Number of each of these.
     chosen, compared : tuple of int
         For pairs: how often each surface was chosen, and how often it was presented.
     bradley_terry, thurstone : ComparisonScale or NotComputed

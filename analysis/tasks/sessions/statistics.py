@@ -41,7 +41,7 @@ class SessionChange:
     change : MeanOverParticipants or NotComputed
         Value in this session minus value in the first session, per participant.
     p_holm : float or None
-        Corrected across all changes in all measures.
+        p-value corrected across all changes in all measures.
     """
 
     session: str

@@ -74,7 +74,7 @@ class TaskMap:
     task : str
         Task label in file names.
     participants, answers, catch_trials : int
-        Numbers of each; ``answers`` excludes catch trials.
+        Number of each of these; ``answers`` excludes catch trials.
     items : tuple of str
     stress : Mapping
         Number of dimensions -> stress-1 of the map.
@@ -171,7 +171,7 @@ def scaled(dissimilarities: Array, dimensions: int) -> tuple[Array, float]:
     Parameters
     ----------
     dissimilarities : array, shape (items, items)
-        Symmetric and complete.
+        Dissimilarities; symmetric and complete.
     """
     from sklearn.manifold import smacof  # noqa: PLC0415 - a second's import
 

@@ -50,14 +50,14 @@ class FrictionThreshold:
     Parameters
     ----------
     lower : bool
-        Whether the changes are reductions of friction.
+        Whether the changes are reductions in friction.
     averaged : bool
         Whether changes are means per participant and plate level, not those of single trials.
     change : Estimate
-        Change of the coefficient at the threshold; for a comparison, at the point of subjective
+        Change in the coefficient at the threshold; for a comparison, at the point of subjective
         equality.
     just_noticeable : Estimate or NotComputed
-        Just noticeable difference of the coefficient: half the distance between the 25 and 75 %
+        Just noticeable difference in the coefficient: half the distance between the 25 and 75 %
         points of a comparison; otherwise ``change``.
     weber_fraction : Estimate or NotComputed
         ``just_noticeable`` divided by ``standard``.
@@ -97,7 +97,7 @@ def friction_threshold(
     rows : DataFrame
         Trials of the task from `slipscale.analysis.tasks.thresholds.reading.read_choices`.
     method, curve : str
-        As fitted against the plate's level.
+        Method and curve fitted against the plate's level.
     """
     if choices.threshold_friction is None:
         return NotComputed("the study does not set threshold_friction")

@@ -56,7 +56,7 @@ class ConditionReversals:
     tracks, left_out : int
         Numbers of tracks, and of tracks with too few reversals.
     mean_um_pp : Estimate or NotComputed
-        Mean over participants, with a t-based interval.
+        Mean across participants, with a t-based interval.
     people : tuple of PersonReversals
     """
 

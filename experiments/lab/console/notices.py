@@ -36,7 +36,7 @@ def notices(
     rosters : tuple of Roster
         Participants first, then rehearsals.
     now : datetime
-        In UTC.
+        Current time in UTC.
     """
     begun = [
         (person.label, visit)

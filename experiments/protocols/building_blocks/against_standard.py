@@ -62,7 +62,7 @@ class AgainstStandard(RatedSurfaces):
     Parameters
     ----------
     options, context
-        Those of the run.
+        The run's options and context.
     planned : sequence of sequence of Presentation
         Blocks of trials, practice first.
     words : str

@@ -161,7 +161,7 @@ class IntervalTask(Repeating[Condition]):
     total : int
         Number of trials in the task if none is repeated.
     options, context
-        Those of the run.
+        The run's options and context.
     """
 
     def __init__(self, total: int, options: RestedOptions, context: Context) -> None:
@@ -193,7 +193,7 @@ class Comparing(IntervalTask[Shown]):
     Parameters
     ----------
     options, context
-        Those of the run.
+        The run's options and context.
     texts : str
         Prefix of the keys of the task's own texts.
     question : Question

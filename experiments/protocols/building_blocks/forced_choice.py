@@ -95,7 +95,7 @@ class ForcedChoice(IntervalTask[Choice]):
     Parameters
     ----------
     options, context
-        Those of the run.
+        The run's options and context.
     texts : str
         Prefix of the keys of the task's own texts.
     standard_level : float

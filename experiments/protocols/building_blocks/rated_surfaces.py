@@ -164,7 +164,7 @@ class RatedSurfaces(Repeating[Presentation]):
     Parameters
     ----------
     options, context
-        Those of the run.
+        The run's options and context.
     planned : sequence of sequence of Presentation
         Blocks of trials, practice first.
     """

@@ -90,7 +90,7 @@ class SoundCard(PlateDriver):
     clock : Clock
         Provides the readbacks' times; waits use the machine's clock.
     limits : PlateLimits
-        At the plate. The frequencies are limited to those that the rate supports.
+        Limits at the plate. The frequencies are limited to those that the rate supports.
     calibration : Calibration
         Required to present surfaces, but not for `excite`.
     plate_file : PlateFile
@@ -104,7 +104,7 @@ class SoundCard(PlateDriver):
     attention_s : float
         The carrier stops after this time without a command or `check`; 0: never.
     drive : DriveOfLevel
-        For a plate in a quantity other than µm; default: the calibration's.
+        The drive for a plate in a quantity other than µm; default: the calibration's.
 
     Raises
     ------

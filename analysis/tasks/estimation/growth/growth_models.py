@@ -203,7 +203,7 @@ class GrowthComparison:
     best : str
         The model with the smallest AICc.
     n : int
-        Participants.
+        Number of participants.
     """
 
     models: Mapping[str, RankedFit]
@@ -228,7 +228,7 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
     name : str
         A key of `MODELS`.
     stimuli : array, shape (k,)
-        Above 0.
+        Stimuli above 0.
     logs : array, shape (n, k)
         Mean natural logarithms of estimates; NaN if missing.
     """

@@ -93,7 +93,7 @@ def least_squares(model: GrowthFunction, stimuli: Array, means: Array, counts: A
     model : GrowthFunction
         One of `MODELS`. Its shape must not depend on the stimuli's unit.
     stimuli : array, shape (k,)
-        Above 0.
+        Stimuli above 0.
     means, counts : array, shape (n, k)
         Mean natural logarithm of each participant at each stimulus, and its number of trials (at
         least 1).

@@ -48,7 +48,7 @@ class History:
     Parameters
     ----------
     bars : tuple of Bar
-        Deviations.
+        Readback deviations.
     limit : float
         Position of the allowed deviation.
     warmth : tuple of (float, float)
