@@ -86,7 +86,7 @@ def parse_toml(
     names: Callable[[dict[str, object]], Names] | None = None,
 ) -> Model:
     """Parse a TOML text like `read_toml`; ``source`` is its name in messages."""
-    from pydantic import ValidationError  # noqa: PLC0415 - whoever has a model has loaded it
+    from pydantic import ValidationError  # noqa: PLC0415 - already loaded with the model
 
     table = toml_table(text, source, parse_float=parse_float)
     known = names(table) if names else None

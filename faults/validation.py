@@ -56,7 +56,7 @@ SENTENCES = {
 OTHER = "expected another value"
 NUMBERS = ("int_type", "float_type")
 NUMBER = re.compile(r"\s*[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?\s*")
-# Most characters of a wrong value that a message shows.
+# Maximum number of characters of a wrong value shown in a message.
 LONGEST_VALUE = 200
 
 

@@ -137,6 +137,6 @@ def _shown(
     if not show_progress:
         yield from states
         return
-    from rich.progress import track  # noqa: PLC0415 - only a shown sweep pays for it
+    from rich.progress import track  # noqa: PLC0415 - only needed to show a sweep
 
     yield from track(states, description="Reynolds equation", total=total)

@@ -29,7 +29,7 @@ PAGE = ROOT / "docs" / "validation" / "index.md"
 ROW = re.compile(r"\| (?P<promise>[^|]+) \| `(?P<command>[^`|]+)` \|")
 # pytest's summary; a run without tests proves nothing.
 PASSED = re.compile(r"(?P<count>\d+) passed")
-TOLD = 4000  # most characters of a failed command's output
+TOLD = 4000  # maximum number of characters of a failed command's output
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,7 @@ def chosen_population(args: Namespace) -> tuple[Population, FittedPopulation | N
         raise UserError(
             "--population and --from both define the simulated people; expected one of them"
         )
-    from slipscale.analysis.pipeline import analyse  # noqa: PLC0415 - a second's import
+    from slipscale.analysis.pipeline import analyse  # noqa: PLC0415 - takes a second to import
     from slipscale.analysis.planning.fitted_population import fit_population  # noqa: PLC0415
 
     fitted = fit_population(analyse(args.dataset))

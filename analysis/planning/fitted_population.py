@@ -148,7 +148,7 @@ def _angles(found: Mapping[str, Any], shared: float, trial: float) -> np.ndarray
 
 def _deviates(trials: pd.DataFrame) -> pd.Series[float]:
     """Return each estimate's rank at its amplitude as a standard normal deviate."""
-    from scipy.special import ndtri  # noqa: PLC0415 - a second's import
+    from scipy.special import ndtri  # noqa: PLC0415 - takes a second to import
 
     by = trials.groupby("amplitude_um_pp", observed=True)["normalised"]
     ranks, counts = by.rank(), by.transform("count")

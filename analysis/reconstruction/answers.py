@@ -270,14 +270,14 @@ def across(
         If the columns cannot be compared, or it is not stated which participants they come from.
     """
     if design == "independent":
-        from slipscale.analysis.reconstruction.inference.independent import independent_conclusions  # noqa: PLC0415 - if asked for
+        from slipscale.analysis.reconstruction.inference.independent import independent_conclusions  # noqa: PLC0415 - if requested
 
         return Across(
             bounds=tuple(independent_conclusions(columns)), not_listed=(), distributions=()
         )
     from slipscale.analysis.reconstruction.counts.listing import LISTED  # noqa: PLC0415
     from slipscale.analysis.reconstruction.data_sets.sampling import Sampler  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.inference.conclusions import conclusions, of_moments  # noqa: PLC0415 - if asked for
+    from slipscale.analysis.reconstruction.inference.conclusions import conclusions, of_moments  # noqa: PLC0415 - if requested
     from slipscale.analysis.reconstruction.inference.distributions import distributions  # noqa: PLC0415
 
     long = tuple(s.column.label for s in columns if s.not_drawn or s.multisets > LISTED)
@@ -292,7 +292,7 @@ def across(
 def seconds_across(columns: Sequence[Solutions], design: Design) -> float:
     """Return the approximate time that `across` takes on an ordinary processor."""
     from slipscale.analysis.reconstruction.counts.listing import LISTED  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.inference.conclusions import seconds_to_conclude  # noqa: PLC0415 - if asked
+    from slipscale.analysis.reconstruction.inference.conclusions import seconds_to_conclude  # noqa: PLC0415 - if requested
 
     if design == "independent" or any(s.not_drawn or s.multisets > LISTED for s in columns):
         return 0.0

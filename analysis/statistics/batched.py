@@ -62,7 +62,7 @@ def friedman(tables: Array) -> Array:
 
 def friedman_p(tables: Array) -> Array:
     """Return the p-value of Friedman's test; 1 if all ratings are tied."""
-    from scipy import stats  # noqa: PLC0415 - a second's import
+    from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     return np.asarray(stats.chi2.sf(friedman(tables), tables.shape[2] - 1))
 

@@ -73,7 +73,7 @@ def cousineau_morey(values: NDArray[np.float64], confidence: float = 0.95) -> ND
     values : array, shape (participants, conditions)
         Complete. The result is NaN for fewer than `FEWEST` participants or two conditions.
     """
-    from scipy import stats  # noqa: PLC0415 - a second's import, only when an interval is asked for
+    from scipy import stats  # noqa: PLC0415 - takes a second to import, only when an interval is asked for
 
     n, k = values.shape
     if n < FEWEST or k < 2:  # noqa: PLR2004
@@ -162,7 +162,7 @@ def student_intervals(
     For the small and skewed samples of such studies, their coverage is closer to nominal than the
     coverage of percentile or BCa bootstrap intervals (docs/validation/measured/statistics.md).
     """
-    from scipy import stats  # noqa: PLC0415 - a second's import
+    from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     n = table.notna().sum().to_numpy(float)
     error = table.std(ddof=1).to_numpy(float) / np.sqrt(np.maximum(n, 1))

@@ -58,7 +58,7 @@ def equivalence(logs: MeanOverParticipants, bound: float) -> Equivalence:
     bound : float
         Ratio above 1.
     """
-    from scipy import stats  # noqa: PLC0415 - a second's import
+    from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     se = logs.sd / sqrt(logs.df + 1)
     above_low, below_high = (log(bound) + logs.mean) / se, (log(bound) - logs.mean) / se

@@ -57,7 +57,7 @@ def mean_over_participants(
     confidence : float
         Confidence level of the interval.
     """
-    from scipy import stats  # noqa: PLC0415 - a second's import
+    from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     values = values[np.isfinite(values)]
     if len(values) < FEWEST:

@@ -187,7 +187,7 @@ def _components(squares: Array, n: int, k: int, repetitions: int) -> Array:
 def _coefficient(
     whole: Array, without: Array, r: float, confidence: float
 ) -> IntraclassCorrelation:
-    from scipy import stats  # noqa: PLC0415 - a second's import
+    from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     def ratio(components: Array) -> Array:
         between = components[..., 0] + components[..., 1]

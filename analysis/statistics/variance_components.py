@@ -40,7 +40,7 @@ def reml_components(
     starts : sequence of (float, float)
         Starting values of the search.
     """
-    from scipy import optimize  # noqa: PLC0415 - half a second's import
+    from scipy import optimize  # noqa: PLC0415 - takes half a second to import
 
     used = (counts > 0).any(axis=0)
     own, cells = np.where(counts > 0, means, 0.0)[:, used], counts[:, used]

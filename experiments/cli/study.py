@@ -182,7 +182,7 @@ def _figure_path(args: Namespace) -> Path | None:
 
 
 def _save(figure: Figure, path: Path) -> None:
-    from slipscale.figure_style import save  # noqa: PLC0415 - only a figure pays for it
+    from slipscale.figure_style import save  # noqa: PLC0415 - only needed for figures
 
     try:
         save(figure, path)

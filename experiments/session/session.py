@@ -311,7 +311,7 @@ class Session:
         now_s = clock.now()
         try:
             yield clock.set
-        finally:  # if the time were repeated, a fault at that time would repeat for ever
+        finally:  # if the time were repeated, a fault at that time would repeat forever
             clock.set(now_s)
             self._rewinds = False
 

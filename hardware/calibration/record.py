@@ -273,7 +273,7 @@ def checksum(calibration: Calibration) -> str:
 
 def to_toml(calibration: Calibration) -> str:
     """Return the file's text with its checksum; reading it gives an equal calibration."""
-    import tomlkit  # noqa: PLC0415 - not needed where no calibration is
+    import tomlkit  # noqa: PLC0415 - not needed without a calibration
 
     document = tomlkit.document()
     document.add(tomlkit.comment("A plate's calibration: see docs/how-to/calibration.md"))

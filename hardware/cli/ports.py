@@ -21,7 +21,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Print backends and serial ports."""
-    from serial.tools.list_ports import comports  # noqa: PLC0415 - asks the system: only when called
+    from serial.tools.list_ports import comports  # noqa: PLC0415 - queries the system, so only when called
 
     from slipscale.hardware.registry import backend_names  # noqa: PLC0415
 

@@ -129,7 +129,7 @@ def _exception_ends_off(rig: Rig) -> None:
     try:
         with rig.plate as plate:
             plate.present(rig.surface(0.5))
-            raise _Ends  # noqa: TRY301 - it is about the way out
+            raise _Ends  # noqa: TRY301 - it concerns how the block is left
     except _Ends:
         pass
     _expect_output(rig.plate, Output.OFF, "an exception of the caller")

@@ -57,7 +57,7 @@ class Track:
         """Add samples."""
         for each in samples:
             self._last.append((each.time_s, each.values[self._index]))
-        while len(self._last) > 2 and self._last[-1][0] - self._last[1][0] >= SPEED_OVER_S:  # noqa: PLR2004 - two tell a speed
+        while len(self._last) > 2 and self._last[-1][0] - self._last[1][0] >= SPEED_OVER_S:  # noqa: PLR2004 - two samples give a speed
             self._last.popleft()
 
     def predicted(self, now_s: float, lag_s: float) -> float | None:

@@ -24,7 +24,7 @@ STROKE_MM = 5.0  # shortest stroke; shorter movements are tremor
 MOVES_MM_S = 10.0  # a slower finger may stick
 PRESSES_N = 0.05  # with less force, the finger may be off the plate
 SLIP_SHARE = 0.1
-FEWEST = 10  # fewest samples of sliding for a coefficient
+FEWEST = 10  # minimum number of sliding samples for a coefficient
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

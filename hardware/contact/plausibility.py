@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.contact.source import Sample
 
-FEWEST = 20  # fewest samples for a check
+FEWEST = 20  # minimum number of samples for a check
 LONGEST_MM = 300.0  # larger than any plate; a converter's 65535 exceeds it
 FASTEST_MM_S = 1_500.0  # faster than a finger explores
 FROZEN_S = 1.0  # longest time without any change: sensors have noise

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 FIRST_S = 3.0  # some boards restart when their port is opened
 SILENT_S = 0.5
 AMPLITUDE = ("amplitude_um_pp",)  # quantity of a vibrometer
-KEPT = 100_000  # most samples kept until they are taken
+KEPT = 100_000  # maximum number of samples kept until they are read
 SEPARATORS = re.compile(r"[,;\t ]+")
 # If another character separates the numbers, a comma between digits is a decimal point.
 NUMBER = r"[+-]?\d+(,\d+)?"

@@ -113,7 +113,7 @@ class _Simulated(ContactSource):
 
     def _deviates(self, number: int) -> tuple[float, float]:
         """Return the two standard normal numbers of a reading."""
-        import numpy as np  # noqa: PLC0415 - a session that simulates nothing needs none of it
+        import numpy as np  # noqa: PLC0415 - only needed for simulated fingers
 
         milliseconds = round(self._begun_s * 1000)
         key = np.array([self._surroundings.seed & WORD, milliseconds & WORD], dtype=np.uint64)

@@ -82,7 +82,7 @@ machine.
 
 def figure(name: str, study: Study, text: str) -> str:
     """Return an SVG of the levels of participant 01's trials, task by task."""
-    import matplotlib as mpl  # noqa: PLC0415 - a second's import, only when drawn
+    import matplotlib as mpl  # noqa: PLC0415 - takes a second to import, only when drawn
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     plan = RunPlan(

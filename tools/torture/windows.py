@@ -171,8 +171,8 @@ def signal_cases(count: int, seed: int) -> dict[str, Any]:
             kill.cancel()
             kill.join()
             gc.collect()  # closes a file that was being opened, as the end of a process would
-            locks.release(journal)  # likewise its lock file, which names this process
-            signals._Noted.name = ""  # noqa: SLF001 - the next case is a process of its own
+            locks.release(journal)  # also its lock file, which names this process
+            signals._Noted.name = ""  # noqa: SLF001 - the next case is a separate process
             complete = journal.exists() and _is_over(journal)
             number += complete
             if status == DONE and complete:

@@ -168,10 +168,10 @@ def results(
             "study); add --yes to compute them, or use --jobs or a smaller number"
         )
     left = range(3, times + 1)
-    if jobs == 1 or len(left) < 2:  # noqa: PLR2004 - nothing to share out
+    if jobs == 1 or len(left) < 2:  # noqa: PLR2004 - nothing to distribute
         yield from map(studies.compute, left)
         return
-    from joblib import Parallel, delayed  # noqa: PLC0415 - only where it is wanted
+    from joblib import Parallel, delayed  # noqa: PLC0415 - only if requested
 
     yield from Parallel(n_jobs=jobs, return_as="generator")(
         delayed(studies.compute)(number) for number in left

@@ -168,7 +168,7 @@ def _computed(
         for shard in left:
             yield _kept(shard, cache)
     else:
-        from joblib import Parallel, delayed  # noqa: PLC0415 - only where it is wanted
+        from joblib import Parallel, delayed  # noqa: PLC0415 - only if requested
 
         work = Parallel(n_jobs=jobs, return_as="generator_unordered")
         yield from work(delayed(_kept)(shard, cache) for shard in left)

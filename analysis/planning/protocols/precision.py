@@ -101,7 +101,7 @@ def protocol_precision(
         values = _exponents(study, largest, studies, seed, population)
         minutes = study.minutes(population)
     else:
-        from joblib import Parallel, delayed  # noqa: PLC0415 - only where it is wanted
+        from joblib import Parallel, delayed  # noqa: PLC0415 - only if requested
 
         answered: list[StudyAnswers] = Parallel(n_jobs=jobs)(
             delayed(answers_of)(study, largest, seed_of(seed, study.name, number), population)

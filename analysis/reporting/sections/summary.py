@@ -69,7 +69,7 @@ def _doubts(analysis: Analysis) -> list[str]:
     """Return the caveats about the answer, the most serious first."""
     found = []
     people = len(analysis.flags) - len(analysis.excluded)
-    if 2 < people < SMALL:  # noqa: PLR2004 - of one or two, what is missing is told
+    if 2 < people < SMALL:  # noqa: PLR2004 - with one or two, the report states what is missing
         found.append(
             f"There are only {people} participants: intervals are wide, and a non-significant "
             "difference does not show that two values are equal."

@@ -233,7 +233,7 @@ class HierarchicalFit:
 
     def p(self, coefficient: int, df: int) -> float:
         """Return the p-value for a coefficient of 0, from the t-based interval that ends at 0."""
-        from scipy import stats  # noqa: PLC0415 - half a second's import
+        from scipy import stats  # noqa: PLC0415 - takes half a second to import
 
         fallen = max(self.fallen({coefficient: 0.0}), 0.0)
         t = (df * np.expm1(2 * fallen / self.people)) ** 0.5

@@ -128,7 +128,7 @@ def even(count: int, farthest: float = FARTHEST_NODE) -> Grid:
 
 def students_fall(people: int, df: int, confidence: float) -> float:
     """Return the drop in log likelihood at the ends of an interval (see the module)."""
-    from scipy import stats  # noqa: PLC0415 - half a second's import
+    from scipy import stats  # noqa: PLC0415 - takes half a second to import
 
     t = float(stats.t.ppf((1 + confidence) / 2, df))
     return people / 2 * log(1 + t**2 / df)

@@ -253,6 +253,6 @@ def _jumps(model: Model, counts: Counts, found: likelihood.Fits) -> NDArray[np.b
 
 def _half_chi_square(confidence: float) -> float:
     """Return the drop in log likelihood from the peak to an interval's ends."""
-    from scipy import stats  # noqa: PLC0415 - half a second's import
+    from scipy import stats  # noqa: PLC0415 - takes half a second to import
 
     return float(stats.chi2.ppf(confidence, 1)) / 2

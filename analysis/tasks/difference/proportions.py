@@ -38,7 +38,7 @@ def clustered_interval(
     yes, answers : array, shape (participants,)
         Counts per participant; every participant answered at least once.
     """
-    from scipy import stats  # noqa: PLC0415 - a second's import
+    from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     people, total = len(answers), float(answers.sum())
     share = float(yes.sum()) / total

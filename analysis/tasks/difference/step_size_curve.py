@@ -184,7 +184,7 @@ def separated(
 def _fit(
     frame: pd.DataFrame, n: int, confidence: float, measure: Measure
 ) -> PsychometricCurve | NotComputed:
-    from scipy import stats  # noqa: PLC0415 - with the next three, a second's import
+    from scipy import stats  # noqa: PLC0415 - takes a second to import, with the next three
     from statsmodels.genmod import cov_struct, families  # noqa: PLC0415
     from statsmodels.genmod.generalized_estimating_equations import GEE  # noqa: PLC0415
     from statsmodels.tools.sm_exceptions import IterationLimitWarning  # noqa: PLC0415

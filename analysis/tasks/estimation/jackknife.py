@@ -34,7 +34,7 @@ def jackknife(
     confidence : float
         Level of the interval.
     """
-    from scipy import stats  # noqa: PLC0415 - a second's import
+    from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     n = len(without)
     error = float(np.sqrt((n - 1) / n * ((without - estimate) ** 2).sum()))

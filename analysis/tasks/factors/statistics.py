@@ -204,7 +204,7 @@ def _mixed(
     prepared: Prepared, conditions: pd.Series[str], labels: list[str], confidence: float
 ) -> Mapping[tuple[str, str], FixedEffect] | NotComputed:
     """Fit ly ~ lx * condition by REML, with lx and condition as random effects of participants."""
-    from scipy import stats  # noqa: PLC0415 - a second's import
+    from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     usable = (prepared.trials["amplitude_um_pp"] > 0) & prepared.trials["log"].notna()
     rows = prepared.trials[usable]

@@ -161,7 +161,7 @@ def _mixed_anova(
     logs: pd.DataFrame, group_of: pd.Series[str], compared: list[str], data: Prepared
 ) -> MixedAnova | NotComputed:
     """Return the mixed ANOVA from pingouin, which agrees with R if no cell is missing."""
-    import pingouin  # noqa: PLC0415 - a second's import
+    import pingouin  # noqa: PLC0415 - takes a second to import
 
     groups = group_of.reindex(logs.index.astype(str)).to_numpy()
     table = logs.set_axis(groups, axis=0)[np.isin(groups.astype(str), compared)]

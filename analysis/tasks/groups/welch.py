@@ -115,7 +115,7 @@ def welch(values: Mapping[str, NDArray[np.float64]], confidence: float) -> Welch
     confidence : float
         Level of every interval.
     """
-    from statsmodels.stats.oneway import anova_oneway  # noqa: PLC0415 - a second's import
+    from statsmodels.stats.oneway import anova_oneway  # noqa: PLC0415 - takes a second to import
 
     means: list[GroupMean] = []
     for group, own in values.items():

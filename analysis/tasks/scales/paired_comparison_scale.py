@@ -164,7 +164,7 @@ def _likeliest(model: Model, pooled: Array) -> _Fit | NotComputed:
 
 
 def _scale(model: Model, counts: Array, confidence: float) -> ComparisonScale | NotComputed:
-    from scipy import stats  # noqa: PLC0415 - half a second's import
+    from scipy import stats  # noqa: PLC0415 - takes half a second to import
 
     found = _likeliest(model, counts.sum(axis=0))
     if isinstance(found, NotComputed):

@@ -157,7 +157,7 @@ def agreement(values: Array, confidence: float) -> IntraclassCorrelation | NotCo
     McGraw and Wong 1996, Psychol. Methods 1, 30-46, tables 4 and 7. Does not use pingouin, whose
     interval has only two decimals.
     """
-    from scipy import stats  # noqa: PLC0415 - a second's import
+    from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     n, k = values.shape
     if n < FEWEST:

@@ -173,7 +173,7 @@ def scaled(dissimilarities: Array, dimensions: int) -> tuple[Array, float]:
     dissimilarities : array, shape (items, items)
         Dissimilarities; symmetric and complete.
     """
-    from sklearn.manifold import smacof  # noqa: PLC0415 - a second's import
+    from sklearn.manifold import smacof  # noqa: PLC0415 - takes a second to import
 
     def improved(start: Array, iterations: int) -> tuple[Array, float]:
         places, stress = smacof(

@@ -171,7 +171,7 @@ class Jobs:
         output, errors = place / "output.txt", place / "errors.txt"
         try:
             with output.open("wb") as out, errors.open("wb") as err:
-                process = subprocess.Popen(  # noqa: S603 - our own command, its words checked
+                process = subprocess.Popen(  # noqa: S603 - our own command, with checked arguments
                     [sys.executable, "-P", "-m", HOLDING if piped else "slipscale", *words],
                     cwd=self._folder,
                     stdin=subprocess.PIPE if piped else subprocess.DEVNULL,

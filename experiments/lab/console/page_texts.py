@@ -39,7 +39,8 @@ def sentences(language: str) -> dict[str, str]:
     for source in files(PACKAGE).joinpath("texts").iterdir():
         if source.name.endswith(f".{language}.toml"):
             known |= tomllib.loads(source.read_text(encoding="utf-8"))
-    # What begins with a placeholder fits most: "{} is missing" fits "line 4: key is missing".
+    # Sentences that begin with a placeholder match most: "{} is missing" fits "line 4: key is
+    # missing".
     order = sorted(known, key=lambda each: (each.startswith("{}"), -len(each)))
     return {each: _typeset(known[each]) for each in order}
 
@@ -63,7 +64,7 @@ def _patterns(language: str) -> tuple[tuple[re.Pattern[str], str], ...]:
     )
 
 
-# What joins sentences that are translated one by one, in English and in French.
+# Separators between sentences that are translated one by one, in English and in French.
 LINES = {"\n  ": "\n  ", "\n": "\n"}
 JOINTS = {"; ": _typeset(" ; "), ". ": ". ", ": ": _typeset(" : ")}
 

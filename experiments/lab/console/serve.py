@@ -169,7 +169,7 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
     command = [openssl, "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
     command += ["-nodes", "-days", CERTIFICATE_DAYS, "-subj", f"/CN={host}"]
     command += ["-addext", f"subjectAltName=IP:{host}", "-out", str(certificate)]
-    made = subprocess.run(  # noqa: S603 - its words are ours, and an address that was checked
+    made = subprocess.run(  # noqa: S603 - our own arguments, and a checked address
         [*command, "-keyout", str(key)], capture_output=True, text=True, check=False
     )
     if made.returncode:

@@ -61,9 +61,9 @@ GROWTH = {
     # square of the voltage (Bau and others 2010; Meyer and others 2013; from memory). We found no
     # published exponent for the sensation.
     ("", "V"): Growth(exponent=2.0),
-    # A vibrating contactor: about 0.89 up to 350 Hz (Verrillo 1970, IEEE Trans. Man-Mach. Syst. 11;
-    # abstract). By Stevens 1968 (Percept. Psychophys. 3, 223-228; abstract) 1.0 at 60 Hz, and half
-    # of the largest near 250 Hz.
+    # A vibrating contactor: about 0.89 up to 350 Hz (Verrillo 1970, IEEE Trans. Man-Mach. Syst.
+    # 11; abstract). According to Stevens 1968 (Percept. Psychophys. 3, 223-228; abstract) 1.0 at
+    # 60 Hz, and half of the largest near 250 Hz.
     ("", "m/s²"): Growth(exponent=0.89),
 }
 #: Any other quantity: proportional, our assumption.

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 # The plate's reading varies by a fraction of a micrometre; a finger cannot distinguish 2.298 from
 # 2.302 µm, and answers must not depend on the last digit.
 FELT_DIGITS = 2
-# Number of moments during the stroke at which a surface is felt; the mean is rated. Only textures
-# differ between these moments.
+# Number of points during the stroke at which a surface is felt; the mean is rated. Only textures
+# differ between these points.
 TOUCHES = 32
 TURN_S = 0.6  # from one notch to the next: turn, feel, decide
 MOST_TURNS = 1000  # more notches than between any bounds; ends an undecided adjustment

@@ -134,7 +134,7 @@ def mode_figure(found: Modes, mode: int | None = None, *, title: str | None = No
     title : str, optional
         Default: the mode's frequency.
     """
-    from matplotlib.figure import Figure  # noqa: PLC0415 - a figure pays for it, see figure_style
+    from matplotlib.figure import Figure  # noqa: PLC0415 - only needed for figures, see figure_style
 
     index = found.driven if mode is None else mode
     x, y, w = _surface(found, index)
@@ -239,7 +239,7 @@ def _on_a_grid(found: Modes, top: Any, w: Any) -> tuple[Any, Any, Any]:
 
 def _colours(w: Any) -> Any:
     """Return the face colours of a surface, for w from -1 to 1."""
-    from matplotlib import colormaps  # noqa: PLC0415 - a figure pays for it, see figure_style
+    from matplotlib import colormaps  # noqa: PLC0415 - only needed for figures, see figure_style
 
     return colormaps["PuOr"]((w + 1) / 2)
 

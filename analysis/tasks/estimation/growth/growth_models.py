@@ -301,7 +301,7 @@ def compare(
     usable = logs.loc[:, logs.columns.to_numpy(float) > 0]
     usable = usable[usable.notna().sum(axis=1) >= 2]  # noqa: PLR2004
     stimuli = usable.columns.to_numpy(float)
-    if len(stimuli) < 3:  # noqa: PLR2004 - the largest model has two numbers of shape
+    if len(stimuli) < 3:  # noqa: PLR2004 - the largest model has two shape parameters
         return NotComputed(few(f"{quantity.levels} above 0", len(stimuli), 3))
     if len(usable) < FEWEST:
         return NotComputed(

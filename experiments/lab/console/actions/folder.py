@@ -153,7 +153,7 @@ def _pilot(desk: Desk, asked: Pilot) -> str:
 
 
 def _save(desk: Desk, asked: Study) -> str:
-    # The study's own faults, of which the folder's problem tells, are corrected here.
+    # The study's own faults, which the folder reports as a problem, are corrected here.
     path = _study_file(desk.state.now(fresh=True))
     if text_hash(study_text(str(path))) != asked.before:
         raise UserError(
