@@ -76,7 +76,7 @@ def study(
     drift: float = 0.0,
     carry: float = 0.0,
 ) -> Prepared:
-    """Return a study of power functions; a proportion ``zeros`` is zero at the smallest level."""
+    """Return a study with power functions and a proportion of zeros at the smallest level."""
     rows = []
     # Decreases with the exponent, so that nobody has an effect if there is none.
     spread = SD_EXPONENT if exponent else 0.0

@@ -431,7 +431,7 @@ GUIDED_ONLY = (FakesSilenceAndReading, FalseHold, WideHold, NoSaturation)
 
 
 def departures(kind: type[Board], *, long: bool = False) -> dict[str, str]:
-    """Return the rules of the wire from which a kind of board departs, with details."""
+    """Return the wire rules that a kind of board violates, with details."""
     line = VirtualLine(kind(Twin(), boot=1))
     verdicts = examine(Bench(line, line, long=long))
     return {each.rule: each.detail for each in verdicts if each.outcome == "departs"}

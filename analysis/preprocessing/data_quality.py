@@ -197,7 +197,7 @@ DECISIONS: dict[str, Callable[[pd.Series[float], Thresholds], pd.Series[bool]]] 
 
 
 def flags(measured: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
-    """Return which participants have which flag, as a Boolean table shaped as ``measured``."""
+    """Return which participants have which flag: a Boolean table with the shape of ``measured``."""
     return pd.DataFrame(
         {name: decide(measured[name], thresholds) for name, decide in DECISIONS.items()},
         index=measured.index,

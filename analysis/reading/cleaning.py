@@ -292,7 +292,7 @@ def _without_doubles(
 
 
 def empty_estimates() -> pd.DataFrame:
-    """Return the columns of `clean_estimates`, without rows."""
+    """Return an empty table with the columns of `clean_estimates`."""
     return _empty(
         (*IDENTITY, BLOCK, "phase", "flag", "texture"),
         (*ESTIMATION_NUMBERS, *ESTIMATION.required),
@@ -300,7 +300,7 @@ def empty_estimates() -> pd.DataFrame:
 
 
 def empty_differences() -> pd.DataFrame:
-    """Return the columns of `clean_differences`, without rows."""
+    """Return an empty table with the columns of `clean_differences`."""
     found = _empty(
         (*IDENTITY, "phase", "flag", "verbal_report"), (*DIFFERENCE.numbers, *DIFFERENCE.required)
     )

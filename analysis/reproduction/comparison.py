@@ -172,7 +172,7 @@ def recorded_values() -> dict[str, float]:
 
 
 def record(items: Mapping[str, Callable[[], Outcome]], name: str) -> None:
-    """Write a source's current values next to this module, integers as integers."""
+    """Write a source's current values next to this module; integers stay integers."""
     found = {item: compute().ours for item, compute in items.items()}
     values = {item: int(v) if abs(v) < EXACT and v == int(v) else v for item, v in found.items()}
     Path(__file__).with_name("recorded").joinpath(name).write_text(

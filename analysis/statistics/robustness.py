@@ -31,7 +31,7 @@ class SubsetSummary:
     n : int
         Number of participants.
     power_law, friedman
-        See their classes.
+        See the respective classes.
     means : Mapping
         Amplitude (µm peak to peak) -> mean normalised estimate.
     """

@@ -25,7 +25,8 @@ SPECIAL = re.compile(r'[",\r\n]')
 def write_csv(table: pd.DataFrame, path: Path) -> None:
     """Write a table as UTF-8 CSV with LF: a header line, no index, missing cells empty.
 
-    The bytes are those of pandas' ``to_csv``, except for texts that a spreadsheet would evaluate.
+    The output equals that of pandas' ``to_csv``, except for texts that a spreadsheet would
+    evaluate.
     """
     with path.open("w", encoding="utf-8", newline="") as file:
         rows = zip(*(_words(table[name]) for name in table.columns), strict=True)

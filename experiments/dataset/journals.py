@@ -73,7 +73,7 @@ def mode_of(dataset: Path) -> Mode | None:
     Raises
     ------
     UserError
-        If it contains both.
+        If the data set contains both.
     """
     modes: set[Mode] = set()
     for path in journals(dataset):
@@ -96,7 +96,7 @@ def read_runs(dataset: Path) -> tuple[list[Run], list[Problem]]:
     Raises
     ------
     UserError
-        If it contains both pilots and participants.
+        If the data set contains both pilots and participants.
     """
     mode_of(dataset)
     runs: list[Run] = []

@@ -38,7 +38,7 @@ def verify(dataset: Path) -> list[Problem]:
     Raises
     ------
     UserError
-        If it contains both pilots and participants.
+        If the data set contains both pilots and participants.
     """
     runs, problems = read_runs(dataset)
     problems += [Problem(file=RECORD.as_posix(), what=each) for each in unfinished(dataset)]

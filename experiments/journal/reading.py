@@ -11,7 +11,7 @@ in one place affects only that place. The rules:
   earlier if several records were being written: `kept`, in the "begin" record of each question,
   counts those on disk.
 - A gap in the numbers leaves one mark. A record that does not follow from the previous one is
-  replaced by a mark. Every line that is not as written is reported.
+  replaced by a mark. Every altered line is reported.
 """
 
 from __future__ import annotations

@@ -232,7 +232,7 @@ class Protocol:
     options : type of Options
         The options that a study can set.
     trials : callable
-        Returns the expected number of trials in a run, practice included, from the options and the
+        Returns the expected number of trials in a run, including practice, from the options and the
         context.
     most_trials : callable, optional
         Returns the largest number of trials if none is repeated, from the same arguments. The

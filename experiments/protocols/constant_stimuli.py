@@ -87,7 +87,7 @@ def finest_level(options: ConstantStimuli, context: Context) -> tuple[float, flo
 
 
 def trials(options: ConstantStimuli, context: Context) -> int:
-    """Return the number of trials in a run, practice and catch trials included."""
+    """Return the number of trials in a run, including practice and catch trials."""
     main = options.repetitions * len(options.comparisons(context))
     return options.practice + options.catch_trials + main
 

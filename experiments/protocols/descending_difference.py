@@ -84,7 +84,7 @@ def descent(options: DescendingDifference, context: Context) -> list[float]:
 
 
 def trials(options: DescendingDifference, context: Context) -> int:
-    """Return the number of steps in a run, catch steps included."""
+    """Return the number of steps in a run, including catch steps."""
     return options.series * (len(descent(options, context)) - 1 + options.catch_steps)
 
 

@@ -69,7 +69,7 @@ def check(_options: Identification, context: Context) -> None:
 
 
 def trials(options: Identification, context: Context) -> int:
-    """Return the number of trials in a run, practice included."""
+    """Return the number of trials in a run, including practice."""
     return len(context.levels) * options.rounds
 
 

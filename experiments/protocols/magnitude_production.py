@@ -113,7 +113,7 @@ def possible_levels(options: MagnitudeProduction, _context: Context) -> tuple[fl
 
 
 def trials(options: MagnitudeProduction, _context: Context) -> int:
-    """Return the number of trials in a run, practice included."""
+    """Return the number of trials in a run, including practice."""
     return len(options.numbers) * len(BEGAN) * options.rounds + options.catch_trials
 
 

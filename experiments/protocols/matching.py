@@ -131,7 +131,7 @@ def possible_levels(options: Matching, context: Context) -> tuple[float, ...]:
 
 
 def trials(options: Matching, context: Context) -> int:
-    """Return the number of trials in a run, practice included."""
+    """Return the number of trials in a run, including practice."""
     main = len(DIRECTIONS) * options.repetitions * len(options.references(context))
     return options.practice + options.catch_trials + main
 

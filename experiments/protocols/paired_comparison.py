@@ -69,7 +69,7 @@ def check(options: PairedComparison, context: Context) -> None:
 
 
 def trials(options: PairedComparison, context: Context) -> int:
-    """Return the number of trials in a run, practice and catch trials included."""
+    """Return the number of trials in a run, including practice and catch trials."""
     surfaces = compared_surfaces(options, context)
     groups = len(list(combinations(surfaces, SIZE[options.form])))
     return options.practice + options.catch_trials + options.repetitions * groups

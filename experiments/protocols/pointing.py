@@ -174,7 +174,7 @@ def check(options: Pointing, context: Context) -> None:
 
 
 def trials(options: Pointing, _context: Context) -> int:
-    """Return the number of trials in a run, practice included."""
+    """Return the number of trials in a run, including practice."""
     return options.practice + options.movements * len(options.sequences)
 
 

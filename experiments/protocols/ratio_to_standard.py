@@ -35,7 +35,7 @@ class RatioToStandard(StandardOptions):
 
 
 def trials(options: RatioToStandard, context: Context) -> int:
-    """Return the number of trials in a run, practice included."""
+    """Return the number of trials in a run, including practice."""
     return len(context.own_or_listed(None)) * options.rounds + options.catch_trials
 
 

@@ -47,7 +47,7 @@ class SameDifferent(ComparingOptions):
 
 
 def trials(options: SameDifferent, context: Context) -> int:
-    """Return the number of trials in a run, practice and catch trials included."""
+    """Return the number of trials in a run, including practice and catch trials."""
     pairs = len(list(combinations(context.surfaces, PAIR)))
     return options.practice + options.catch_trials + 2 * options.repetitions * pairs
 

@@ -58,7 +58,7 @@ def pairs(options: Similarity, context: Context) -> list[tuple[Stimulus, ...]]:
 
 
 def trials(options: Similarity, context: Context) -> int:
-    """Return the number of trials in a run, practice and catch trials included."""
+    """Return the number of trials in a run, including practice and catch trials."""
     main = options.repetitions * len(pairs(options, context))
     return options.practice + options.catch_trials + main
 

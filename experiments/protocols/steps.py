@@ -71,7 +71,7 @@ class Trial:
     number : int
         1, 2, ... in order of presentation within the task; a repeated trial gets a new number.
     total : int
-        Expected number of trials in the task, practice included.
+        Expected number of trials in the task, including practice.
     phase : {"practice", "main"}
         Practice trials are recorded and not analysed.
     factors : Mapping

@@ -90,7 +90,7 @@ class VisualAnalogueScale(RatedOptions):
 
 
 def trials(options: VisualAnalogueScale, context: Context) -> int:
-    """Return the number of trials in a run, practice included."""
+    """Return the number of trials in a run, including practice."""
     return surface_trials(options, context) + options.catch_trials
 
 

@@ -1,6 +1,6 @@
 """Report changes since a data set's last run: study, plate or the computer's date.
 
-Any change can be intended. So that an unintended one is not discovered ten participants later,
+A change can be intentional. So that no unintended one is discovered ten participants too late,
 `check` reports changes, and `run` and `next` ask for confirmation.
 """
 

@@ -82,7 +82,7 @@ def unpresented(tasks: list[Options], data: Mapping[str, Any]) -> Iterator[Fault
 
 
 def unreadable(texts: dict[str, dict[str, Any]], tasks: tuple[Options, ...]) -> Iterator[Fault]:
-    """Yield faults of the texts that a study states."""
+    """Yield the errors in the texts that a study defines."""
     protocols = [load_protocol(task.protocol) for task in tasks]
     for language, own in texts.items():
         place = ("texts", language)

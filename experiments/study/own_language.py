@@ -117,7 +117,7 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
 
 
 def _read(path: Path) -> tuple[str, Texts]:
-    """Return the language of a texts file and its texts, without empty ones."""
+    """Return the language of a texts file and its texts, excluding empty ones."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:

@@ -21,7 +21,7 @@ def agreed_gain(
     given, wired : float
         The values in the SPEC and in the plate file.
     calibration : Calibration
-        Records the gain with which it was made.
+        The calibration, which records the gain with which it was made.
     unknown : str
         Error message for an unknown gain; starts with the backend, up to the first colon.
 

@@ -1,4 +1,7 @@
-"""Estimate resonance, Q and gain from vibrometer readings, with their uncertainties. Pure."""
+"""Estimate resonance, Q and gain, and their uncertainties, from vibrometer readings.
+
+All functions are pure.
+"""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
-"""Check that a calibration's readings come from a sound plate and its values are plausible. Pure.
+"""Check that a calibration's readings come from a sound plate and its values are plausible.
 
-A line through the origin can be fitted to any readings. These rules detect problems that such a
-fit hides: a plate that saturates, an instrument with an offset, a plate that changed between the
-upward and the downward sweep, two resonances instead of one, or a wrong unit.
+A line through the origin can be fitted to any readings. These rules, which are pure
+functions, detect problems that such a fit hides: a plate that saturates, an instrument with an
+offset, a plate that changed between the upward and the downward sweep, two resonances instead of
+one, or a wrong unit.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Measures of an exploration from its samples: speed, number of strokes, friction. Pure.
+"""Measures of an exploration from its samples: speed, number of strokes, friction (pure functions).
 
 Speed and strokes are computed from positions about 50 ms apart; between neighbouring samples, a
 sensor's noise would be mistaken for movement.

@@ -1,7 +1,7 @@
 """The driver board's firmware in Python, as run by `slipscale plate emulate`.
 
-It is pure: bytes and the time are inputs, bytes are outputs, and the plate is the twin. The
-reference firmware (hardware/firmware) does the same in C++; both are tested against
+It has no side effects: bytes and the time are inputs, bytes are outputs, and the plate is the
+twin. The reference firmware (hardware/firmware) does the same in C++; both are tested against
 docs/reference/board-transcript.txt.
 """
 

@@ -83,7 +83,7 @@ class GeneratorChannel:
 
 
 class SimulatedGenerator:
-    """Common part of all makes: channels, limits, errors, and a table of commands."""
+    """Code shared by all makes: channels, limits, errors, and a table of commands."""
 
     identity: ClassVar[str]
     smallest_vpp: ClassVar[float] = 0.002  # into an open circuit

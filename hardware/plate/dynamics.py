@@ -108,7 +108,7 @@ class Conditions:
 
     @property
     def time_constant_s(self) -> float:
-        """τ, the time in which 63 % of a change of amplitude takes place."""
+        """Time constant τ, in which 63 % of a change in amplitude takes place."""
         return self.quality_factor / (math.pi * self.resonance_hz)
 
     def response_um_pp_per_v(self, frequency_hz: float) -> complex:

@@ -44,7 +44,7 @@ class Supported:
     Parameters
     ----------
     free : ndarray of int
-        Free displacements, as indices into the assembly's.
+        Indices of the free displacements in the assembly.
     stiffness, mass : sparse
         Matrices of the free displacements.
     coupling, capacitance : sparse

@@ -11,7 +11,7 @@ uninterrupted one by file and row:
 - `tools.torture.writers`: processes that open the same journal at once;
 - `tools.torture.upkeep`: SIGKILL in ``build``, ``withdraw``, ``merge`` and ``--backup``.
 
-Prints one row per fault; Ctrl-C ends it with the results so far. The exit status is 1 if a data
+Prints one row per fault; after Ctrl-C, it prints the results so far. The exit status is 1 if a data
 set differs.
 """
 

@@ -1,4 +1,4 @@
-"""A laboratory's day in one process: sessions on the emulated board, one after another.
+"""Simulate a laboratory's day in one process: sessions on the emulated board, one after another.
 
 Usage: ``make soak`` (200 sessions), ``make soak ARGS="--hours 8 --write"``.
 
@@ -88,7 +88,7 @@ class Took:
 
 
 def same_work() -> None:
-    """Do a fixed piece of work that takes some hundredths of a second."""
+    """Do a fixed piece of work that takes a few hundredths of a second."""
     records = [{"n": number, "t": number / 7, "kind": "done"} for number in range(300)]
     for _ in range(20):
         records = json.loads(json.dumps(records))

@@ -157,7 +157,7 @@ def at_once(design: Design, found: Tables, looks: Looks = Looks()) -> Outcome:
 
 
 def _pairs_told(design: Design, found: Tables, alpha: float) -> dict[str, NDArray[np.bool_]]:
-    """Return whether each study discriminates between neighbours."""
+    """Return whether each study discriminates between neighbouring amplitudes."""
     p = pairwise(found, design.choices.primary)
     known = pairs(found.amplitudes_um_pp)
     return {

@@ -30,7 +30,7 @@ class ShardCache:
     Parameters
     ----------
     folder : Path
-        Created if it does not exist.
+        Folder of the cache; created if it does not exist.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Print power on the terminal."""
+"""Print power estimates on the terminal."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ class StepTask:
 
     @property
     def trials(self) -> int:
-        """Number of steps, catch steps included."""
+        """Number of steps, including catch steps."""
         return self.series * (len(self.descent_um_pp) - 1 + self.catch_steps)
 
 

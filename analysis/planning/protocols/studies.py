@@ -77,7 +77,7 @@ class ProtocolStudy:
     number: int
 
     def with_number(self, number: int) -> ProtocolStudy:
-        """Return the study with another number of trials."""
+        """Return the study with a different number of trials."""
         document = tomlkit.parse(self.text)
         tasks = document["tasks"]
         if not isinstance(tasks, list):

@@ -69,7 +69,7 @@ class Task:
 
     @property
     def trials(self) -> int:
-        """Number of trials, practice included."""
+        """Number of trials, including practice."""
         return len(self.amplitudes_um_pp) * (self.repetitions + self.practice)
 
 

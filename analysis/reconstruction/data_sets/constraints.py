@@ -154,8 +154,8 @@ def _unlisted(column: Column, sums: range, number: int) -> Targets:
 def within_reach(moments: Moments, most: int) -> tuple[int, int]:
     """Return the smallest and largest possible value given these moments, from 0 to `most`.
 
-    By Samuelson (1968), the squared distance of any value from the mean is at most (n - 1) / n of
-    the sum of squared deviations.
+    According to Samuelson (1968), the squared distance of any value from the mean is at most (n -
+    1) / n of the sum of squared deviations.
 
     >>> within_reach(Moments(5, 250, 12504), 100)
     (49, 51)

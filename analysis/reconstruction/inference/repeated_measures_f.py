@@ -1,4 +1,4 @@
-"""Find the extreme repeated-measures F over all data sets and pairings, and attaining tables.
+"""Find the extreme repeated-measures F over all data sets and pairings, with examples.
 
 The table determines the sums of squares between columns and in total; differences between
 participants are removed from the error. These are smallest if participants' totals are as equal as

@@ -265,8 +265,8 @@ class Column(Summary):
 def close(summary: Summary, scale: OpenScale) -> Column:
     """Return the column on its scale, or on the widest scale that its SD allows.
 
-    Ratings are bounded even without a printed scale. By Samuelson (1968), the squared distance of
-    any rating from the mean is at most (n - 1) / n of the sum of squared deviations.
+    Ratings are bounded even without a printed scale. According to Samuelson (1968), the squared
+    distance of any rating from the mean is at most (n - 1) / n of the sum of squared deviations.
 
     Raises
     ------

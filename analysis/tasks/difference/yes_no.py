@@ -174,7 +174,7 @@ class DescendingDifference:
     catch : CatchAnswers
         Steps without a change.
     signal_detection, psychometric, verbal_reports, finding
-        See their classes.
+        See the respective classes.
     weber : PsychometricCurve or NotComputed
         Curve of "yes" against the Weber fraction of the previous amplitude.
     thresholds : Mapping

@@ -130,7 +130,7 @@ def mixed_model(data: Prepared) -> MixedModel | NotComputed:
 
 
 def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
-    """Return log estimates and log amplitudes above 0, and why no model can be fitted, if so."""
+    """Return log estimates and log amplitudes above 0, and the reason if no model can be fitted."""
     trials = data.trials[(data.trials["amplitude_um_pp"] > 0) & data.trials["log"].notna()]
     frame = pd.DataFrame(
         {

@@ -74,7 +74,7 @@ def _remarks(task: TaskLimits, confidence: float, quantity: Quantity) -> list[st
 def _blocks(
     task: TaskLimits, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the figure and the table of one task."""
+    """Return the figure and the table for one task."""
     rows = [
         [
             each.participant,
@@ -108,7 +108,7 @@ NAMES = ("Ascending", "Descending", "Both")
 
 @styled
 def transitions(task: TaskLimits, quantity: Quantity) -> Figure:
-    """Draw participants' mean transitions by direction, and the means with intervals."""
+    """Plot participants' mean transitions by direction, and the means with intervals."""
     figure, axes = canvas(size=SIZE)
     rows = [(p.ascending_um_pp, p.descending_um_pp, p.threshold_um_pp) for p in task.people]
     draw_people(axes, np.arange(3.0), np.array(rows, np.float64))

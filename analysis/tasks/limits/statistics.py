@@ -73,7 +73,7 @@ class TaskLimits:
     ----------
     task : str
     participants, answers, series, without_transition : int
-        Number of each of these.
+        Number of participants, answers, series, and series without a transition.
     standard_um_pp : float or None
         The standard; None if it was not constant.
     threshold_um_pp, ascending_um_pp, descending_um_pp : MeanOverParticipants or NotComputed

@@ -71,7 +71,7 @@ def _answer(found: MatchedReference, confidence: float, quantity: Quantity) -> s
 
 
 def blocks(task: Task, svgs: Mapping[str, str], _level: float, quantity: Quantity) -> list[Markup]:
-    """Return the section of one task: figure, and one row per reference."""
+    """Return the section for one task: a figure, and one row per reference."""
     return [
         *html.figure_if_drawn(
             svgs,
@@ -137,14 +137,14 @@ def _row(each: MatchedReference) -> JsonObject:
 
 @styled
 def matches(found: Sequence[MatchedReference], trials: pd.DataFrame, quantity: Quantity) -> Figure:
-    """Draw matches against references: participants, and means from below and from above.
+    """Plot matches against references: individual ones, and means from below and from above.
 
     Parameters
     ----------
     found : sequence of MatchedReference
         References of one task.
     trials : DataFrame
-        The trials of `slipscale.analysis.tasks.matching.statistics.TRIALS` of the task.
+        The task's trials, as read by `slipscale.analysis.tasks.matching.statistics.TRIALS`.
     quantity : Quantity
     """
     figure, axes = canvas(size=(5.6, 4.2))

@@ -103,7 +103,7 @@ def matching(
     Parameters
     ----------
     matches : DataFrame
-        The trials of `slipscale.analysis.tasks.matching.statistics.TRIALS`.
+        The trials, as read by `slipscale.analysis.tasks.matching.statistics.TRIALS`.
     """
     if not len(matches) or matches["catch"].all():
         return NotComputed("no trials of matching")

@@ -110,7 +110,7 @@ def _sentences(task: TaskPointing, confidence: float, q: Quantity) -> list[str]:
 def _blocks(
     task: TaskPointing, svgs: Mapping[str, str], level: float, _quantity: Quantity
 ) -> list[Markup]:
-    """Return the figure and the table of one task."""
+    """Return the figure and the table for one task."""
     rows = [
         [
             each.feedback,

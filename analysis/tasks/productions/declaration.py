@@ -134,7 +134,7 @@ def _biases(found: TaskProductions, confidence: float, quantity: Quantity) -> li
 def _blocks(
     task: TaskProductions, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the blocks of one task: its figures and tables."""
+    """Return the blocks for one task: figures and tables."""
     levels = quantity.levels
     return [
         html.heading(_title(task)),

@@ -126,7 +126,7 @@ class TaskProductions:
     standard_um_pp, modulus : float
         The standard (µm peak to peak) and its number.
     participants, answers, catch_trials : int
-        Number of each of these; ``answers`` excludes catch trials.
+        Number of participants, answers (without catch trials) and catch trials.
     catch_um_pp : float or None
         Geometric mean for catch trials, in which the number is that of the standard.
     at_bounds : int
@@ -186,7 +186,7 @@ def productions(
     Parameters
     ----------
     trials : DataFrame
-        The trials of `slipscale.analysis.tasks.productions.statistics.TRIALS`.
+        The trials, as read by `slipscale.analysis.tasks.productions.statistics.TRIALS`.
     counterpart : Counterpart, optional
         Exponents from estimation by the same people.
     """

@@ -133,7 +133,7 @@ def _surface(name: str, quantity: Quantity) -> str:
 def _blocks(
     task: TaskRatings, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the blocks of one task: its figures and tables."""
+    """Return the blocks for one task: figures and tables."""
     return [
         html.heading(_title(task)),
         *html.figure_if_drawn(
@@ -212,7 +212,7 @@ def ratings(found: TaskRatings, trials: pd.DataFrame, quantity: Quantity) -> Fig
     ----------
     found : TaskRatings
     trials : DataFrame
-        The trials of `slipscale.analysis.tasks.ratings.statistics.TRIALS` of the task.
+        The task's trials, as read by `slipscale.analysis.tasks.ratings.statistics.TRIALS`.
     quantity : Quantity
     """
     figure, axes = canvas(size=SIZE)

@@ -143,7 +143,7 @@ class TaskRatings:
     task : str
         Task label in file names.
     participants, answers, catch_trials : int
-        Number of each of these; ``answers`` excludes catch trials.
+        Number of participants, answers (without catch trials) and catch trials.
     catch_mean : float or None
         Mean rating in catch trials (the bare plate).
     categories : int or None
@@ -184,7 +184,7 @@ def ratings(
     Parameters
     ----------
     trials : DataFrame
-        The trials of `slipscale.analysis.tasks.ratings.statistics.TRIALS`.
+        The trials, as read by `slipscale.analysis.tasks.ratings.statistics.TRIALS`.
     """
     if not len(trials) or trials["catch"].all():
         return NotComputed("no ratings on a visual analogue scale")

@@ -72,7 +72,7 @@ def _ratios(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
 def _blocks(
     task: TaskRatios, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the blocks of one task: its figures and tables."""
+    """Return the blocks for one task: figures and tables."""
     return [
         html.heading(_title(task, quantity)),
         *html.figure_if_drawn(

@@ -51,7 +51,7 @@ class JudgedSurface:
     Parameters
     ----------
     comparison_um_pp : float
-        µm peak to peak.
+        Amplitude in µm peak to peak.
     participants, judgements : int
         Numbers of participants and judgements.
     ratio : float
@@ -76,12 +76,12 @@ class TaskRatios:
     task : str
         Task label in file names.
     standard_um_pp : float
-        µm peak to peak.
+        Amplitude in µm peak to peak.
     name : str
         Name of the figure: task label, followed by the standard in nm if there are several
         standards.
     participants, answers, catch_trials : int
-        Number of each of these; ``answers`` excludes catch trials.
+        Number of participants, answers (without catch trials) and catch trials.
     catch_ratio : float or None
         Geometric mean for catch trials (the standard against itself).
     surfaces : tuple of JudgedSurface
@@ -107,7 +107,7 @@ def ratios(trials: pd.DataFrame, confidence: float = 0.95) -> tuple[TaskRatios, 
     Parameters
     ----------
     trials : DataFrame
-        The trials of `slipscale.analysis.tasks.ratios.statistics.TRIALS`.
+        The trials, as read by `slipscale.analysis.tasks.ratios.statistics.TRIALS`.
     """
     if not len(trials) or trials["catch"].all():
         return NotComputed("no ratio judgements")

@@ -44,7 +44,7 @@ def _answer(task: TaskPairs) -> str:
 def _blocks(
     task: TaskPairs, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the figure and the table of one task."""
+    """Return the figure and the table for one task."""
     rows = [
         [
             f"{each.first} – {each.second}",

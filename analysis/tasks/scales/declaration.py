@@ -86,7 +86,7 @@ def _answer(found: TaskScale, quantity: Quantity) -> str:
 def _blocks(
     task: TaskScale, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the blocks of one task: its figures and tables."""
+    """Return the blocks for one task: figures and tables."""
     values = bool(task.consistency) or computed(task.differences) is not None
     return [
         html.heading(_title(task)),

@@ -78,7 +78,7 @@ class TaskScale:
         Surfaces in the order of all scale values: ascending if they are amplitudes (µm peak to
         peak), else by name.
     participants, answers, catch_trials : int
-        Number of each of these.
+        Number of participants, answers and catch trials.
     chosen, compared : tuple of int
         For pairs: how often each surface was chosen, and how often it was presented.
     bradley_terry, thurstone : ComparisonScale or NotComputed
@@ -113,7 +113,7 @@ def scales(
     Parameters
     ----------
     comparisons : DataFrame
-        The trials of `slipscale.analysis.tasks.scales.statistics.TRIALS`.
+        The trials, as read by `slipscale.analysis.tasks.scales.statistics.TRIALS`.
     """
     if not len(comparisons):
         return NotComputed("no trials of paired comparison")

@@ -74,7 +74,7 @@ class TaskMap:
     task : str
         Task label in file names.
     participants, answers, catch_trials : int
-        Number of each of these; ``answers`` excludes catch trials.
+        Number of participants, answers (without catch trials) and catch trials.
     items : tuple of str
     stress : Mapping
         Number of dimensions -> stress-1 of the map.

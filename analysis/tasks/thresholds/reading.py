@@ -48,7 +48,7 @@ FRICTION = tuple(f"{INTERVAL}{number}_{COEFFICIENT}" for number in (1, 2, 3))
 
 
 def empty_choices() -> pd.DataFrame:
-    """Return the columns of `read_choices`, without rows."""
+    """Return an empty table with the columns of `read_choices`."""
     return pd.DataFrame({name: pd.Series(dtype=object) for name in COLUMNS}).astype(
         dict.fromkeys(("level_um_pp", "standard_um_pp", "track", "response_time"), float)
     )

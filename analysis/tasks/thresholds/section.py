@@ -49,7 +49,7 @@ CONTRASTS = html.columns("Compared", "Change", "CI", "p", "Holm's p", left=1)
 def blocks(
     task: TaskThresholds, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the blocks of one task: its figures and tables."""
+    """Return the blocks for one task: figures and tables."""
     caption, alt = _caption(task, level, quantity), _alt(task, quantity)
     fits = [each.fit for each in task.participants if each.fit]
     fitted = (

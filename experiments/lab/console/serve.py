@@ -180,7 +180,7 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
 
 
 def _open(address: str) -> None:
-    """Open a browser, if there is one, with the file that leads to the console.
+    """Open the file that leads to the console in a browser, if there is one.
 
     Other users can read a program's arguments, so the token is not passed as one.
     """

@@ -242,7 +242,7 @@ class ForcedChoice(IntervalTask[Choice]):
 
 
 def most_trials(options: ForcedChoiceOptions, _context: Context) -> int:
-    """Return the largest number of trials in a run, practice and catch trials included."""
+    """Return the largest number of trials in a run, including practice and catch trials."""
     return options.practice + options.catch_trials + options.tracks * options.most_trials
 
 

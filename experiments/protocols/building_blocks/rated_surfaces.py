@@ -74,7 +74,7 @@ class RatedOptions(PacedOptions):
 
     @property
     def rounds(self) -> int:
-        """Number of ratings per surface, practice included."""
+        """Number of ratings per surface, including practice."""
         return self.practice + self.repetitions
 
 

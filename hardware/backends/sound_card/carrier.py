@@ -1,4 +1,4 @@
-"""Samples for a sound card: a sine with a ramped amplitude. Pure."""
+"""Samples for a sound card: a sine with a ramped amplitude (pure functions)."""
 
 from __future__ import annotations
 
