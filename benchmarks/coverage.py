@@ -141,7 +141,7 @@ def ratio(rng: np.random.Generator, n: int, zeros: float = 0.0) -> bool | None:
 
 
 def errs(test: str) -> Trial:
-    """Return a trial of a test's false-alarm rate when no amplitude has an effect."""
+    """Return a check of a test's false-alarm rate when no amplitude has an effect."""
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         data = study(rng, n, exponent=0.0, zeros=0.0)
@@ -164,7 +164,7 @@ def errs(test: str) -> Trial:
 
 
 def order_errs(which: str, **effects: float) -> Trial:
-    """Return a trial of one order effect's false-alarm rate while only the other is present."""
+    """Return a check of one order effect's false-alarm rate while only the other is present."""
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         found = order_effects(study(rng, n, **effects))  # type: ignore[arg-type]
@@ -193,7 +193,7 @@ def icc(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def d_prime(truth: float, steps: int, catches: int, spread: float = 0.0) -> Trial:
-    """Return a trial of the interval for d', with individual criteria (and sensitivities)."""
+    """Return a check of the interval for d', with individual criteria (and sensitivities)."""
     from scipy.stats import norm  # noqa: PLC0415
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
@@ -254,7 +254,7 @@ def equal_errs(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def half_yes(measure: Measure) -> Trial:
-    """Return a trial of the interval for the step size with 50 % yes: 0.5 µm from 2 µm."""
+    """Return a check of the interval for the step size with 50 % yes: 0.5 µm from 2 µm."""
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         removed = np.tile([0.0, 0.3, 0.6, 0.9] * 3, n)
@@ -289,7 +289,7 @@ def own_threshold(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def share(p: float, answers: int, alike: float) -> Trial:
-    """Return a trial of the interval for a proportion of "yes" with correlated answers."""
+    """Return a check of the interval for a proportion of "yes" with correlated answers."""
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         weight = (1 - alike) / alike if alike else 1e9

@@ -158,7 +158,7 @@ def _path(case: Case, runs: int) -> Path:
 
 
 def _kept(case: Case, runs: int) -> list[Row]:
-    """Return a case's rows, measured only once."""
+    """Return a case's rows, measuring them only once."""
     path = _path(case, runs)
     if not path.exists():
         rows = measured(case, runs)

@@ -63,7 +63,7 @@ class FrictionMap(Parametric):
     image : str
         Name of the image's file.
     label, name : str
-        As for `slipscale.stimuli.texture.Grating`.
+        See `slipscale.stimuli.texture.Grating`.
 
     Raises
     ------

@@ -82,9 +82,9 @@ class NoiseInEar:
     ----------
     ear : {"left", "right", "both"}
     level_db : float
-        As in the study's masking noise.
+        The same as for the study's masking noise.
     seed : int
-        As in the study's masking noise.
+        The same as for the study's masking noise.
     """
 
     ear: Ears

@@ -90,7 +90,7 @@ def time_constant_s(point: WorkingPoint, resolution: Resolution | None = None) -
     Raises
     ------
     ReynoldsDiverged
-        As for `solve`.
+        See `solve`.
     """
     rate_per_s = solve(point, resolution).decay_rate * 2 * np.pi * point.frequency_hz
     return _TO_63_PERCENT / rate_per_s

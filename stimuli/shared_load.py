@@ -174,7 +174,7 @@ def solve(
     UserError
         If a value is out of range.
     ReynoldsDiverged
-        As `slipscale.stimuli.periodic_film.periodic_state`.
+        See `slipscale.stimuli.periodic_film.periodic_state`.
     """
     swing = skin.bounce * float(not_negative("amplitude_um_peak", amplitude_um_peak, "µm peak"))
     force = float(positive("normal_force_n", normal_force_n, "N"))

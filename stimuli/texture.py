@@ -416,7 +416,7 @@ def bar(
     Parameters
     ----------
     name, label : str
-        As in `Grating`.
+        See `Grating`.
     centre_mm, width_mm : float
         The bar's position along the stroke.
     on_level, off_level : float

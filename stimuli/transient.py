@@ -52,7 +52,7 @@ class Transient(Parametric):
     shape : {"cosine", "linear"}
         Course of the transition: half a period of a cosine, or a straight line.
     label, name : str
-        As for `slipscale.stimuli.texture.Grating`.
+        See `slipscale.stimuli.texture.Grating`.
 
     Raises
     ------

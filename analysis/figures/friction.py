@@ -37,7 +37,7 @@ def perception_figure(
     standard_deviations : sequence of float, optional
         Standard deviations across participants.
     roughness_um, frequency_hz, normal_force_n : float
-        As in `VirtualSurface.predicted_relative_friction`.
+        See `VirtualSurface.predicted_relative_friction`.
 
     Returns
     -------

@@ -78,7 +78,7 @@ def log_cell_means(trials: pd.DataFrame, column: str = "estimate") -> pd.DataFra
     Returns
     -------
     DataFrame, shape (participants, amplitudes)
-        As `cell_means`.
+        See `cell_means`.
     """
     positive = trials[trials[column] > 0]
     return cell_means(positive.assign(log=np.log(positive[column])), "log")

@@ -67,7 +67,7 @@ class Wanted:
 def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
     """Return a plan's manifest, and all files in its bundle, keyed by name.
 
-    The same plan and software give the same bytes, except for the date.
+    The same plan and software produce identical bytes, except for the date.
 
     Parameters
     ----------

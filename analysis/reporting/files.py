@@ -1,6 +1,6 @@
 """Write all output files of `slipscale analyse`: tables, figures, JSON and the report.
 
-The same data and versions give the same bytes: output contains no dates, paths or random order.
+The same data and versions produce identical files: they contain no dates, paths or random order.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The vocabulary of a protocol: the steps that it yields, and the replies that it receives.
 
 A protocol is a plain generator: it yields a `Step`, and receives the reply listed in the table
-below. It has no access to clock, screen, plate or files. Steps are recorded in the journal, so
+below. It has no access to the clock, screen, plate or files. Steps are recorded in the journal, so
 each is plain data. Texts shown to the participant never contain an amplitude.
 
 ============  =====================================================  ==============
@@ -451,7 +451,7 @@ class Reply:
         Time from screen onset to the key press that completed the answer; None if the time ran
         out.
     time_source : str
-        Where the time was taken: "ptb" (the key event's own time stamp), "window" (when the window
+        Source of the time: "ptb" (the key event's own time stamp), "window" (when the window
         received it), "operator" (when the operator submitted the answer), "simulated", "scripted".
     timed_out : bool
         Whether the time limit ran out first.

@@ -224,7 +224,7 @@ def _since_s(date: str) -> float:
 def _conduct(
     dataset: Path, plan: RunPlan, setting: Setting, opened: Callable[[], Journal]
 ) -> RunOutcome:
-    """Open journal and equipment, run, close, and build the data set.
+    """Open the journal and the equipment, run, close them, and build the data set.
 
     Equipment is opened in the order that makes failures least costly. The journal is first: its
     lock prevents a second session on the plate, and an unwritable folder is reported before

@@ -30,7 +30,7 @@ class Adjusting:
     Parameters
     ----------
     surface, participant, journal, clock, markers, progress
-        The session's objects of these names.
+        The session's objects with these names.
     watch : callable
         Checks the plate and the operator; called at every frame.
     wait : callable

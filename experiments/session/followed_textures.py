@@ -31,7 +31,7 @@ class Following:
     plate : PlateDriver
     clock : Clock
     sensors : collection of Kind
-        What is measured of the finger.
+        The measured properties of the finger.
     """
 
     def __init__(self, plate: PlateDriver, clock: Clock, sensors: Collection[Kind] = ()) -> None:

@@ -51,7 +51,7 @@ class Interruptions:
     Parameters
     ----------
     plate, surface, participant, journal, clock, operator, noise, progress, markers, answers
-        The session's objects of these names.
+        The session's objects with these names.
     hold_text : str
         Text that asks the participant to wait.
     """

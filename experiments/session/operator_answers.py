@@ -38,7 +38,7 @@ class OperatorAnswers:
     Parameters
     ----------
     progress, clock
-        The session's objects of these names.
+        The session's objects with these names.
     """
 
     def __init__(self, progress: Progress, clock: Clock) -> None:

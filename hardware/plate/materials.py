@@ -166,7 +166,7 @@ class BeamCeramic:
     d31_m_v : float
         Charge constant, m/V; its sign depends on the poling.
     density_kg_m3, quality_factor, source
-        As in `Piezoceramic`.
+        See `Piezoceramic`.
     """
 
     name: str

@@ -63,7 +63,7 @@ def figures(outcome: Outcome, words: str) -> str:
 
 
 def campaign(names: Sequence[str], places: int, participants: int, outcome: Outcome) -> None:
-    """Apply every fault to every study; the outcome survives an interruption."""
+    """Apply every fault to every study; results are kept after an interruption."""
     plans = [plan for name in names for plan in plans_of(name, participants)]
     with looked_up_once():
         writer_campaign(plans[0], ROUNDS * (places or 100), outcome)

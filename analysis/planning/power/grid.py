@@ -200,10 +200,10 @@ def conditions(axes: dict[str, tuple[Any, ...]]) -> list[Condition]:
 
 
 def without_effect(wanted: Sequence[Condition]) -> list[Condition]:
-    """Return the distinct conditions without an effect, which give the false alarms."""
+    """Return the distinct conditions without an effect, which determine the false-alarm rates."""
     return list(dict.fromkeys(map(without_its_effect, wanted)))
 
 
 def without_its_effect(condition: Condition) -> Condition:
-    """Return the condition that gives the false alarms for another condition."""
+    """Return the condition that determines the false-alarm rate for another condition."""
     return replace(condition, effect=0.0, exponent=0.0)

@@ -54,7 +54,7 @@ def print_power(
 
 
 def _columns(first: Row, target: float, *, brief: bool) -> dict[str, Callable[[Row], str]]:
-    """Return heading -> function that gives the column's content, for what was computed."""
+    """Return a mapping from headings to functions that return a column's content."""
     columns: dict[str, Callable[[Row], str]] = {}
     for name in first.decisive[: 1 if brief else None]:
         title = f"{name}\nµm" if " - " in name else "any"

@@ -106,7 +106,7 @@ def count(
     tasks : list of Problem
         The parts of a column.
     measure : {"multisets", "ordered"}
-        What is counted.
+        What to count: multisets or ordered samples.
     memory_gib : float
         Available memory.
     minutes : float

@@ -86,7 +86,7 @@ class StateTable:
     shape : Shape
         Distances and extent.
     measure : {"multisets", "ordered"}
-        What is counted.
+        What to count: multisets or ordered samples.
     modulus : int or None
         2**64 or a prime below 2**31; None counts in floating point, for an estimate.
     """

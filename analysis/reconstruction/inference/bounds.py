@@ -76,7 +76,7 @@ def larger(x: Array, y: Array) -> Range:
 def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, Table]:
     """Return the largest r for which the r largest `upper` can beat the r smallest `lower`.
 
-    Also returns a row of each that attains it in this pairing; without rows, r is only an upper
+    Also returns one row of each that attains it in this pairing; without rows, r is only an upper
     bound.
     """
     n = upper.shape[1]

@@ -43,7 +43,7 @@ PATHS = 10
 
 
 def answer(test: PrintedTest, columns: Sequence[IntervalColumn]) -> PrintedTestAnswer:
-    """Return whether continuous values can give a printed test.
+    """Return whether continuous values can reproduce a printed test.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def _example(
     window: tuple[float, float],
     generator: np.random.Generator,
 ) -> tuple[Array, ...]:
-    """Return values that give a printed test, on a path between the extremes of the statistic."""
+    """Return values that reproduce a printed test, on a path between the statistic's extremes."""
     path = _Path(test, columns, generator)
     grid = np.linspace(0, 1, PLACES)
     values = np.array([path.value(at) for at in grid])
@@ -196,7 +196,7 @@ class _Path:
         return float(value if self.test.kind == "correlation" else abs(value))
 
     def prints(self, at: float, value: float) -> bool:
-        """Whether the columns at a point give the printed test."""
+        """Whether the columns at a point reproduce the printed test."""
         if not np.isfinite(value):
             return False
         if self.test.kind in PAIRED:

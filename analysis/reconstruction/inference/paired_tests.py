@@ -66,7 +66,7 @@ def of_pairs(case: Case) -> PrintedTestAnswer:
 
 
 def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
-    """Return the smallest and largest C that give the printed test, for each choice of moments."""
+    """Return, for each choice of moments, the extreme values of C that reproduce the test."""
     n, k = found.n, found.sums.shape[1]
     allowed = windows(test, [n] * k)
     if test.kind == "correlation":

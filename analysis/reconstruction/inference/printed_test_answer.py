@@ -43,7 +43,7 @@ class PrintedTestAnswer:
     printed : str
         Description of everything printed about the test.
     verdict : {"possible", "impossible", "not decided"}
-        Whether some data set and pairing gives the printed test.
+        Whether some data set and pairing reproduces the printed test.
     reason : str
         Reason for the verdict, in one sentence.
     low, high : float
@@ -56,7 +56,7 @@ class PrintedTestAnswer:
     correlation_low, correlation_high : float or None
         Correlations compatible with the printed test; None for independent groups.
     example : tuple of tuple of float
-        Ratings that give the printed test, one row per column; empty if none are known.
+        Ratings that reproduce the printed test, one row per column; empty if none are known.
     """
 
     kind: str

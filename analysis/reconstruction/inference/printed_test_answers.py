@@ -9,8 +9,8 @@ Rules:
 - *Impossible* means that no choice of sums, sums of squares and, for pairs, cross products gives
   the printed test, and that a search based on the definitions (`definitions`) finds no
   counterexample.
-- *Possible* means that an example table gives the printed test. It was found by a search, and its
-  statistic was computed from the definition.
+- *Possible* means that an example table reproduces the printed test. It was found by a search, and
+  its statistic was computed from the definition.
 - Anything else is *not decided*.
 - An undefined statistic (t of equal differences, F or t without variation within groups, r of a
   constant column) never counts as printed.

@@ -108,7 +108,7 @@ def r_windows(test: PrintedTest, n: int) -> list[Window]:
 
 
 def windows(test: PrintedTest, n: Sequence[int]) -> list[Window]:
-    """Return the intervals of |t|, F or r that give the printed test for columns of these sizes.
+    """Return the intervals of |t|, F or r that match the printed test for columns of these sizes.
 
     Empty if no value does. For Welch's t, whose degrees of freedom depend on the data, only the
     printed size is used.

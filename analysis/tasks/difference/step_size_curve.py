@@ -103,8 +103,8 @@ def psychometric(
     measure : {"removed_um_pp", "weber_fraction"}
         Measure of step size; a step from 0 has no Weber fraction and is omitted from that curve.
     quantity : Quantity
-        What was presented. A Weber fraction is relative to the plate's amplitude before the step,
-        or, for another quantity, to the stimulus' reference.
+        Quantity of the presented stimuli. A Weber fraction is relative to the plate's amplitude
+        before the step, or, for another quantity, to the stimulus' reference.
     """
     base = "amplitude_before_um_pp" if quantity.stepped else "amplitude_um_pp"
     if measure == "weber_fraction":

@@ -243,7 +243,7 @@ def analyse_differences(
     confidence : float
         Confidence level of every interval.
     quantity : Quantity
-        What was presented.
+        Quantity of the presented stimuli.
     """
     if not len(steps):
         words = quantity.yes_no

@@ -87,7 +87,7 @@ class BoardLink:
         WrongDevice
             If the device does not use the board's protocol.
         PlateTimeout, GarbledReply, ConnectionLost, PlateBusy
-            As for `ask`.
+            See `ask`.
         """
         self._boot = None
         begun_s = self._clock.now()
