@@ -47,7 +47,7 @@ class Followed(NamedTuple):
 
     ``change`` describes it, ``plate`` and ``friction`` are the fractions that remain of the
     ``whole``, and ``remedy`` is what makes them larger. ``rise_s`` is the time from 10 to 90 % of a
-    single change of friction.
+    single change in friction.
     """
 
     change: str

@@ -30,7 +30,7 @@ class Parameter:
     description : str
         Description in the study file's reference.
     unit : str or None
-        As written; None: the plate's unit.
+        Unit as written; None for the plate's unit.
     above, least, most : float
         Range: greater than ``above``, at least ``least``, at most ``most``.
     stated : bool

@@ -132,7 +132,7 @@ class Quantity:
     judged : str
         What the participants judged: "loudness".
     decimals : int or None
-        Decimals to which levels are distinguished; None: `DIGITS` significant digits.
+        Decimals to which levels are distinguished; None for `DIGITS` significant digits.
     stimulus, stimuli : str
         The object that has the quantity, singular and plural.
     noun, nouns : str

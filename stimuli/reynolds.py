@@ -83,7 +83,7 @@ def time_constant_s(point: WorkingPoint, resolution: Resolution | None = None) -
     """Return the time in which the film's overpressure covers 63 % of a small step.
 
     From equation (3), linearised about the periodic state (`FilmState.decay_rate`). Use it to
-    estimate how fast friction can follow a change of the amplitude; the plate's own time constant
+    estimate how fast friction can follow a change in amplitude; the plate's own time constant
     is shorter (`slipscale.stimuli.modulation`). It increases steeply as the amplitude falls,
     because gas leaves a narrow gap slowly.
 

@@ -243,7 +243,7 @@ class Transient(Parametric):
         Raises
         ------
         UserError
-            If the plate or its line cannot change so fast.
+            If the plate or its line cannot change that fast.
         """
         pieces, step_s = self._pieces(modulator)
         turns = pieces if self.duration_s is None else round(self.duration_s / step_s)

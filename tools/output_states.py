@@ -322,7 +322,7 @@ class SoundRig(Rig):
 
 
 class DaqRig(Rig):
-    """An analogue output that can be unplugged, taken by another program, or lose its readback."""
+    """An analogue output that can lose its connection, its exclusive access or its readback."""
 
     def __init__(self) -> None:
         TERMINALS.__init__()  # type: ignore[misc]  # the module has one device

@@ -42,7 +42,7 @@ def add_comparison(parser: ArgumentParser) -> None:
 
 
 def compare_protocols(args: Namespace) -> int:
-    """Compare studies' precision and print it."""
+    """Compare the precision of studies and print the result."""
     from rich import box  # noqa: PLC0415 - `slipscale --help` stays instant
     from rich.console import Console  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415

@@ -86,7 +86,7 @@ def about_participants(analysis: Analysis) -> list[tuple[str, str]]:
 def sections(
     analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, str]
 ) -> list[html.ReportSection]:
-    """Return the page's sections in reading order, without empty ones."""
+    """Return the page's sections in reading order, excluding empty ones."""
     of_kinds = [section(analysis, svgs) for kind in analysis.kinds for section in kind.sections]
     said = [*answers(analysis), *(section.gist for section in of_kinds)]
     found = [

@@ -53,7 +53,7 @@ class Curve:
     x, y : str
         Columns of the table.
     points : tuple of (float, float)
-        Mean of ``y`` per value of ``x``, sorted by ``x``; true counts as 1, false as 0.
+        Mean of ``y`` for each value of ``x``, sorted by ``x``; true counts as 1, false as 0.
     """
 
     label: str

@@ -93,7 +93,7 @@ class Context:
     textures : tuple of Texture
         The study's textures.
     varied : Varied or None
-        The stimulus that has the levels as one of its parameters; None: levels are amplitudes.
+        The stimulus that has the levels as one of its parameters; if None, levels are amplitudes.
     condition : str
         The combination of factor levels; each combination has its own orders.
     task : str

@@ -184,7 +184,7 @@ class _Run(IntervalTask[_Match]):
         return _Match(phase, reference, direction, start)
 
     def among_catch_trials(self, planned: Sequence[_Match]) -> list[_Match]:
-        """Return the plan with catch trials at random places; all choices are equally likely."""
+        """Return the plan with catch trials at random positions; all choices are equally likely."""
         options, context = self.options, self.context
         stream = context.stream(context.task, "catch")
         references = options.references(context)

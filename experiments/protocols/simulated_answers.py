@@ -54,7 +54,7 @@ class SimulatedPerson(Protocol):
 
     @property
     def pace(self) -> float:
-        """How much longer than the median person this person takes for an action; 1: the same."""
+        """The time that this person takes for an action, relative to the median person."""
 
     @property
     def turned(self) -> int:
@@ -82,7 +82,7 @@ class SimulatedPerson(Protocol):
         """
 
     def says_yes(self, strength: float) -> bool:
-        """Return whether a difference of impressions is large enough for the answer "yes"."""
+        """Return whether a difference between impressions is large enough for the answer "yes"."""
 
     def estimate(self) -> float:
         """Return a magnitude estimate of the last surface, on this person's own scale."""

@@ -90,7 +90,7 @@ class Finding:
     name : str
         What was checked.
     passed : bool or None
-        None: there is a problem, but the session can take place.
+        None if there is a problem but the session can take place.
     detail : str
         What was found.
     remedy : str

@@ -428,7 +428,7 @@ class Study(FrozenTable):
 
     @property
     def varied(self) -> Varied | None:
-        """The varied stimulus, at the first level; None: levels are in the plate's quantity."""
+        """The varied stimulus, at the first level; None if levels are in the plate's quantity."""
         return self._levels.varied(self.levels)
 
     @property

@@ -53,7 +53,7 @@ class GeneratorOutput:
     channel : int
         1 or 2.
     chosen : Dialect or None
-        The generator's make; None: identified with ``*IDN?``.
+        The generator's make; if None, it is identified with ``*IDN?``.
     """
 
     def __init__(self, line: GeneratorLine, channel: int, chosen: Dialect | None) -> None:

@@ -162,7 +162,7 @@ def _weights(
     Parameters
     ----------
     fitted, left : ndarray
-        The fit's predictions, and the residuals (reading less prediction).
+        The fit's predictions, and the residuals (reading minus prediction).
     before : ndarray
         The weights of that fit, because the scatter of the squares is as large as the variances.
 

@@ -54,11 +54,11 @@ class Surroundings:
 class Drive:
     """The drive of the plate: either a voltage (``target_um_pp`` is None) or an amplitude.
 
-    For an amplitude, ``volts_per_um`` volts per µm are applied; None: the voltage that the plate
-    requires now, as an ideal control loop would apply. Neither exceeds the plate's voltage limit.
-    If ``frequency_hz`` is None, the drive follows the resonance. ``played`` modulates the
-    amplitude around ``target_um_pp``. It began at ``since_s``; None: it is assumed to have played
-    forever, so that its phase depends only on the time.
+    For an amplitude, ``volts_per_um`` volts per µm are applied; if None, the voltage that the
+    plate requires now, as an ideal control loop would apply. Neither exceeds the plate's voltage
+    limit. If ``frequency_hz`` is None, the drive follows the resonance. ``played`` modulates the
+    amplitude around ``target_um_pp``. It began at ``since_s``; if None, it is assumed to have
+    played forever, so that its phase depends only on the time.
     """
 
     frequency_hz: float | None = None

@@ -1,4 +1,4 @@
-"""Many processes that open one journal at once: one writes, and the others receive an error.
+"""Let many processes open one journal at once: one writes, and the others receive an error.
 
 In each round the writer is killed, and the next round starts with what it left behind; half of its
 records are torn. The campaign runs with and without system locks, which some network drives do not

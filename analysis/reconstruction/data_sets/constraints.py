@@ -1,4 +1,4 @@
-"""Derive constraints on whole ratings from printed numbers, with reasons by GRIM and GRIMMER.
+"""Derive constraints on whole ratings from printed numbers, with reasons from GRIM and GRIMMER.
 
 Ratings are counted in steps above the scale's minimum, so every quantity here is a whole number.
 GRIM (Brown and Heathers, 2017) checks whether n whole numbers can have the printed mean. GRIMMER

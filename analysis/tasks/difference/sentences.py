@@ -46,7 +46,7 @@ def _measured(
 def psychometric(
     found: PsychometricCurve | NotComputed, confidence: float, quantity: Quantity
 ) -> str:
-    """Return the sentence on the curve of "yes" against the size of the step."""
+    """Return the sentence on the curve of "yes" against step size."""
     if isinstance(found, NotComputed):
         size = quantity.yes_no.size
         return f"No curve of “{quantity.yes}” against {size} was fitted: {found.reason}."

@@ -111,7 +111,7 @@ def section_of(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
 
 @styled
 def exponent_and_weber(found: ExponentAndWeber) -> Figure:
-    """Plot participants, means with intervals, and the curve of Ekman's law."""
+    """Plot participants, means with intervals, and the curve predicted by Ekman's law."""
     figure, axes = canvas()
     weber = np.array([each.weber_fraction for each in found.participants])
     own = np.array([each.exponent for each in found.participants])

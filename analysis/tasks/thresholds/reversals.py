@@ -161,7 +161,7 @@ def _axis(
     Callable[[NDArray[np.float64]], NDArray[np.float64]],
     Callable[[NDArray[np.float64]], NDArray[np.float64]],
 ]:
-    """Return the functions to and from the axis of the rule's steps."""
+    """Return functions that convert levels to and from the axis of the rule's steps."""
     if rule.scale == "linear":
         return np.positive, np.positive
     return np.log10, lambda logs: 10.0**logs

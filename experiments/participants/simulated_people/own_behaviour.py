@@ -59,7 +59,7 @@ class Behaviour:
 
     @property
     def pace(self) -> float:
-        """How much longer than the median person this person takes for an action; 1: the same."""
+        """The time that this person takes for an action, relative to the median person."""
         return self.person.pace
 
     @property
@@ -91,7 +91,7 @@ class Behaviour:
         return self.person.pick(strengths)
 
     def says_yes(self, strength: float) -> bool:
-        """Return whether a difference of impressions is large enough for the answer "yes"."""
+        """Return whether a difference between impressions is large enough for the answer "yes"."""
         return self.person.says_yes(strength)
 
     def estimate(self) -> float:

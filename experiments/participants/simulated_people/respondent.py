@@ -319,7 +319,7 @@ class Respondent:
         return max(range(len(liked)), key=liked.__getitem__)
 
     def says_yes(self, strength: float) -> bool:
-        """Return whether a difference of impressions exceeds the criterion."""
+        """Return whether a difference between impressions exceeds the criterion."""
         if self.lapses():
             return self._any_yes()
         return strength / self._threshold > self._criterion

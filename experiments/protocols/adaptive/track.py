@@ -1,6 +1,6 @@
 """The interface of all adaptive methods, and the rounding of levels.
 
-Levels are µm peak to peak: an amplitude, or the difference of two amplitudes.
+Levels are µm peak to peak: an amplitude, or the difference between two amplitudes.
 """
 
 from __future__ import annotations

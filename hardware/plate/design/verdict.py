@@ -47,7 +47,7 @@ class Solution:
     unknowns : int
         Number of displacements solved for.
     uncertainty : float or None
-        Largest relative difference of the amplitudes from those of the previous mesh; None if
+        Largest relative difference between the amplitudes and those of the previous mesh; None if
         only one mesh was solved.
     """
 
