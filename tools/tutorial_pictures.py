@@ -76,7 +76,7 @@ def main_screen(study: str) -> Scene:
 
 
 def figure_of(study: str) -> Figure:
-    """Return the figure of a pilot of a study, with its own seed."""
+    """Return the figure from a study's pilot, which has its own seed."""
     wanted = TUTORIALS[study]
     with tempfile.TemporaryDirectory() as where:
         folder = Path(where) / "data"

@@ -53,7 +53,7 @@ def table3_table(analysis: Analysis) -> Table:
 
 
 def print_table3(analysis: Analysis, console: Console | None = None) -> None:
-    """Print Table III of an analysis, see `table3_table`; nothing without estimates."""
+    """Print Table III of an analysis (see `table3_table`), if there are estimates."""
     if analysis.prepared is None:
         return
     (console or Console()).print(table3_table(analysis))

@@ -119,7 +119,7 @@ class _Run(Repeating[_Step]):
         self.context = context
 
     def explore(self, text: str, trial: Trial | None = None) -> Explore:
-        """Return the exploration of the current surface."""
+        """Return the exploration step for the current surface."""
         return self.options.explore(self.context.texts[f"descending_difference.{text}"], trial)
 
     def rest(self) -> Rest:

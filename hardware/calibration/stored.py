@@ -1,4 +1,4 @@
-"""Read calibration files: complete, unchanged, and with results that match their readings."""
+"""Read calibration files, which must be complete, unchanged, and consistent with their readings."""
 
 from __future__ import annotations
 

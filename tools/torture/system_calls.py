@@ -1,4 +1,4 @@
-"""Kill processes with SIGKILL between any two of the system calls that write a run's files.
+"""Use SIGKILL between any two of the system calls that write a run's files.
 
 Each case is a separate process (a fork, which needs no new imports). It counts its calls for the
 journal, the lock file and the tables, and kills itself before one of them. The run is then

@@ -1,4 +1,4 @@
-"""Kill the commands that change a data set with SIGKILL: build, withdraw, merge and backup.
+"""Use SIGKILL on the commands that change a data set: build, withdraw, merge and backup.
 
 A small laboratory is prepared: a data set of three participants with a questionnaire, its backup,
 a set it was merged into, a journal in a fallback folder, and results. The command is killed before

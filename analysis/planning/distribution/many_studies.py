@@ -36,7 +36,7 @@ HOUR_S = 3600.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyResult:
-    """Result of one simulated study.
+    """Result from one simulated study.
 
     Parameters
     ----------

@@ -116,7 +116,7 @@ def rows(
     looks: Looks,
     assurance: Assurance | None = None,
 ) -> list[Row]:
-    """Return the results of each computed condition, in order."""
+    """Return the results for each computed condition, in order."""
     return [
         _row(design, condition, outcomes, looks, assurance)
         for condition in wanted

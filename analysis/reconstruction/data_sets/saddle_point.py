@@ -60,7 +60,7 @@ def log10_multisets(targets: Targets) -> float | None:
 
 
 def _log_with_extremes(wish: Wanted) -> float | None:
-    """Return the natural logarithm for one sum and sum of squares, printed extremes present.
+    """Return the natural logarithm for one sum and sum of squares, with printed extremes.
 
     Uses inclusion-exclusion: solutions within the bounds minus solutions that lack one of the
     values.

@@ -107,7 +107,7 @@ def transition_um_pp(rows: pd.DataFrame) -> float:
 
 
 def limits(inputs: Inputs) -> tuple[TaskLimits, ...] | NotComputed:
-    """Return the thresholds of each task."""
+    """Return the thresholds for each task."""
     trials = inputs.data.of(TRIALS)
     if not len(trials):
         return NotComputed("no trials of the method of limits")

@@ -94,7 +94,7 @@ class Cell:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PersonPointing:
-    """Results of one participant in one condition; NaN if they cannot be computed."""
+    """Results for one participant in one condition; NaN if they cannot be computed."""
 
     participant: str
     movements: int
@@ -108,7 +108,7 @@ class PersonPointing:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FeedbackPointing:
-    """Results of one condition of feedback.
+    """Results for one feedback condition.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class FeedbackPointing:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskPointing:
-    """Results of one task.
+    """Results for one task.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ class TaskPointing:
 
 
 def pointing(inputs: Inputs) -> tuple[TaskPointing, ...] | NotComputed:
-    """Return the results of each task."""
+    """Return the results for each task."""
     trials = inputs.data.of(TRIALS)
     if not len(trials):
         return NotComputed("no movements")
@@ -161,7 +161,7 @@ def pointing(inputs: Inputs) -> tuple[TaskPointing, ...] | NotComputed:
 
 
 def of_task(task: str, rows: pd.DataFrame, confidence: float) -> TaskPointing:
-    """Return the results of a task, given its movements as read by `TRIALS`."""
+    """Return the results for a task, given its movements as read by `TRIALS`."""
     conditions = tuple(
         _condition(str(feedback), own, confidence)
         for feedback, own in rows.groupby("feedback", sort=True)
@@ -207,7 +207,7 @@ def _condition(feedback: str, rows: pd.DataFrame, confidence: float) -> Feedback
 
 
 def _person(who: str, rows: pd.DataFrame) -> tuple[PersonPointing, int]:
-    """Return the results of a participant, and the number of omitted cells."""
+    """Return the results for a participant, and the number of omitted cells."""
     cells, left_out = [], 0
     for _, own in rows.groupby(["distance_mm", "width_mm"], sort=True):
         width = WIDTH_IN_SD * float(np.std(own["moved_mm"], ddof=1)) if len(own) > 1 else 0.0

@@ -1,6 +1,6 @@
 """Run a slipscale command only as long as its standard input stays open.
 
-The console holds the other end of the pipe while a page of the plate bench is open. When the page
+The console keeps the other end of the pipe open while a plate bench page is open. When the page
 is closed, or the console ends or is killed, the pipe closes, and the command receives the signal
 that makes it switch the plate off (`slipscale.hardware.signals`).
 

@@ -35,7 +35,7 @@ def staircase(
     down_after : int
         k: 1 to 4.
     down_to_up : float, optional
-        Size of a step down relative to the step up; 1: equal steps, as in Levitt (1971).
+        Size of a step down relative to the step up; 1 for equal steps, as in Levitt (1971).
 
     Examples
     --------
