@@ -248,11 +248,11 @@ def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quan
     read = {"estimates": table.estimates, "differences": table.differences}
     kinds = [kind for kind in TRIALS if kind.name in read]
     tables = _divided(kinds, read, problems, counts)
-    trials = {
-        kind.name: with_people(rows, tuple(kind.empty().columns))
-        for kind, rows in ((CHOICES, table.choices), (PAIRS, table.pairs))
-        if len(rows)
-    }
+    trials = {}
+    for kind, rows in ((CHOICES, table.choices), (PAIRS, table.pairs)):
+        if len(rows):
+            columns = tuple(kind.empty().columns)  # a table by hand states no friction
+            trials[kind.name] = with_people(rows.reindex(columns=list(columns)), columns)
     return Dataset(
         name=metadata.title(path) if path.is_dir() else path.stem,
         estimates=tables["estimates"],

@@ -1,12 +1,8 @@
-"""What `--json` writes is what its schema says, and the R example reads it."""
+"""What `--json` writes is what its schema says."""
 
 from __future__ import annotations
 
 import json
-import re
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -69,23 +65,3 @@ statistic = 4.71
     schema.validate(found)
     assert [test["verdict"] for test in found["tests"]] == ["possible", "impossible", "possible"]
     assert found["columns"][0]["scale_is_printed"] is False
-
-
-@pytest.mark.skipif(shutil.which("Rscript") is None, reason="R is not installed")
-def test_the_r_example_runs_and_prints_what_the_page_says(tmp_path):
-    page = (REFERENCE.parent / "how-to" / "reconstruct.md").read_text("utf-8")
-    (code,) = re.findall(r"^```r\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
-    (tmp_path / "example.R").write_text(code)
-    command = Path(sys.executable).with_name("slipscale")
-    environment = {"PATH": f"{command.parent}:/usr/bin:/bin", "LC_ALL": "C.UTF-8"}
-    done = subprocess.run(
-        ["Rscript", "--vanilla", tmp_path / "example.R"],
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd=tmp_path,
-        env=environment,
-    )
-    printed = re.findall(r"^#> (.*)$", code, re.MULTILINE)
-    assert printed
-    assert done.stdout.split("\n")[: len(printed)] == printed

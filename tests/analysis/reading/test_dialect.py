@@ -53,7 +53,7 @@ def test_a_bad_cell_leaves_the_table_that_is_written_as_it_was(table_by_hand):
 @pytest.mark.parametrize("separator", [";", "\t"])
 def test_a_comma_that_may_part_thousands_is_refused_where_nothing_decides(table_by_hand, separator):
     text = "\n".join(separator.join(row) for row in [HEADER, ("a", "1", "1,000"), ("a", "2", "2")])
-    with pytest.raises(UserError, match=r"'1,000' can be 1000 or 1\.000.*no other number"):
+    with pytest.raises(UserError, match=r"'1,000' could be 1000 or 1\.000.*no other number"):
         load(table_by_hand(text))
 
 

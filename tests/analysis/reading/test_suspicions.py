@@ -79,7 +79,7 @@ def test_answers_that_were_pasted_twice_or_copied_are_noted(tmp_path):
 
 def test_a_point_that_may_part_thousands_is_refused():
     cells = {"estimate": {"1.080": 1, "540": 1}}
-    with pytest.raises(UserError, match=r"'1\.080' can be 1080 or 1\.080"):
+    with pytest.raises(UserError, match=r"'1\.080' could be 1080 or 1\.080"):
         decimal_of(cells, name="data.csv")
     # Decimals that a program wrote: all of them, or another number that decides.
     assert decimal_of({"estimate": {"1.080": 1, "2.540": 1}}, name="data.csv") == "."

@@ -31,6 +31,8 @@ from slipscale.experiments.protocols.steps import (
 from slipscale.experiments.running.rehearsal import _value
 from slipscale.experiments.session.session import Session
 from slipscale.experiments.study.model import Study
+from slipscale.stimuli.parameters import declared
+from slipscale.stimuli.textures import KINDS
 
 ROOT = Path(__file__).parents[3]
 PRODUCT = ("analysis", "experiments", "hardware", "stimuli")
@@ -134,7 +136,8 @@ def read():
     for folder in PRODUCT:
         for path in (ROOT / folder).rglob("*.py"):
             reads.visit(ast.parse(path.read_text(encoding="utf-8")))
-    return reads.names
+    # Parameters of stimuli are read by their declarations.
+    return reads.names.union(*map(declared, KINDS.values()))
 
 
 def test_every_key_of_a_study_is_read(read):

@@ -12,6 +12,7 @@ import pytest
 from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
+from slipscale.experiments.participants.simulated_people.respondent import respondent_of
 from slipscale.experiments.protocols.steps import Ask, Explore
 from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.hardware.clock import VirtualClock
@@ -127,12 +128,9 @@ def sit_down(laboratory):
         def person(plan):
             return Feeling(
                 rated,
-                seed=plan.seed,
-                participant=plan.participant,
-                visit=plan.visit,
+                respondent=respondent_of(plan),
                 feel=laboratory.plate.vibration_level,
                 clock=laboratory.clock,
-                answers=plan.simulated_answers(),
             )
 
         assert laboratory.run(plan, person=person, **about) == "complete"

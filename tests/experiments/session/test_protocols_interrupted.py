@@ -12,6 +12,7 @@ import pytest
 from slipscale.experiments.dataset.journals import read_runs
 from slipscale.experiments.dataset.rendering import render
 from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
+from slipscale.experiments.participants.simulated_people.respondent import respondent_of
 from slipscale.experiments.protocols.steps import Ask, Explore
 from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.experiments.study.file import study_text
@@ -178,11 +179,9 @@ def sit_down(laboratory):
         def person(plan):
             return Feeling(
                 answered,
-                seed=plan.seed,
-                participant=plan.participant,
+                respondent=respondent_of(plan),
                 feel=laboratory.plate.vibration_level,
                 clock=laboratory.clock,
-                answers=plan.simulated_answers(),
             )
 
         assert laboratory.run(plan, person=person, **about) == "complete"

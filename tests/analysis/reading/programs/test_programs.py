@@ -157,11 +157,11 @@ def test_an_ordinary_table_is_of_no_program():
 @pytest.mark.parametrize(
     "name, content, words",
     [
-        ("a.json", b'[{"trial_type": 1, "trial_index": 2, "time_elapsed": 3', "not JSON"),
+        ("a.json", b'[{"trial_type": 1, "trial_index": 2, "time_elapsed": 3', "not readable JSON"),
         ("a.json", b'[{"trial_type": 1, "trial_index": 2, "time_elapsed": 3}, 4]', "entry 2 is 4"),
         ("a.txt", b"*** Header Start ***\nSubject: 1\n", "no complete frame"),
         ("a.mat", b"MATLAB 7.3 MAT-file, HDF5", "'-v7'"),
-        ("a.mat", b"nonsense", "not a MATLAB file"),
+        ("a.mat", b"nonsense", "not a readable MATLAB file"),
     ],
 )
 def test_damaged_files_are_refused_in_a_sentence(name, content, words):
