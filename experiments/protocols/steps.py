@@ -20,8 +20,8 @@ step          what the session does                                  reply
 ============  =====================================================  ==============
 
 A trial may present several surfaces, each in an *interval*: `Present`, `Explore` and `Silence`
-carry its number, 1, 2, ... If such a trial is interrupted, its script is performed again from the
-first interval.
+carry its number, 1, 2, ... If such a trial is interrupted, its script is rerun from the first
+interval.
 """
 
 from __future__ import annotations

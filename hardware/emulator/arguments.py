@@ -18,7 +18,7 @@ class Refusal(Exception):
 
 
 def split(text: str, fewest: int, most: int) -> list[str]:
-    """Return a command's arguments, whose number must be from ``fewest`` to ``most``."""
+    """Return a command's arguments; expect at least ``fewest`` and at most ``most``."""
     arguments = text.split(",") if text else []
     if len(arguments) < fewest:
         raise Refusal(wire.MISSING_PARAMETER)

@@ -223,7 +223,7 @@ def _forbidden_ports(command: str, options: Mapping[str, object]) -> Iterator[st
 def _written(
     command: str, args: Namespace, options: Mapping[str, object]
 ) -> Iterator[tuple[str, Path]]:
-    """Yield each path that a command writes to, with its name for messages."""
+    """Yield each path that a command writes to, with the name used for it in messages."""
     for option in WRITES.get(command, ()):
         if given := options.get(option):
             yield f"--{option} {given}" if option in args else str(given), Path(str(given))

@@ -5,7 +5,8 @@ number of values so far, a the sum of their distances, and w = (q ± a)/2 with q
 distances. The triangular number w_d = d(d ± 1)/2 replaces d². Since q and a always have the same
 parity, half of the cells of a table over (k, a, q) could never be reached.
 
-The sign is plus below the centre and minus above it. The two halves of a solution then match if
+The sign is positive below the centre and negative above it. The two halves of a solution then
+match if
 a_above = a_below + D and w_above = constant - w_below, so joining them is a product of two slices.
 """
 

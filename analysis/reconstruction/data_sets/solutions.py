@@ -70,7 +70,7 @@ class Solutions:
 
     @cached_property
     def _unfiltered(self) -> int:
-        """Number of data sets, ignoring printed quartiles."""
+        """Number of data sets, whether or not they have the printed quartiles."""
         if self._of_few_values is not None:
             return self._of_few_values
         return count(self.problems, "multisets", self.memory_gib, self.minutes)

@@ -1,8 +1,9 @@
 """Arrange columns into tables of participants, because the pairing of ratings is unknown.
 
 `most_alike` is the most favourable pairing for a test between columns, and is exact. With every
-column in the same order, the participants' totals vary most (rearrangement inequality, pair by
-pair), so most of the variation is removed from the error. `least_alike` is the opposite. For two
+column in the same order, the participants' totals vary the most (rearrangement inequality, pair by
+pair), so as much variation as possible is removed from the error. `least_alike` is the opposite.
+For two
 columns it is exact: one ascending and one descending. For more columns, making the totals as equal
 as possible is a hard partition problem. The rearrangement algorithm (Puccetti and Rüschendorf,
 2012) is used as a heuristic. It puts each column in turn in the opposite order to the sum of the

@@ -142,7 +142,7 @@ class Console:
         return response
 
     async def edit(self, request: Request) -> Response:
-        """Return an edited study text after a change, with its errors and form."""
+        """Return the study text after an edit, with its errors and form."""
         sent = await request.body()
 
         def edited(view: View) -> dict[str, Any]:
