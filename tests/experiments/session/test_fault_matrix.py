@@ -29,6 +29,7 @@ from tools.board_sessions import (
 from tools.rehearsal.emulator_process import EmulatorProcess
 from tools.rehearsal.scripted import ScriptedParticipant
 
+pytestmark = pytest.mark.clock
 SEED_TEXTURED = 8  # the trial with the fault presents the ridges
 LARGEST = {"n/a": [0.5, 1.2, 2.3], "ridges": [1.8], "waves": [1.8]}
 
