@@ -74,6 +74,11 @@ def of_plate(file: PlateFile | None) -> ContactSpecs:
     return ContactSpecs(position=wiring.position, force=wiring.force) if wiring else NOT_NAMED
 
 
+def of_run(named: ContactSpecs, study: Study, file: PlateFile | None) -> ContactSpecs:
+    """Return the sources that the command names, otherwise the study, otherwise the plate file."""
+    return named.otherwise(of_study(study)).otherwise(of_plate(file))
+
+
 def simulated(specs: ContactSpecs) -> ContactSpecs:
     """Return these sources with measuring devices replaced by a simulated finger."""
     found: dict[Kind, str] = {}

@@ -24,8 +24,7 @@ from slipscale.experiments.running.changed_since import changes
 from slipscale.experiments.running.contact_sources import (
     NOT_NAMED,
     ContactSpecs,
-    of_plate,
-    of_study,
+    of_run,
     try_sources,
 )
 from slipscale.experiments.running.disk_space import why_not_taken
@@ -416,8 +415,7 @@ def _contact_specs(planned: PlannedSession) -> ContactSpecs:
     plan = _plan(planned)
     spec = with_plate_file(planned.plate, plan.study.plate.file)
     plate = plate_for(plan, spec, SystemClock())
-    named = planned.contact.otherwise(of_study(plan.study))
-    return named.otherwise(of_plate(plate.plate_file))
+    return of_run(planned.contact, plan.study, plate.plate_file)
 
 
 def check(

@@ -40,8 +40,7 @@ from slipscale.experiments.protocols.steps import (
 from slipscale.experiments.running.contact_sources import (
     NOT_NAMED,
     ContactSpecs,
-    of_plate,
-    of_study,
+    of_run,
 )
 from slipscale.experiments.study.headphone_test import HEADPHONES
 from slipscale.faults import UserError
@@ -253,7 +252,7 @@ def check_supported(plan: RunPlan, plate: PlateDriver, contact: ContactSpecs = N
 
     ``contact`` are the sensors that the command names.
     """
-    specs = contact.otherwise(of_study(plan.study)).otherwise(of_plate(plate.plate_file))
+    specs = of_run(contact, plan.study, plate.plate_file)
     for surface in surfaces(plan):
         plate.check_supported(surface.made, sensors=specs.used)
     for protocol, options in plan.tasks():

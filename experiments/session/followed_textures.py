@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection
 
     from slipscale.hardware.clock import Clock
-    from slipscale.hardware.contact.followed_texture import Followed
+    from slipscale.hardware.contact.followed_texture import Follower
     from slipscale.hardware.contact.source import Kind, Sample
     from slipscale.hardware.driver import PlateDriver
     from slipscale.stimuli.surface import Surface
@@ -39,7 +39,7 @@ class Following:
         self._clock = clock
         self._sensors = frozenset(sensors)
         self._surface: Surface | None = None  # while it is followed
-        self._followed: Followed | None = None
+        self._followed: Follower | None = None
         self._sensor: Kind | None = None
         self._triggers = False  # whether the finger starts changes
         self._moved = False  # the plate is no longer where it settled

@@ -30,12 +30,12 @@ LOST_S = 0.2  # after this, the finger's state is unknown
 LEAST_CHANGE_UM = 0.005  # smaller changes cannot be felt and would only load the line
 # After a change back, the plate settles for this time before it can play another change.
 SETTLES_S = 0.15
-#: What a trigger is compared with: the index in a sample's values, and how far behind its value it
-#: no longer holds; otherwise noise would trigger again and again.
-COMPARED = {"position_mm": (0, 0.5), "force_n": (0, 0.05), "delay_s": (0, 0.0)}
+#: How far behind a trigger's value it no longer holds; otherwise noise would trigger again and
+#: again.
+BEHIND = {"position_mm": 0.5, "force_n": 0.05, "delay_s": 0.0}
 
 
-class Followed(Protocol):
+class Follower(Protocol):
     """A texture that follows the finger."""
 
     def see(self, samples: Iterable[Sample]) -> None:
@@ -46,17 +46,16 @@ class Followed(Protocol):
 
 
 class Track:
-    """The last samples of a sensor, and a prediction from them."""
+    """The last samples of a sensor's first quantity, and a prediction from them."""
 
-    def __init__(self, index: int = 0) -> None:
-        self._index = index
+    def __init__(self) -> None:
         self._last: deque[tuple[float, float]] = deque()
         self._asked_s: float | None = None
 
     def see(self, samples: Iterable[Sample]) -> None:
         """Add samples."""
         for each in samples:
-            self._last.append((each.time_s, each.values[self._index]))
+            self._last.append((each.time_s, each.values[0]))
         while len(self._last) > 2 and self._last[-1][0] - self._last[1][0] >= SPEED_OVER_S:  # noqa: PLR2004 - two samples give a speed
             self._last.popleft()
 
@@ -131,8 +130,8 @@ class FollowedTransient:
         self._change = transient.change(modulator)
         self._trigger = transient.trigger
         self._at: float = getattr(transient, self._trigger)
-        index, self._behind = COMPARED[self._trigger]
-        self._track = Track(index)
+        self._behind = BEHIND[self._trigger]
+        self._track = Track()
         self._touched_s: float | None = None
         self._holds = False
         self._played_s: float | None = None  # when the change began, until its end is commanded
@@ -180,7 +179,7 @@ class FollowedTransient:
 
 def followed_texture(
     surface: Surface, plate: PlateDriver, sensors: frozenset[Kind]
-) -> Followed | None:
+) -> Follower | None:
     """Return an object that follows the finger; None if surface, plate or sensors do not."""
     if surface.sensor not in sensors or plate.follow_lag_s is None:
         return None

@@ -26,13 +26,10 @@ from slipscale.analysis.statistics.mean_over_participants import (
 from slipscale.analysis.statistics.not_computed import NotComputed, fold
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate, estimate
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.experiments.protocols.adaptive.up_down import UpDown, UpDownTrack
+from slipscale.experiments.protocols.adaptive.up_down import UpDownTrack
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import pandas as pd
-    from numpy.typing import NDArray
 
     from slipscale.experiments.protocols.adaptive.interleaved import Interleaved
 
@@ -127,7 +124,7 @@ def _plain(_task: object) -> str:
 def _condition(
     name: str, rows: pd.DataFrame, before: UpDownTrack, last: int, confidence: float
 ) -> ConditionReversals:
-    to_axis, from_axis = _axis(before.rule)
+    rule = before.rule
     own: dict[str, list[float]] = {}
     tracks = 0
     by = [PARTICIPANT, "session", "run", "track"]
@@ -136,12 +133,13 @@ def _condition(
         levels = _replayed(before, track["correct"].tolist())[-last:]
         means = own.setdefault(str(who), [])
         if len(levels) == last:
-            means.append(float(np.mean(to_axis(np.array(levels)))))
+            means.append(float(np.mean([rule.coordinate(level) for level in levels])))
     values = np.array([np.mean(each) if each else np.nan for each in own.values()])
     found = mean_over_participants(values, confidence)
 
     def estimated(mean: MeanOverParticipants) -> Estimate | NotComputed:
-        return estimate(from_axis(np.array([mean.mean, *mean.interval])), confidence)
+        ends = [rule.level_at(each) for each in (mean.mean, *mean.interval)]
+        return estimate(np.array(ends), confidence)
 
     return ConditionReversals(
         condition=name,
@@ -149,22 +147,10 @@ def _condition(
         left_out=tracks - sum(map(len, own.values())),
         mean_um_pp=fold(found, estimated, NotComputed),
         people=tuple(
-            PersonReversals(participant=who, mean_um_pp=float(from_axis(np.array(value))))
+            PersonReversals(participant=who, mean_um_pp=float(rule.level_at(value)))
             for who, value in zip(own, values, strict=True)
         ),
     )
-
-
-def _axis(
-    rule: UpDown,
-) -> tuple[
-    Callable[[NDArray[np.float64]], NDArray[np.float64]],
-    Callable[[NDArray[np.float64]], NDArray[np.float64]],
-]:
-    """Return functions that convert levels to and from the axis of the rule's steps."""
-    if rule.scale == "linear":
-        return np.positive, np.positive
-    return np.log10, lambda logs: 10.0**logs
 
 
 def _replayed(track: UpDownTrack, answers: list[bool]) -> tuple[float, ...]:

@@ -86,7 +86,7 @@ class UpDown:
         check_between(
             where, "the first level", self.start_level, self.lowest_level, self.highest_level
         )
-        span = self._coordinate(self.highest_level) - self._coordinate(self.lowest_level)
+        span = self.coordinate(self.highest_level) - self.coordinate(self.lowest_level)
         if max(self.steps_up) > span:
             unit = "" if self.scale == "linear" else " decades"
             raise UserError(
@@ -110,8 +110,13 @@ class UpDown:
         new = level + step if self.scale == "linear" else level * 10.0**step
         return min(max(rounded(new), self.lowest_level), self.highest_level)
 
-    def _coordinate(self, level: float) -> float:
+    def coordinate(self, level: float) -> float:
+        """Return a level's position on the axis of the steps."""
         return level if self.scale == "linear" else math.log10(level)
+
+    def level_at(self, coordinate: float) -> float:
+        """Return the level at a position on the axis of the steps."""
+        return coordinate if self.scale == "linear" else 10.0**coordinate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
