@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.experiments.dataset.schema import filled
 from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.experiments.protocols.steps import factor_level
 
 if TYPE_CHECKING:
     from slipscale.analysis.preregistration.manifest import Manifest
@@ -43,9 +44,7 @@ def answers(plan: Manifest, analysis: Analysis, study: Study) -> list[tuple[str,
     confirmatory, exploratory = _families(analysis)
     return [
         ("Existing data", plan.existing_data or NOT_STATED.format(option="--existing-data TEXT")),
-        ("Manipulated variables", _manipulated(study)),
-        ("Measured variables", _measured(study)),
-        ("Blinding", BLINDING),
+        *design(study),
         (
             "Sample size, rationale",
             plan.sample_size or NOT_STATED.format(option="--sample-size TEXT"),
@@ -56,13 +55,24 @@ def answers(plan: Manifest, analysis: Analysis, study: Study) -> list[tuple[str,
     ]
 
 
+def design(study: Study) -> list[tuple[str, str]]:
+    """Return the questions about a study's design, with their answers."""
+    return [
+        ("Manipulated variables", _manipulated(study)),
+        ("Measured variables", _measured(study)),
+        ("Blinding", BLINDING),
+    ]
+
+
 def _manipulated(study: Study) -> str:
-    levels = ", ".join(f"{level:g}" for level in study.levels)
-    textures = ", ".join(each.label for each in study.texture_surfaces)
     q = study.quantity
-    return f"{q.in_full_title} of the plate: {levels} {q.unit_in_full}" + (
-        f"; textures: {textures}." if textures else "."
-    )
+    of = "stimulus" if study.vary else "plate"
+    levels = ", ".join(f"{level:g}" for level in study.levels)
+    found = [f"{q.in_full_title} of the {of}: {levels} {q.unit_in_full}"] if levels else []
+    if study.textures:
+        found.append(f"textures: {', '.join(each.label for each in study.texture_surfaces)}")
+    found += [f"{each.name}: {', '.join(map(factor_level, each.levels))}" for each in study.factors]
+    return "; ".join(found) + "."
 
 
 def _measured(study: Study) -> str:

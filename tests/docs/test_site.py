@@ -10,8 +10,9 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
+from slipscale.experiments.study.file import read_study, study_text
 from slipscale.experiments.study.schema import study_schema
-from tools.site import command_reference, hooks, plate_reference, study_reference
+from tools.site import command_reference, gallery, hooks, plate_reference, study_reference
 
 ROOT = Path(__file__).parents[2]
 # What a browser fetches by itself, and where the address stands.
@@ -171,3 +172,20 @@ def test_the_reference_of_plates_describes_every_shipped_backend():
     )
     assert re.findall(r"^## (\w+)", page, re.MULTILINE) == sorted(shipped)
     assert "quality factor (60)" in page
+
+
+def test_a_study_s_page_has_its_source_effect_assumed_values_analysis_and_file():
+    page = gallery.page("monnoyer2016", *read_study("monnoyer2016"))
+    assert "of which only the abstract was read" in page
+    effect = gallery.PUBLISHED["monnoyer2016"]
+    assert f"| {' | '.join(effect[each] for each in gallery.EFFECT)} |" in page
+    assert "Final amplitude of the stimulus: 0.9, 1.15, 1.4 µm peak to peak; from_um_pp" in page
+    assert '| `force` | `"load_cells:/dev/ttyUSB0"` | your sensor |' in page
+    assert "The exponent is the mean of participants' regression slopes" in page
+    assert "Each factor was tested together with final amplitude" in page
+    assert study_text("monnoyer2016").strip() in page
+
+
+def test_the_index_of_published_studies_links_to_each_study_s_page(pages, site):
+    links = pages[site / "tutorials" / "published-studies.html"].links
+    assert {f"../studies/{name}.html" for name in gallery.PUBLISHED} <= set(links)

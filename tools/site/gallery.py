@@ -1,10 +1,23 @@
-"""The gallery of studies: each shipped study file, and what a participant experiences."""
+"""The gallery of studies: a page for each shipped study, and the index of published experiments.
+
+A page is derived from the study file, the declarations of protocols and statistics, and the table
+of published effects (`PUBLISHED`). Nothing is simulated here.
+"""
 
 from __future__ import annotations
 
 import io
+import re
+import tomllib
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.preregistration.registry import design
+from slipscale.analysis.reporting.methods_text import cited
+from slipscale.analysis.tasks.factors.declaration import ANALYSIS as FACTORS
+from slipscale.analysis.tasks.table import KINDS
+from slipscale.experiments.dataset.schema import columns
+from slipscale.experiments.protocols.registry import load_protocol
 from slipscale.experiments.protocols.steps import Present
 from slipscale.experiments.running.rehearsal import dry_run
 from slipscale.experiments.running.study_commands import show
@@ -13,6 +26,8 @@ from slipscale.experiments.study.run_plan import RunPlan
 from tools.site.tables import code, table
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
     from slipscale.experiments.study.model import Study
 
 INTRODUCTION = """# Studies
@@ -21,6 +36,29 @@ These studies come with Slipscale. `slipscale pilot NAME` runs a study with simu
 participants. To write your own study, start with `slipscale study new mine.toml`, and see
 [all study-file keys](../reference/study-file.md).
 """
+#: Study -> its task, published effect, simulated effect and recovered effect.
+PUBLISHED: Mapping[str, Mapping[str, str]] = tomllib.loads(
+    (Path(__file__).parents[2] / "docs/tutorials/published-studies.toml").read_text("utf-8")
+)
+EFFECT = ("task", "published", "simulated", "recovered")
+#: A comment after a key's value: `key = value  # assumed: ...`.
+REMARK = re.compile(r"^([\w.]+) = ([^#\n]+?) +# (.+)$", re.MULTILINE)
+TRIALS = """![Level of each trial, in the order of presentation]({name}.svg)
+
+Grey: practice. Each participant has a different order; the same seed gives the same orders on every
+machine.
+
+```text
+{shown}
+```"""
+COMMANDS = """Simulate and analyse the study, freeze the plan, run a session, and analyse the data:
+
+```sh
+slipscale pilot {name} --out pilot
+slipscale study freeze {name} --out plan
+slipscale run {name} --participant 01 --plate SPEC --out data
+slipscale analyse data
+```"""
 PRACTICE, MAIN = "#9aa5a4", "#00796b"
 
 
@@ -45,39 +83,61 @@ def pages() -> dict[str, str]:
     return {"studies/index.md": f"{INTRODUCTION}\n{table(header, rows)}\n", **made}
 
 
+def published_studies() -> str:
+    """Return the table of all published effects, with links to the studies' pages."""
+    rows = (
+        [f"[{name}](../studies/{name}.md)", *(effect[key] for key in EFFECT)]
+        for name, effect in PUBLISHED.items()
+    )
+    return table(["study", *EFFECT], rows)
+
+
 def page(name: str, study: Study, text: str) -> str:
-    """Return a study's page: its texts, its trials and its file."""
-    comment = []
-    for line in text.splitlines():
-        if not line.startswith("#"):
-            break
-        comment.append(line.removeprefix("#").strip())
-    return f"""# {study.title}
+    """Return a study's page: source, effect, design, stimuli, analysis, commands and file."""
+    comment, _, keys = text.partition("name =")
+    source = " ".join(re.sub("(?m)^#", "", comment).split())
+    sections = [
+        (source.partition(" See docs/")[0], ""),
+        *_effect(name),
+        ("## Design", "\n".join(f"- **{asked}:** {said}" for asked, said in design(study))),
+        *_remarks(keys),
+        ("## The trials of participant 01", TRIALS.format(name=name, shown=show(name, "01"))),
+        ("## Analysis", "\n\n".join(cited(each) for each in dict.fromkeys(_methods(study)))),
+        ("## Commands", COMMANDS.format(name=name)),
+        ("## The study file", f"```toml\n{text.strip()}\n```"),
+    ]
+    told = (f"{heading}\n\n{body}".strip() for heading, body in sections)
+    return "\n\n".join([f"# {study.title}", *told]) + "\n"
 
-{" ".join(comment)}
 
-```sh
-slipscale pilot {name}
-slipscale study show {name} --participant 01
-```
+def _effect(name: str) -> Iterator[tuple[str, str]]:
+    if effect := PUBLISHED.get(name):
+        row = table(EFFECT, [[effect[key] for key in EFFECT]])
+        link = "See [all published experiments](../tutorials/published-studies.md)."
+        yield "## Published and recovered", f"{row}\n\n{link}"
 
-## The trials of participant 01
 
-![Level of each trial, in the order of presentation]({name}.svg)
+def _remarks(keys: str) -> Iterator[tuple[str, str]]:
+    """Yield the values on which the study file has a remark, such as "assumed"."""
+    if rows := [[code(key), code(value), said] for key, value, said in REMARK.findall(keys)]:
+        yield "## Remarks on values", table(["key", "value", "remark"], rows)
 
-Grey: practice. Each participant has a different order; the same seed gives the same orders on every
-machine.
 
-```text
-{show(name, "01")}
-```
-
-## The file
-
-```toml
-{text.strip()}
-```
-"""
+def _methods(study: Study) -> Iterator[str]:
+    """Yield the report's methods sentences on a study's tasks: the chosen, named results."""
+    kinds = [FACTORS] if study.factors else []
+    for options in study.tasks:
+        header = frozenset(columns(load_protocol(options.protocol).for_task(options)))
+        kinds += [kind for kind in KINDS if kind.trials and kind.trials.belongs(header)]
+    chosen = study.analysis.tests
+    for kind in reversed(kinds):
+        told = [
+            each
+            for each in kind.statistics
+            if each.methods and (chosen is None or each.key in chosen)
+        ]
+        for each in [each for each in told if each.headlines] or told:
+            yield each.methods.format(q=study.quantity, bounds="the study's bounds")
 
 
 def figure(name: str, study: Study, text: str) -> str:
@@ -96,7 +156,8 @@ def figure(name: str, study: Study, text: str) -> str:
     shown = [step for step in dry_run(plan) if isinstance(step, Present) and step.trial]
     tasks = {protocol.task: protocol.titled(plan.study.quantity) for protocol, _ in plan.tasks()}
     with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "font.size": 9}):
-        drawn = Figure(figsize=(7.0, 2.2), layout="constrained")
+        drawn = Figure(figsize=(7.0, 2.2))
+        drawn.subplots_adjust(left=0.08, right=0.99, bottom=0.2, top=0.88)
         axes = drawn.subplots(1, len(tasks), sharey=True, squeeze=False)[0]
         for axis, task in zip(axes, tasks, strict=True):
             trials = [step for step in shown if step.trial and step.trial.task == task]

@@ -62,6 +62,8 @@ MENU: dict[str, tuple[str, ...]] = {
     "extending": (),
 }
 PROJECT = ("changelog.md", "contributing.md", "decisions/index.md")
+# Replaced by the generated table of published studies.
+PUBLISHED_STUDIES = "<!-- published studies -->"
 # Ranked after user pages in the search.
 SPECIAL = ("decisions/", "reference/python/")
 
@@ -117,6 +119,8 @@ def on_page_markdown(markdown: str, *, page: Page, **_: object) -> str:
     if page.file.src_uri.startswith(SPECIAL):
         page.meta["search"] = {"boost": 0.3}
     markdown = markdown.replace(".ipynb)", ".md)")
+    if PUBLISHED_STUDIES in markdown:
+        markdown = markdown.replace(PUBLISHED_STUDIES, gallery.published_studies())
     # "output" marks text that the tests compare; Markdown rejects a fence with two words.
     markdown = re.sub(r"^```(\w+) output$", r"```\1", markdown, flags=re.MULTILINE)
     markdown = re.sub(r"^```(\w+) file=(\S+)$", r'```\1 title="\2"', markdown, flags=re.MULTILINE)
