@@ -50,7 +50,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from slipscale.experiments.participants.base import Watch
-    from slipscale.experiments.protocols.steps import ParticipantStep, Reply
+    from slipscale.experiments.steps.replies import Reply
+    from slipscale.experiments.steps.steps import ParticipantStep
 
 SURFACES = 5
 

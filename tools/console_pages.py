@@ -51,7 +51,9 @@ import json, sys, threading, time
 from pathlib import Path
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.journal.plan_and_progress import latest_s, read_plan
-from slipscale.experiments.protocols.steps import Ask, NumberQuestion, Trial
+from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.steps import Ask
+from slipscale.experiments.steps.trial import Trial
 from slipscale.experiments.session.mailbox import Mailbox, mailbox_of
 from slipscale.experiments.session.operator import SessionStatus
 from slipscale.hardware.clock import SystemClock

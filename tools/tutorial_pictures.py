@@ -22,9 +22,9 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reporting.files import draw
 from slipscale.experiments.participants.psychopy_window.display import Display
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
-from slipscale.experiments.protocols.steps import Adjust, Ask
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.running.rehearsal import dry_run
+from slipscale.experiments.steps.steps import Adjust, Ask
 from slipscale.hardware.clock import SystemClock
 
 if TYPE_CHECKING:

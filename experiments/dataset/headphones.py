@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from slipscale.experiments.protocols.steps import NO_SOUND
+from slipscale.experiments.steps.replies import NO_SOUND
 from slipscale.experiments.study.headphone_test import AGAIN, DECISION, HEADPHONES, NOISE, TONE
 
 if TYPE_CHECKING:

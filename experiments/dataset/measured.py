@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.journal.record import Record
     from slipscale.experiments.protocols.base import TrialRecord
-    from slipscale.experiments.protocols.steps import Value
+    from slipscale.experiments.steps.trial import Value
 
 CHANGES = "changes"
 SPEED, STROKES = "exploration_speed_mm_s", "strokes"

@@ -30,7 +30,7 @@ from slipscale.experiments.dataset.time_series import series_of
 from slipscale.experiments.dataset.tsv import cell, sidecar, table
 from slipscale.experiments.journal.plan_and_progress import software
 from slipscale.experiments.journal.serialisation import QUANTITY
-from slipscale.experiments.protocols.steps import CONSENT
+from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.study.file import study_hash
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.dataset.files import Content
     from slipscale.experiments.dataset.journals import Run
     from slipscale.experiments.protocols.base import Column, Protocol
-    from slipscale.experiments.protocols.steps import Value
+    from slipscale.experiments.steps.trial import Value
     from slipscale.experiments.study.run_plan import RunPlan
 
 BIDS_VERSION = "1.10.0"

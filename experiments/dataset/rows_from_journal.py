@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from slipscale.experiments.journal.record import Record
-    from slipscale.experiments.protocols.steps import Value
+    from slipscale.experiments.steps.trial import Value
 
 # Event during a trial -> flag on its row. Resuming a pilot leaves no flag, because no virtual time
 # has passed.

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from slipscale.experiments.protocols.base import Column
-    from slipscale.experiments.protocols.steps import Value
+    from slipscale.experiments.steps.trial import Value
 
 # Times are stored to the microsecond; key event clocks are no more precise.
 DIGITS = 6

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.reading import damaged, has_begun, read_records, read_whole
 from slipscale.experiments.journal.record_shapes import checked
-from slipscale.experiments.protocols.steps import CONSENT
+from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
 

@@ -24,7 +24,8 @@ from pydantic import (
 from slipscale.experiments.journal.reading import DAMAGED, Damage
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.serialisation import in_own_names, surface_kind
-from slipscale.experiments.protocols.steps import Adjusted, Presented, Reply, Trial, Voided
+from slipscale.experiments.steps.replies import Adjusted, Presented, Reply, Voided
+from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import UserError
 from slipscale.faults.validation import in_words
 from slipscale.hardware.contact.source import QUANTITIES

@@ -11,7 +11,8 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from slipscale.experiments.protocols.steps import Adjusted, Answer, Presented, Reply, Trial, Voided
+from slipscale.experiments.steps.replies import Adjusted, Answer, Presented, Reply, Voided
+from slipscale.experiments.steps.trial import Trial
 from slipscale.stimuli.quantity import in_code, in_um, renamed
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.textures import Texture, kind_in
@@ -20,7 +21,7 @@ from slipscale.stimuli.varied import Varied
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from slipscale.experiments.protocols.steps import Step
+    from slipscale.experiments.steps.steps import Step
     from slipscale.stimuli.surface import Stimulus
 
 ANSWERS: dict[str, Callable[..., Answer]] = {

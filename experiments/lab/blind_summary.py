@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.journal.plan_and_progress import elapsed_s, read_usable
 from slipscale.experiments.journal.serialisation import in_own_names
-from slipscale.experiments.protocols.steps import CONSENT
+from slipscale.experiments.steps.questions import CONSENT
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal, Protocol, Self
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocols.steps import Adjust, ParticipantStep, Reply
+    from slipscale.experiments.steps.replies import Reply
+    from slipscale.experiments.steps.steps import Adjust, ParticipantStep
     from slipscale.hardware.contact.source import Finger
 
 # Called on every frame while a participant reads, explores or answers. It checks the plate and the

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.languages.texts import Texts
     from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer
-    from slipscale.experiments.protocols.steps import Steps, Trial, Value
+    from slipscale.experiments.steps.steps import Steps
+    from slipscale.experiments.steps.trial import Trial, Value
     from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.surface import Stimulus
     from slipscale.stimuli.textures import Texture

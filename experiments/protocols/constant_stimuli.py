@@ -23,13 +23,15 @@ from slipscale.experiments.protocols.building_blocks.comparing import (
     with_catch_trials,
 )
 from slipscale.experiments.protocols.simulated_answers import compared
-from slipscale.experiments.protocols.steps import ComparisonQuestion, Phase, YesNoQuestion
+from slipscale.experiments.steps.questions import ComparisonQuestion, YesNoQuestion
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Context, TrialRecord
     from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
-    from slipscale.experiments.protocols.steps import Ask, Question, Steps, Value
+    from slipscale.experiments.steps.questions import Question
+    from slipscale.experiments.steps.steps import Ask, Steps
+    from slipscale.experiments.steps.trial import Phase, Value
 
 FIRST, SECOND = 1, 2
 

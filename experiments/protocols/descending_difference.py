@@ -27,28 +27,24 @@ from slipscale.experiments.protocols.building_blocks.pacing import PacedOptions
 from slipscale.experiments.protocols.building_blocks.repeating import Repeating, part_over
 from slipscale.experiments.protocols.ordering.randomisation import with_catch_steps
 from slipscale.experiments.protocols.simulated_answers import any_choice
-from slipscale.experiments.protocols.steps import (
-    Answer,
+from slipscale.experiments.steps.questions import ChoiceQuestion, TextQuestion, YesNoQuestion
+from slipscale.experiments.steps.replies import Answer, Reply, Voided
+from slipscale.experiments.steps.steps import (
     Ask,
-    ChoiceQuestion,
     EndTrial,
     Explore,
     Instruct,
     Present,
-    Reply,
     Silence,
     Step,
     Steps,
-    TextQuestion,
-    Trial,
-    Voided,
-    YesNoQuestion,
 )
+from slipscale.experiments.steps.trial import Trial
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from slipscale.experiments.protocols.steps import Rest
+    from slipscale.experiments.steps.steps import Rest
     from slipscale.stimuli.surface import Stimulus
 
 TASK = "descendingdifference"

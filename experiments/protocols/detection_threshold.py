@@ -22,7 +22,7 @@ from slipscale.experiments.protocols.building_blocks.forced_choice import (
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Context
-    from slipscale.experiments.protocols.steps import Steps
+    from slipscale.experiments.steps.steps import Steps
 
 REST_UM_PP = 0.0
 

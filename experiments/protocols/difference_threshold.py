@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
-from slipscale.experiments.protocols.adaptive.track import rounded
 from slipscale.experiments.protocols.base import Amplitude, Column, Protocol
 from slipscale.experiments.protocols.building_blocks.forced_choice import (
     DESIGN,
@@ -23,11 +22,12 @@ from slipscale.experiments.protocols.building_blocks.forced_choice import (
     expected_trials,
     most_trials,
 )
+from slipscale.experiments.steps.rounding import rounded
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Context, TrialRecord
-    from slipscale.experiments.protocols.steps import Steps
+    from slipscale.experiments.steps.steps import Steps
 
 SIGNS = {"more": 1, "less": -1}
 

@@ -19,15 +19,9 @@ from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
     RatedSurfaces,
     surface_blocks,
 )
-from slipscale.experiments.protocols.steps import (
-    Ask,
-    ChoiceQuestion,
-    Feedback,
-    Instruct,
-    Present,
-    Reply,
-    Silence,
-)
+from slipscale.experiments.steps.questions import ChoiceQuestion
+from slipscale.experiments.steps.replies import Reply
+from slipscale.experiments.steps.steps import Ask, Feedback, Instruct, Present, Silence
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -35,7 +29,8 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.base import Context
     from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
-    from slipscale.experiments.protocols.steps import Answer, Step, Steps
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Step, Steps
 
 FEWEST = 2
 

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import Field
 
-from slipscale.experiments.protocols.adaptive.track import rounded
 from slipscale.experiments.protocols.base import Amplitude, AtLeastOne, Column, Count, Positive
 from slipscale.experiments.protocols.base import Protocol as ProtocolDeclaration
 from slipscale.experiments.protocols.building_blocks.against_standard import STANDARD_COLUMN
@@ -25,15 +24,11 @@ from slipscale.experiments.protocols.building_blocks.comparing import (
 from slipscale.experiments.protocols.building_blocks.pacing import RestedOptions
 from slipscale.experiments.protocols.building_blocks.repeating import part_over
 from slipscale.experiments.protocols.simulated_answers import notices_difference
-from slipscale.experiments.protocols.steps import (
-    Ask,
-    EndTrial,
-    Instruct,
-    Reply,
-    Trial,
-    Voided,
-    YesNoQuestion,
-)
+from slipscale.experiments.steps.questions import YesNoQuestion
+from slipscale.experiments.steps.replies import Reply, Voided
+from slipscale.experiments.steps.rounding import rounded
+from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct
+from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -41,7 +36,8 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.base import Context
     from slipscale.experiments.protocols.building_blocks.repeating import Repetition
-    from slipscale.experiments.protocols.steps import Answer, Step, Steps
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Step, Steps
 
 
 class Limits(RestedOptions):

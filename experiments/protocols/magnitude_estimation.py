@@ -21,20 +21,13 @@ from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
     surface_blocks,
     surface_trials,
 )
-from slipscale.experiments.protocols.steps import (
-    Answer,
-    Ask,
-    Explore,
-    Instruct,
-    NumberQuestion,
-    Present,
-    Silence,
-    Step,
-    Steps,
-)
+from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.steps import Ask, Explore, Instruct, Present, Silence, Step, Steps
 
 if TYPE_CHECKING:
     from collections.abc import Generator
+
+    from slipscale.experiments.steps.replies import Answer
 
 TASK = "magnitudeestimation"
 

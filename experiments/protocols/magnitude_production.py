@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, field_validator
 
-from slipscale.experiments.protocols.adaptive.track import rounded
 from slipscale.experiments.protocols.base import (
     AtLeastOne,
     Column,
@@ -36,14 +35,17 @@ from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
     with_catch_trials,
 )
 from slipscale.experiments.protocols.simulated_answers import until_number
-from slipscale.experiments.protocols.steps import Adjust, Instruct, Present, Silence
+from slipscale.experiments.steps.rounding import rounded
+from slipscale.experiments.steps.steps import Adjust, Instruct, Present, Silence
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
     from slipscale.experiments.protocols.base import TrialRecord
-    from slipscale.experiments.protocols.steps import Answer, Step, Steps, Value
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Step, Steps
+    from slipscale.experiments.steps.trial import Value
     from slipscale.stimuli.surface import Stimulus
 
 Began = Literal["low", "high"]

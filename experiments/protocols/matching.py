@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
-from slipscale.experiments.protocols.adaptive.track import rounded
 from slipscale.experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
@@ -30,24 +29,18 @@ from slipscale.experiments.protocols.building_blocks.comparing import (
 from slipscale.experiments.protocols.building_blocks.pacing import RestedOptions
 from slipscale.experiments.protocols.building_blocks.repeating import part_over
 from slipscale.experiments.protocols.simulated_answers import until_equal
-from slipscale.experiments.protocols.steps import (
-    Adjust,
-    EndTrial,
-    Instruct,
-    Phase,
-    Present,
-    Reply,
-    Silence,
-    Trial,
-    Voided,
-)
+from slipscale.experiments.steps.replies import Reply, Voided
+from slipscale.experiments.steps.rounding import rounded
+from slipscale.experiments.steps.steps import Adjust, EndTrial, Instruct, Present, Silence
+from slipscale.experiments.steps.trial import Phase, Trial
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
     from slipscale.experiments.protocols.base import Context
-    from slipscale.experiments.protocols.steps import Answer, Step, Steps
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Step, Steps
 
 REFERENCE, TURNED = 1, 2
 Direction = Literal["ascending", "descending", "equal"]

@@ -17,7 +17,7 @@ from slipscale.experiments.protocols.difference_threshold import SIGNS, Differen
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Context
-    from slipscale.experiments.protocols.steps import Steps
+    from slipscale.experiments.steps.steps import Steps
 
 
 class Oddity(DifferenceThreshold):

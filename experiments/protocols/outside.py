@@ -11,7 +11,7 @@ from collections.abc import Callable, Generator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, get_args
 
-from slipscale.experiments.protocols.steps import Step
+from slipscale.experiments.steps.steps import Step
 from slipscale.faults import UserError
 from slipscale.faults.plug_ins import called
 
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
     from slipscale.experiments.protocols.base import Column, Context, Protocol
-    from slipscale.experiments.protocols.steps import Answer, Steps
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Steps
 
 STEPS = get_args(Step)
 CELL = (str, int, float, bool, type(None))

@@ -25,13 +25,13 @@ from slipscale.experiments.protocols.building_blocks.comparing import (
     with_catch_trials,
 )
 from slipscale.experiments.protocols.simulated_answers import compared
-from slipscale.experiments.protocols.steps import ComparisonQuestion
+from slipscale.experiments.steps.questions import ComparisonQuestion
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Context
     from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
-    from slipscale.experiments.protocols.steps import Ask, Steps
+    from slipscale.experiments.steps.steps import Ask, Steps
     from slipscale.stimuli.surface import Stimulus
 
 SIZE = {"pairs": 2, "triads": 3}

@@ -29,20 +29,10 @@ from slipscale.experiments.protocols.base import (
     Switch,
 )
 from slipscale.experiments.protocols.building_blocks.repeating import Repeating, part_over
-from slipscale.experiments.protocols.steps import (
-    Ask,
-    EndTrial,
-    Instruct,
-    Phase,
-    PointingQuestion,
-    Present,
-    Reply,
-    Rest,
-    Selection,
-    Silence,
-    Trial,
-    Voided,
-)
+from slipscale.experiments.steps.questions import PointingQuestion, Selection
+from slipscale.experiments.steps.replies import Reply, Voided
+from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Present, Rest, Silence
+from slipscale.experiments.steps.trial import Phase, Trial
 from slipscale.faults import UserError
 from slipscale.stimuli.surface import UNLISTED
 from slipscale.stimuli.texture import bar
@@ -52,7 +42,9 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.base import Context, TrialRecord
     from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
-    from slipscale.experiments.protocols.steps import Answer, Step, Steps, Value
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Step, Steps
+    from slipscale.experiments.steps.trial import Value
     from slipscale.stimuli.surface import Stimulus
     from slipscale.stimuli.texture import Grating
 

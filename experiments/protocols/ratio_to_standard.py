@@ -22,12 +22,15 @@ from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
     surface_blocks,
     with_catch_trials,
 )
-from slipscale.experiments.protocols.steps import Ask, Instruct, NumberQuestion, Present, Silence
+from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.steps import Ask, Instruct, Present, Silence
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from slipscale.experiments.protocols.steps import Answer, Step, Steps, Trial
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Step, Steps
+    from slipscale.experiments.steps.trial import Trial
 
 
 class RatioToStandard(StandardOptions):

@@ -27,11 +27,11 @@ from slipscale.experiments.protocols.building_blocks.comparing import (
     with_catch_trials,
 )
 from slipscale.experiments.protocols.simulated_answers import notices_difference
-from slipscale.experiments.protocols.steps import YesNoQuestion
+from slipscale.experiments.steps.questions import YesNoQuestion
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Context
-    from slipscale.experiments.protocols.steps import Steps
+    from slipscale.experiments.steps.steps import Steps
 
 
 class SameDifferent(ComparingOptions):

@@ -25,12 +25,12 @@ from slipscale.experiments.protocols.building_blocks.comparing import (
     the_two_ends,
     with_catch_trials,
 )
-from slipscale.experiments.protocols.steps import VisualAnalogueQuestion
+from slipscale.experiments.steps.questions import VisualAnalogueQuestion
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Context
     from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
-    from slipscale.experiments.protocols.steps import Ask, Steps
+    from slipscale.experiments.steps.steps import Ask, Steps
     from slipscale.stimuli.surface import Stimulus
 
 FEWEST = 3

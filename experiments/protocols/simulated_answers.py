@@ -11,9 +11,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
-from slipscale.experiments.protocols.steps import (
-    FEEL_AGAIN,
-    Adjust,
+from slipscale.experiments.steps.questions import (
     ChoiceQuestion,
     ComparisonQuestion,
     NumberQuestion,
@@ -24,11 +22,14 @@ from slipscale.experiments.protocols.steps import (
     WholeNumberQuestion,
     YesNoQuestion,
 )
+from slipscale.experiments.steps.replies import FEEL_AGAIN
+from slipscale.experiments.steps.steps import Adjust
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.ordering.randomisation import Stream
-    from slipscale.experiments.protocols.steps import Ask, Value
+    from slipscale.experiments.steps.steps import Ask
+    from slipscale.experiments.steps.trial import Value
 
 ASKS_AGAIN = 0.5  # proportion of matches that repeat the reference before the end: our assumption
 

@@ -22,14 +22,16 @@ from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
     surface_blocks,
     surface_trials,
 )
-from slipscale.experiments.protocols.steps import Ask, Instruct, WholeNumberQuestion
+from slipscale.experiments.steps.questions import WholeNumberQuestion
+from slipscale.experiments.steps.steps import Ask, Instruct
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
     from slipscale.experiments.protocols.base import Context
     from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
-    from slipscale.experiments.protocols.steps import Answer, Step, Steps
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Step, Steps
 
 FEWEST = 3
 

@@ -23,13 +23,15 @@ from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
     surface_trials,
     with_catch_trials,
 )
-from slipscale.experiments.protocols.steps import Ask, Instruct, VisualAnalogueQuestion
+from slipscale.experiments.steps.questions import VisualAnalogueQuestion
+from slipscale.experiments.steps.steps import Ask, Instruct
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
     from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
-    from slipscale.experiments.protocols.steps import Answer, Step, Steps
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Step, Steps
 
 LENGTH = 100.0
 Start = Literal["left", "middle", "right", "random"]

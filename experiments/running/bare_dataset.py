@@ -18,10 +18,11 @@ from slipscale.experiments.journal.header import header
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.serialisation import answer_record, step_record
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run, drops_out
-from slipscale.experiments.protocols.steps import Adjust, Instruct, Reply
 from slipscale.experiments.running.begin_or_resume import plate_for
 from slipscale.experiments.running.pilot import MOCK, run_simulated
 from slipscale.experiments.running.rehearsal import dry_run
+from slipscale.experiments.steps.replies import Reply
+from slipscale.experiments.steps.steps import Adjust, Instruct
 from slipscale.hardware.clock import VirtualClock
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from slipscale.experiments.participants.simulated_people.population import Population
-    from slipscale.experiments.protocols.steps import Answer
+    from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.study.run_plan import RunPlan
 
 #: Feature that only full sessions can simulate -> whether a run has it.

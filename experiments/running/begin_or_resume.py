@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.participants.base import Participant
-    from slipscale.experiments.protocols.steps import Steps
     from slipscale.experiments.running.contact_sources import NamedSource
     from slipscale.experiments.session.markers import Markers
     from slipscale.experiments.session.masking_noise import Noise
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.session.question_sounds import Sounds
     from slipscale.experiments.session.resonance_tracking import ResonanceTracking
     from slipscale.experiments.session.session import RunOutcome
+    from slipscale.experiments.steps.steps import Steps
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.contact.source import Kind

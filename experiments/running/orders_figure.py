@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from slipscale.experiments.protocols.steps import Trial
+    from slipscale.experiments.steps.trial import Trial
     from slipscale.stimuli.surface import Stimulus
 
 #: Maximum number of participants that can be distinguished in one figure.

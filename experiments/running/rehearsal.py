@@ -12,35 +12,34 @@ from typing import TYPE_CHECKING, assert_never
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.participants.simulated_people.respondent import unanswered
 from slipscale.experiments.protocols.ordering.randomisation import Stream
-from slipscale.experiments.protocols.steps import (
-    Adjust,
-    Adjusted,
-    Ask,
+from slipscale.experiments.running.contact_sources import (
+    NOT_NAMED,
+    ContactSpecs,
+    of_run,
+)
+from slipscale.experiments.steps.questions import (
     ChoiceQuestion,
     ComparisonQuestion,
+    NumberQuestion,
+    PointingQuestion,
+    Selection,
+    TextQuestion,
+    VisualAnalogueQuestion,
+    WholeNumberQuestion,
+    YesNoQuestion,
+)
+from slipscale.experiments.steps.replies import Adjusted, Presented, Reply, Voided
+from slipscale.experiments.steps.steps import (
+    Adjust,
+    Ask,
     EndBlock,
     EndTrial,
     Explore,
     Feedback,
     Instruct,
-    NumberQuestion,
-    PointingQuestion,
     Present,
-    Presented,
-    Reply,
     Rest,
-    Selection,
     Silence,
-    TextQuestion,
-    VisualAnalogueQuestion,
-    Voided,
-    WholeNumberQuestion,
-    YesNoQuestion,
-)
-from slipscale.experiments.running.contact_sources import (
-    NOT_NAMED,
-    ContactSpecs,
-    of_run,
 )
 from slipscale.experiments.study.headphone_test import HEADPHONES
 from slipscale.faults import UserError
@@ -48,7 +47,10 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from slipscale.experiments.protocols.steps import Answer, Question, Step, Steps, Value
+    from slipscale.experiments.steps.questions import Question
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Step, Steps
+    from slipscale.experiments.steps.trial import Value
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.hardware.driver import PlateDriver
     from slipscale.stimuli.surface import Stimulus

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from slipscale.experiments.languages.texts import languages
 from slipscale.experiments.participants.psychopy_window.layout import faults
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
-from slipscale.experiments.protocols.steps import (
+from slipscale.experiments.running.rehearsal import WAYS, dry_run
+from slipscale.experiments.steps.steps import (
     Adjust,
     Ask,
     EndBlock,
@@ -18,14 +19,13 @@ from slipscale.experiments.protocols.steps import (
     Instruct,
     Rest,
 )
-from slipscale.experiments.running.rehearsal import WAYS, dry_run
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from slipscale.experiments.participants.psychopy_window.scene import Scene
-    from slipscale.experiments.protocols.steps import Step
+    from slipscale.experiments.steps.steps import Step
     from slipscale.experiments.study.run_plan import RunPlan
 
 SHOWN = (Instruct, Explore, Ask, Rest, Feedback, Adjust)

@@ -13,11 +13,11 @@ import tomlkit
 
 from slipscale.experiments.dataset.files import write_file
 from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
-from slipscale.experiments.protocols.steps import Present
 from slipscale.experiments.protocols.visual_analogue_scale import VisualAnalogueScale
 from slipscale.experiments.running.balance import order_balance, task_balance
 from slipscale.experiments.running.rehearsal import check_ways, dry_run
 from slipscale.experiments.running.screen_check import check_screens
+from slipscale.experiments.steps.steps import Present
 from slipscale.experiments.study.file import parse_study, read_study, study_text
 from slipscale.experiments.study.own_language import check_own_code, template, with_room_for
 from slipscale.experiments.study.run_plan import RunPlan
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from slipscale.experiments.protocols.steps import Trial
+    from slipscale.experiments.steps.trial import Trial
     from slipscale.experiments.study.model import Study
     from slipscale.stimuli.surface import Stimulus, Surface
 

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
-from slipscale.experiments.protocols.steps import Present, Rest, Silence
 from slipscale.experiments.running.begin_or_resume import plate_for
 from slipscale.experiments.running.pilot import MOCK, pilot_plans
+from slipscale.experiments.steps.steps import Present, Rest, Silence
 from slipscale.faults import UserError
 from slipscale.hardware.address import with_plate_file
 from slipscale.hardware.clock import VirtualClock
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.participants.simulated_people.bare_run import BareStep
     from slipscale.experiments.participants.simulated_people.population import Population
-    from slipscale.experiments.protocols.steps import Step
+    from slipscale.experiments.steps.steps import Step
     from slipscale.experiments.study.model import Study
     from slipscale.experiments.study.run_plan import RunPlan
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.serialisation import answer_record
-from slipscale.experiments.protocols.adaptive.track import DECIMALS
-from slipscale.experiments.protocols.steps import FEEL_AGAIN, Adjusted
 from slipscale.experiments.session.markers import Event
+from slipscale.experiments.steps.replies import FEEL_AGAIN, Adjusted
+from slipscale.experiments.steps.rounding import DECIMALS
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -16,10 +16,11 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.participants.base import Participant, Turn, Watch
-    from slipscale.experiments.protocols.steps import Adjust, Explore, Present, Reply
     from slipscale.experiments.session.markers import Markers
     from slipscale.experiments.session.progress import Progress
     from slipscale.experiments.session.surface_state import SurfaceState
+    from slipscale.experiments.steps.replies import Reply
+    from slipscale.experiments.steps.steps import Adjust, Explore, Present
     from slipscale.hardware.clock import Clock
 
 

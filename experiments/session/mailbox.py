@@ -26,7 +26,8 @@ from slipscale.faults.frozen_table import FrozenTable
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from slipscale.experiments.protocols.steps import Ask, Trial
+    from slipscale.experiments.steps.steps import Ask
+    from slipscale.experiments.steps.trial import Trial
 
 # Minimum interval between two reads of the folder, which can be slow on a slow disk.
 LOOK_S = 0.05

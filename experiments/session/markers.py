@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from slipscale.experiments.protocols.steps import Step
+    from slipscale.experiments.steps.steps import Step
 
 
 class Event(IntEnum):

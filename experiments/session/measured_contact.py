@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.protocols.steps import Explore
+from slipscale.experiments.steps.steps import Explore
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.participants.base import Watch
-    from slipscale.experiments.protocols.steps import Ask
+    from slipscale.experiments.steps.steps import Ask
     from slipscale.hardware.contact.source import ContactSource, Kind, Sample
 
 # Maximum number of samples per record; longer series are split.

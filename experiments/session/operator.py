@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Protocol
 
-from slipscale.experiments.protocols.steps import ChoiceQuestion
+from slipscale.experiments.steps.questions import ChoiceQuestion
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocols.steps import Ask, Trial
     from slipscale.experiments.session.masking_noise import NoiseState
     from slipscale.experiments.session.surface_state import PlateState
+    from slipscale.experiments.steps.steps import Ask
+    from slipscale.experiments.steps.trial import Trial
 
 State = Literal["showing", "presenting", "waiting", "paused", "fault", "done"]
 
@@ -130,7 +131,8 @@ class Operator(Protocol):
 def answer_wanted(ask: Ask) -> str:
     """Return the text of a question for the operator, with its numbered options if it has any.
 
-    >>> from slipscale.experiments.protocols.steps import Ask, ChoiceQuestion
+    >>> from slipscale.experiments.steps.questions import ChoiceQuestion
+    >>> from slipscale.experiments.steps.steps import Ask
     >>> options = (("again", "test again"), ("on", "go on"))
     >>> answer_wanted(Ask(name="x", question=ChoiceQuestion(prompt="Failed.", options=options)))
     'Failed. 1 test again, 2 go on'

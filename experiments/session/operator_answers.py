@@ -15,12 +15,13 @@ from slipscale.experiments.participants.psychopy_window.entry import (
     Refused,
     entry_for,
 )
-from slipscale.experiments.protocols.steps import Reply
+from slipscale.experiments.steps.replies import Reply
 
 if TYPE_CHECKING:
     from slipscale.experiments.participants.base import Participant, Watch
-    from slipscale.experiments.protocols.steps import Ask, Value
     from slipscale.experiments.session.progress import Progress
+    from slipscale.experiments.steps.steps import Ask
+    from slipscale.experiments.steps.trial import Value
     from slipscale.hardware.clock import Clock
 
 

@@ -17,7 +17,7 @@ from slipscale.hardware.resonance_tracking import track
 
 if TYPE_CHECKING:
     from slipscale.experiments.journal.journal import Journal
-    from slipscale.experiments.protocols.steps import Present
+    from slipscale.experiments.steps.steps import Present
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.contact.source import ContactSource
     from slipscale.hardware.driver import PlateDriver

@@ -21,26 +21,6 @@ from slipscale.experiments.journal.serialisation import (
     step_record,
 )
 from slipscale.experiments.participants.base import StopRequested, Unfinished
-from slipscale.experiments.protocols.steps import (
-    BACK,
-    CONSENT,
-    NO_SOUND,
-    Adjust,
-    Adjusted,
-    Answer,
-    Ask,
-    EndBlock,
-    EndTrial,
-    Explore,
-    Feedback,
-    Instruct,
-    Present,
-    Presented,
-    Reply,
-    Rest,
-    Silence,
-    Voided,
-)
 from slipscale.experiments.session.adjusting import Adjusting
 from slipscale.experiments.session.followed_textures import Following
 from slipscale.experiments.session.interruptions import Interruptions
@@ -52,6 +32,28 @@ from slipscale.experiments.session.progress import Progress
 from slipscale.experiments.session.question_sounds import NoSounds
 from slipscale.experiments.session.stroke_control import StrokeControl
 from slipscale.experiments.session.surface_state import SurfaceState
+from slipscale.experiments.steps.questions import CONSENT
+from slipscale.experiments.steps.replies import (
+    BACK,
+    NO_SOUND,
+    Adjusted,
+    Answer,
+    Presented,
+    Reply,
+    Voided,
+)
+from slipscale.experiments.steps.steps import (
+    Adjust,
+    Ask,
+    EndBlock,
+    EndTrial,
+    Explore,
+    Feedback,
+    Instruct,
+    Present,
+    Rest,
+    Silence,
+)
 from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import PlateFault
@@ -63,11 +65,11 @@ if TYPE_CHECKING:
     from slipscale.experiments.journal.record import Record
     from slipscale.experiments.languages.texts import Texts
     from slipscale.experiments.participants.base import Participant, Watch
-    from slipscale.experiments.protocols.steps import Played, Step, Steps
     from slipscale.experiments.session.masking_noise import Noise
     from slipscale.experiments.session.operator import Operator
     from slipscale.experiments.session.question_sounds import Sounds
     from slipscale.experiments.session.resonance_tracking import ResonanceTracking
+    from slipscale.experiments.steps.steps import Played, Step, Steps
     from slipscale.experiments.study.stroke import Stroke
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.contact.source import ContactSource, Kind, Sample

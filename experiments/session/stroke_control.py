@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.protocols.steps import Feedback
+from slipscale.experiments.steps.steps import Feedback
 from slipscale.experiments.study.stroke import Stroked
 from slipscale.hardware.contact.measures import friction, movement
 
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.languages.texts import Texts
-    from slipscale.experiments.protocols.steps import Explore, Trial
+    from slipscale.experiments.steps.steps import Explore
+    from slipscale.experiments.steps.trial import Trial
     from slipscale.experiments.study.stroke import Stroke
     from slipscale.hardware.contact.source import Kind, Sample
 

@@ -18,14 +18,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
-from slipscale.experiments.protocols.steps import Adjust, Ask, Explore, Present, Presented
+from slipscale.experiments.steps.replies import Presented
+from slipscale.experiments.steps.steps import Adjust, Ask, Explore, Present
 from slipscale.hardware.errors import PlateFault
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from slipscale.experiments.protocols.steps import Reply, Silence, Step
     from slipscale.experiments.session.followed_textures import Following
+    from slipscale.experiments.steps.replies import Reply
+    from slipscale.experiments.steps.steps import Silence, Step
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.contact.source import Kind, Sample
     from slipscale.hardware.driver import PlateDriver

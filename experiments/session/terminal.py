@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from slipscale.experiments.protocols.steps import Ask, Trial
     from slipscale.experiments.session.operator import State
+    from slipscale.experiments.steps.steps import Ask
+    from slipscale.experiments.steps.trial import Trial
 
 ENTER, ESCAPE, BACKSPACE = "\r\n", "\x1b", "\x7f\b"
 # A key: the complete escape sequence of an arrow or function key, or one character.

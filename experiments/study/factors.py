@@ -15,15 +15,9 @@ from pydantic import Field
 
 from slipscale.experiments.protocols.base import Column, Label, Words
 from slipscale.experiments.protocols.ordering.williams import williams_blocks
-from slipscale.experiments.protocols.steps import (
-    Adjust,
-    EndBlock,
-    Instruct,
-    Present,
-    Rest,
-    Voided,
-    factor_level,
-)
+from slipscale.experiments.steps.replies import Voided
+from slipscale.experiments.steps.steps import Adjust, EndBlock, Instruct, Present, Rest
+from slipscale.experiments.steps.trial import factor_level
 from slipscale.experiments.study.levels import Levels
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
@@ -35,7 +29,9 @@ if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping, Sequence
 
     from slipscale.experiments.protocols.base import Context, Options, Protocol
-    from slipscale.experiments.protocols.steps import Answer, Step, Steps, Trial, Value
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Step, Steps
+    from slipscale.experiments.steps.trial import Trial, Value
     from slipscale.faults.toml_lines import Place
     from slipscale.faults.validation import Fault
     from slipscale.stimuli.quantity import Quantity

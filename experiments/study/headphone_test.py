@@ -15,15 +15,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field, model_validator
 
-from slipscale.experiments.protocols.steps import (
-    NO_SOUND,
-    Ask,
-    ChoiceQuestion,
-    ComparisonQuestion,
-    Instruct,
-    Played,
-    Reply,
-)
+from slipscale.experiments.steps.questions import ChoiceQuestion, ComparisonQuestion
+from slipscale.experiments.steps.replies import NO_SOUND, Reply
+from slipscale.experiments.steps.steps import Ask, Instruct, Played
 from slipscale.faults.frozen_table import FrozenTable
 from slipscale.stimuli.headphone_sounds import EARS, TONES, NoiseInEar, Tones
 
@@ -33,7 +27,9 @@ if TYPE_CHECKING:
     from slipscale.experiments.languages.texts import Texts
     from slipscale.experiments.protocols.base import Context
     from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer, SimulatedPerson
-    from slipscale.experiments.protocols.steps import Answer, Steps, Value
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Steps
+    from slipscale.experiments.steps.trial import Value
     from slipscale.stimuli.headphone_sounds import Ears
 
 HEADPHONES = "headphones"

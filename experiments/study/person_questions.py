@@ -11,7 +11,8 @@ from pydantic import Field, field_validator, model_validator
 
 from slipscale.experiments.languages.texts import FEWEST_ANSWERS, MOST_OPTIONS, shipped_texts
 from slipscale.experiments.protocols.base import Label, Words
-from slipscale.experiments.protocols.steps import CONSENT, Ask, ChoiceQuestion, WholeNumberQuestion
+from slipscale.experiments.steps.questions import CONSENT, ChoiceQuestion, WholeNumberQuestion
+from slipscale.experiments.steps.steps import Ask
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
 

@@ -14,7 +14,8 @@ from pydantic import Field, field_validator
 from slipscale.experiments.languages.texts import FEWEST_ANSWERS, MOST_OPTIONS
 from slipscale.experiments.protocols.base import Label, Words
 from slipscale.experiments.protocols.simulated_answers import any_choice
-from slipscale.experiments.protocols.steps import CONSENT, Instruct
+from slipscale.experiments.steps.questions import CONSENT
+from slipscale.experiments.steps.steps import Instruct
 from slipscale.experiments.study.person_questions import TAKEN, PersonQuestion, Translated, distinct
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
 
     from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer
-    from slipscale.experiments.protocols.steps import Ask, Steps
+    from slipscale.experiments.steps.steps import Ask, Steps
     from slipscale.faults.validation import Fault
 
 MOST_ITEMS = 200

@@ -10,16 +10,14 @@ from typing import TYPE_CHECKING, Literal
 from slipscale.experiments.languages.texts import load_texts
 from slipscale.experiments.protocols.base import ORDER_VERSION, Context, protocol_texts
 from slipscale.experiments.protocols.registry import load_protocol
-from slipscale.experiments.protocols.steps import (
+from slipscale.experiments.steps.questions import (
     CONSENT,
-    Ask,
     ChoiceQuestion,
-    Instruct,
     NumberQuestion,
-    Reply,
-    Steps,
     WholeNumberQuestion,
 )
+from slipscale.experiments.steps.replies import Reply
+from slipscale.experiments.steps.steps import Ask, Instruct, Steps
 from slipscale.experiments.study.factors import crossed
 from slipscale.experiments.study.file import parse_study
 from slipscale.experiments.study.headphone_test import HEADPHONES
@@ -33,7 +31,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.languages.texts import Texts
     from slipscale.experiments.protocols.base import Options, Protocol
     from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer
-    from slipscale.experiments.protocols.steps import Answer
+    from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.study.model import Study
 
 Mode = Literal["participant", "pilot"]

@@ -18,13 +18,15 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field
 
 from slipscale.experiments.protocols.base import Count, Positive, Seconds, Switch
-from slipscale.experiments.protocols.steps import Explore, Guide, Present
+from slipscale.experiments.steps.steps import Explore, Guide, Present
 from slipscale.faults.frozen_table import FrozenTable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from slipscale.experiments.protocols.steps import Answer, Steps, Value
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Steps
+    from slipscale.experiments.steps.trial import Value
     from slipscale.experiments.study.tables import PlateSettings
     from slipscale.faults.validation import Fault
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar, Self
 
 from slipscale.experiments.participants.base import Unfinished
-from slipscale.experiments.protocols.steps import FEEL_AGAIN, Ask, Reply
+from slipscale.experiments.steps.replies import FEEL_AGAIN, Reply
+from slipscale.experiments.steps.steps import Ask
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from slipscale.experiments.participants.base import Kind, Turn, Watch
-    from slipscale.experiments.protocols.steps import Adjust, ParticipantStep, Value
+    from slipscale.experiments.steps.steps import Adjust, ParticipantStep
+    from slipscale.experiments.steps.trial import Value
     from slipscale.hardware.clock import Clock
 
 

@@ -18,9 +18,9 @@ from slipscale.analysis.tasks.factors.declaration import ANALYSIS as FACTORS
 from slipscale.analysis.tasks.table import KINDS
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.protocols.registry import load_protocol
-from slipscale.experiments.protocols.steps import Present
 from slipscale.experiments.running.rehearsal import dry_run
 from slipscale.experiments.running.study_commands import show
+from slipscale.experiments.steps.steps import Present
 from slipscale.experiments.study.file import read_study, shipped_studies
 from slipscale.experiments.study.run_plan import RunPlan
 from tools.site.tables import code, table

@@ -28,15 +28,15 @@ from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.journal import Journal
-from slipscale.experiments.protocols.steps import (
-    Ask,
+from slipscale.experiments.running.begin_or_resume import run_plan
+from slipscale.experiments.session.operator import UnattendedOperator
+from slipscale.experiments.steps.questions import (
     ChoiceQuestion,
     NumberQuestion,
     TextQuestion,
     YesNoQuestion,
 )
-from slipscale.experiments.running.begin_or_resume import run_plan
-from slipscale.experiments.session.operator import UnattendedOperator
+from slipscale.experiments.steps.steps import Ask
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import PlateTimeout
 from slipscale.hardware.registry import open_plate
@@ -46,7 +46,8 @@ from tools.rehearsal.scripted import ScriptedParticipant
 from tools.torture.pilots import plans_of
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocols.steps import Adjust, Value
+    from slipscale.experiments.steps.steps import Adjust
+    from slipscale.experiments.steps.trial import Value
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.hardware.driver import PlateDriver
 

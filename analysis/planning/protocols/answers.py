@@ -21,7 +21,7 @@ from slipscale.experiments.dataset.schema import INTERVAL, MAIN
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.serialisation import answer_record, step_record
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run, drops_out
-from slipscale.experiments.protocols.steps import Ask, EndTrial, Present
+from slipscale.experiments.steps.steps import Ask, EndTrial, Present
 from slipscale.stimuli.quantity import in_um
 
 if TYPE_CHECKING:

@@ -18,9 +18,9 @@ from slipscale.analysis.tasks.thresholds.reading import COMPARISON, FORCED_CHOIC
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from slipscale.experiments.protocols.registry import load_protocol
-from slipscale.experiments.protocols.steps import Present
 from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.running.timeline import MINUTE_S, SETTLING_S
+from slipscale.experiments.steps.steps import Present
 from slipscale.experiments.study.file import read_study
 from slipscale.faults import UserError
 from slipscale.stimuli.quantity import in_um

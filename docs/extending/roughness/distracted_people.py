@@ -3,7 +3,7 @@
 from types import MappingProxyType
 
 from slipscale.experiments.participants.simulated_people.own_behaviour import Behaviour
-from slipscale.experiments.protocols.steps import Explore
+from slipscale.experiments.steps.steps import Explore
 
 DISTRACTED = 0.2
 

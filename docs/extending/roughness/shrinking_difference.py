@@ -4,21 +4,14 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from slipscale.experiments.protocols.adaptive.track import rounded
 from slipscale.experiments.protocols.base import Amplitude, AtLeastOne, Column, Positive, Protocol
 from slipscale.experiments.protocols.building_blocks.pacing import PacedOptions
 from slipscale.experiments.protocols.building_blocks.repeating import Repeating, part_over
 from slipscale.experiments.protocols.simulated_answers import any_choice, compared
-from slipscale.experiments.protocols.steps import (
-    Ask,
-    ChoiceQuestion,
-    ComparisonQuestion,
-    EndTrial,
-    Instruct,
-    Present,
-    Silence,
-    Trial,
-)
+from slipscale.experiments.steps.questions import ChoiceQuestion, ComparisonQuestion
+from slipscale.experiments.steps.rounding import rounded
+from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Present, Silence
+from slipscale.experiments.steps.trial import Trial
 
 TEXTS = {
     "en": {

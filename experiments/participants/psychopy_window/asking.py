@@ -10,9 +10,7 @@ from slipscale.experiments.participants.psychopy_window.entry import ERASE
 from slipscale.experiments.participants.psychopy_window.scene import Scene, Text
 from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult, remaining
 from slipscale.experiments.participants.psychopy_window.waiting import Unmoved, by_touch
-from slipscale.experiments.protocols.steps import (
-    BACK,
-    Ask,
+from slipscale.experiments.steps.questions import (
     ChoiceQuestion,
     ComparisonQuestion,
     NumberQuestion,
@@ -22,6 +20,8 @@ from slipscale.experiments.protocols.steps import (
     WholeNumberQuestion,
     YesNoQuestion,
 )
+from slipscale.experiments.steps.replies import BACK
+from slipscale.experiments.steps.steps import Ask
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

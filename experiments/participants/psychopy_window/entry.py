@@ -14,14 +14,13 @@ from decimal import Decimal
 from typing import TYPE_CHECKING, Protocol, TypeGuard, assert_never
 
 from slipscale.experiments.languages.texts import NUMBER_KEYS
-from slipscale.experiments.protocols.steps import (
+from slipscale.experiments.steps.questions import (
     ChoiceQuestion,
     ComparisonQuestion,
     NumberQuestion,
     PointingQuestion,
     Question,
     TextQuestion,
-    Value,
     VisualAnalogueQuestion,
     WholeNumberQuestion,
     YesNoQuestion,
@@ -30,6 +29,8 @@ from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from slipscale.experiments.steps.trial import Value
 
 # Codes sent by on-screen keys, in addition to characters.
 ENTER, ERASE, CLEAR = "\r", "\b", "\x18"

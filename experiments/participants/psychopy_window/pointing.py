@@ -12,13 +12,14 @@ from slipscale.experiments.participants.psychopy_window.screen_texts import (
     remaining,
 )
 from slipscale.experiments.participants.psychopy_window.waiting import Waiting
-from slipscale.experiments.protocols.steps import Selection
+from slipscale.experiments.steps.questions import Selection
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from slipscale.experiments.participants.psychopy_window.scene import Colour, Item
-    from slipscale.experiments.protocols.steps import Ask, PointingQuestion
+    from slipscale.experiments.steps.questions import PointingQuestion
+    from slipscale.experiments.steps.steps import Ask
 
 BAR_HEIGHT, CURSOR = 0.4, 0.012
 

@@ -17,7 +17,8 @@ from slipscale.experiments.participants.psychopy_window.screen_texts import (
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.experiments.protocols.steps import Ask, VisualAnalogueQuestion
+    from slipscale.experiments.steps.questions import VisualAnalogueQuestion
+    from slipscale.experiments.steps.steps import Ask
 
 LINE_Y, LINE_LENGTH, LINE_WIDTH = 0.05, 1.1, 0.006
 #: Maximum distance of a click from the line, vertically and beyond its ends.

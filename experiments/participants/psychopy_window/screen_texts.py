@@ -12,7 +12,7 @@ from slipscale.experiments.participants.psychopy_window.scene import Scene, Text
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.experiments.protocols.steps import Value
+    from slipscale.experiments.steps.trial import Value
 
     Texts = Mapping[str, str]
 

@@ -19,23 +19,15 @@ from slipscale.experiments.participants.psychopy_window.waiting import (
     Resting,
     Telling,
 )
-from slipscale.experiments.protocols.steps import (
-    Adjust,
-    Ask,
-    Explore,
-    Feedback,
-    Instruct,
-    PointingQuestion,
-    Rest,
-    VisualAnalogueQuestion,
-)
+from slipscale.experiments.steps.questions import PointingQuestion, VisualAnalogueQuestion
+from slipscale.experiments.steps.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from slipscale.experiments.participants.psychopy_window.scene import Scene
     from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult
-    from slipscale.experiments.protocols.steps import ParticipantStep
+    from slipscale.experiments.steps.steps import ParticipantStep
 
     Texts = Mapping[str, str]
 

@@ -13,12 +13,13 @@ from slipscale.experiments.participants.psychopy_window.screen_texts import (
     naming_key,
     remaining,
 )
-from slipscale.experiments.protocols.steps import FEEL_AGAIN, NumberQuestion, WholeNumberQuestion
+from slipscale.experiments.steps.questions import NumberQuestion, WholeNumberQuestion
+from slipscale.experiments.steps.replies import FEEL_AGAIN
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.experiments.protocols.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
+    from slipscale.experiments.steps.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
 
     Texts = Mapping[str, str]
 

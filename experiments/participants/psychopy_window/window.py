@@ -14,7 +14,7 @@ from slipscale.experiments.participants.psychopy_window.entry import ENTER, ERAS
 from slipscale.experiments.participants.psychopy_window.keyboard import Key, Keyboard
 from slipscale.experiments.participants.psychopy_window.pointing import Pointing
 from slipscale.experiments.participants.psychopy_window.screens import Screen, screen_for
-from slipscale.experiments.protocols.steps import Reply
+from slipscale.experiments.steps.replies import Reply
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.base import Turn
     from slipscale.experiments.participants.psychopy_window.scene import Scene
     from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult
-    from slipscale.experiments.protocols.steps import Adjust, ParticipantStep
+    from slipscale.experiments.steps.steps import Adjust, ParticipantStep
     from slipscale.hardware.clock import Clock
 
 # Notches of the wheel per touch of a drawn arrow key.

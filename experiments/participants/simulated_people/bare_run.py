@@ -15,10 +15,9 @@ from slipscale.experiments.participants.simulated_people.in_session import (
     turned_until_content,
 )
 from slipscale.experiments.participants.simulated_people.respondent import respondent_of
-from slipscale.experiments.protocols.steps import (
-    FEEL_AGAIN,
+from slipscale.experiments.steps.replies import FEEL_AGAIN, Adjusted, Presented, Reply, Voided
+from slipscale.experiments.steps.steps import (
     Adjust,
-    Adjusted,
     Ask,
     EndBlock,
     EndTrial,
@@ -26,11 +25,8 @@ from slipscale.experiments.protocols.steps import (
     Feedback,
     Instruct,
     Present,
-    Presented,
-    Reply,
     Rest,
     Silence,
-    Voided,
 )
 from slipscale.hardware.clock import VirtualClock
 from slipscale.stimuli.varied import Varied
@@ -40,7 +36,8 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.participants.simulated_people.respondent import Respondent
-    from slipscale.experiments.protocols.steps import Answer, Step
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Step
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.stimuli.surface import Stimulus
 

@@ -23,7 +23,7 @@ from slipscale.hardware.contact.source import Touch
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.ordering.randomisation import Stream
-    from slipscale.experiments.protocols.steps import Guide
+    from slipscale.experiments.steps.steps import Guide
 
 SPEED_MM_S, FORCE_N, STROKE_MM, LANDING_S = 60.0, 0.5, 40.0, 0.1
 BETWEEN_PEOPLE, BETWEEN_EXPLORATIONS = 0.3, 0.1

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 from slipscale.experiments.participants.base import StopRequested, Unfinished
 from slipscale.experiments.participants.simulated_people.finger import SimulatedFinger
-from slipscale.experiments.protocols.steps import FEEL_AGAIN, Ask, Explore, Present, Reply
+from slipscale.experiments.steps.replies import FEEL_AGAIN, Reply
+from slipscale.experiments.steps.steps import Ask, Explore, Present
 from slipscale.stimuli.varied import Varied
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.participants.base import Kind, Turn, Watch
     from slipscale.experiments.participants.simulated_people.respondent import Respondent
-    from slipscale.experiments.protocols.steps import Adjust, ParticipantStep, Step, Steps
+    from slipscale.experiments.steps.steps import Adjust, ParticipantStep, Step, Steps
     from slipscale.hardware.clock import Clock
     from slipscale.stimuli.surface import Stimulus
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.ordering.randomisation import Stream
     from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
-    from slipscale.experiments.protocols.steps import Ask, Explore
+    from slipscale.experiments.steps.steps import Ask, Explore
 
 T = TypeVar("T")
 

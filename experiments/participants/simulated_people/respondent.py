@@ -28,26 +28,26 @@ from slipscale.experiments.participants.simulated_people.population import Popul
 from slipscale.experiments.participants.simulated_people.sensation import Sensation
 from slipscale.experiments.protocols.ordering.randomisation import Stream
 from slipscale.experiments.protocols.simulated_answers import misfit
-from slipscale.experiments.protocols.steps import (
+from slipscale.experiments.steps.questions import (
     CONSENT,
+    ChoiceQuestion,
+    PointingQuestion,
+    Selection,
+    WholeNumberQuestion,
+)
+from slipscale.experiments.steps.replies import Presented, Reply
+from slipscale.experiments.steps.steps import (
     Adjust,
     Ask,
-    ChoiceQuestion,
     EndBlock,
     EndTrial,
     Explore,
     Feedback,
     Instruct,
-    PointingQuestion,
     Present,
-    Presented,
-    Reply,
     Rest,
-    Selection,
-    Value,
-    WholeNumberQuestion,
-    factor_level,
 )
+from slipscale.experiments.steps.trial import Value, factor_level
 from slipscale.faults import UserError
 from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS
 from slipscale.stimuli.quantity import in_um
@@ -57,7 +57,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer, SimulatedPerson
-    from slipscale.experiments.protocols.steps import Answer, Step, Trial
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Step
+    from slipscale.experiments.steps.trial import Trial
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.stimuli.attributes import AttributeWords
 

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from slipscale.experiments.protocols.adaptive.quest_plus import QuestPlus, information_gain
-from slipscale.experiments.protocols.adaptive.track import DECIMALS
+from slipscale.experiments.steps.rounding import DECIMALS
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:

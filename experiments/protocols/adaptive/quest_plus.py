@@ -15,12 +15,8 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from slipscale.experiments.protocols.adaptive.curves import CURVES, Array
-from slipscale.experiments.protocols.adaptive.track import (
-    DECIMALS,
-    Progress,
-    check_between,
-    rounded,
-)
+from slipscale.experiments.protocols.adaptive.track import Progress, check_between
+from slipscale.experiments.steps.rounding import DECIMALS, rounded
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:

@@ -14,10 +14,6 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-#: Levels and information gains are rounded to this many decimals. Sums of floats differ in their
-#: last bits between machines; levels must not, so that a run can be resumed on another machine.
-DECIMALS = 9
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Progress:
@@ -58,15 +54,6 @@ class Track(Protocol):
         back. A rule that does not use levels moves from its own level.
         """
         ...
-
-
-def rounded(level: float) -> float:
-    """Return a level, in µm peak to peak, rounded to the precision of presentation.
-
-    >>> rounded(0.1 + 0.2)
-    0.3
-    """
-    return round(level, DECIMALS)
 
 
 def check_positive(where: str, name: str, values: Iterable[float]) -> None:

@@ -12,13 +12,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal, Self
 
-from slipscale.experiments.protocols.adaptive.track import (
-    DECIMALS,
-    Progress,
-    check_between,
-    check_positive,
-    rounded,
-)
+from slipscale.experiments.protocols.adaptive.track import Progress, check_between, check_positive
+from slipscale.experiments.steps.rounding import DECIMALS, rounded
 from slipscale.faults import UserError
 
 Scale = Literal["linear", "log10"]

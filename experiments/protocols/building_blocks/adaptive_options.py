@@ -11,11 +11,11 @@ from slipscale.experiments.protocols.adaptive.interleaved import Interleaved, Or
 from slipscale.experiments.protocols.adaptive.quest_plus import QuestPlus
 from slipscale.experiments.protocols.adaptive.staircase import staircase
 from slipscale.experiments.protocols.adaptive.stopping import MOST_TRIALS, Stopping
-from slipscale.experiments.protocols.adaptive.track import rounded
 from slipscale.experiments.protocols.adaptive.up_down import Scale
 from slipscale.experiments.protocols.adaptive.weighted import weighted
 from slipscale.experiments.protocols.base import AtLeastOne, Positive, Switch
 from slipscale.experiments.protocols.building_blocks.pacing import RestedOptions
+from slipscale.experiments.steps.rounding import rounded
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:

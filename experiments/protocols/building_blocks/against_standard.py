@@ -19,13 +19,14 @@ from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
     RatedOptions,
     RatedSurfaces,
 )
-from slipscale.experiments.protocols.steps import Present, Silence
+from slipscale.experiments.steps.steps import Present, Silence
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from slipscale.experiments.protocols.base import Context
-    from slipscale.experiments.protocols.steps import Steps, Trial
+    from slipscale.experiments.steps.steps import Steps
+    from slipscale.experiments.steps.trial import Trial
 
 STANDARD, JUDGED = 1, 2
 

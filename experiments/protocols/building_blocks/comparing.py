@@ -17,18 +17,9 @@ from slipscale.experiments.protocols.building_blocks.repeating import (
     Repeating,
     part_over,
 )
-from slipscale.experiments.protocols.steps import (
-    Ask,
-    EndTrial,
-    Instruct,
-    Phase,
-    Present,
-    Reply,
-    Silence,
-    Trial,
-    Value,
-    Voided,
-)
+from slipscale.experiments.steps.replies import Reply, Voided
+from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Present, Silence
+from slipscale.experiments.steps.trial import Phase, Trial, Value
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -36,14 +27,9 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.base import Context, TrialRecord
     from slipscale.experiments.protocols.ordering.randomisation import Stream
-    from slipscale.experiments.protocols.steps import (
-        Answer,
-        Explore,
-        Question,
-        Sought,
-        Step,
-        Steps,
-    )
+    from slipscale.experiments.steps.questions import Question, Sought
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Explore, Step, Steps
     from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.surface import Stimulus
 

@@ -13,26 +13,16 @@ from pydantic import Field
 
 from slipscale.experiments.languages.texts import answers
 from slipscale.experiments.protocols.adaptive.answered_tracks import AnsweredTracks
-from slipscale.experiments.protocols.adaptive.track import rounded
 from slipscale.experiments.protocols.base import Column, Count, Positive
 from slipscale.experiments.protocols.building_blocks.adaptive_options import AdaptiveOptions
 from slipscale.experiments.protocols.building_blocks.comparing import IntervalTask, sought, truth
 from slipscale.experiments.protocols.building_blocks.repeating import part_over
 from slipscale.experiments.protocols.simulated_answers import compared
-from slipscale.experiments.protocols.steps import (
-    Answer,
-    Ask,
-    ComparisonQuestion,
-    EndTrial,
-    Feedback,
-    Instruct,
-    Phase,
-    Reply,
-    Sought,
-    Step,
-    Trial,
-    Voided,
-)
+from slipscale.experiments.steps.questions import ComparisonQuestion, Sought
+from slipscale.experiments.steps.replies import Answer, Reply, Voided
+from slipscale.experiments.steps.rounding import rounded
+from slipscale.experiments.steps.steps import Ask, EndTrial, Feedback, Instruct, Step
+from slipscale.experiments.steps.trial import Phase, Trial
 
 if TYPE_CHECKING:
     from collections import deque
@@ -42,7 +32,8 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Context, TrialRecord
     from slipscale.experiments.protocols.building_blocks.repeating import Repetition
     from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer
-    from slipscale.experiments.protocols.steps import Steps, Value
+    from slipscale.experiments.steps.steps import Steps
+    from slipscale.experiments.steps.trial import Value
 
 
 class ForcedChoiceOptions(AdaptiveOptions):

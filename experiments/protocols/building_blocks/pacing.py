@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from pydantic import Field, ValidationInfo, field_validator
 
 from slipscale.experiments.protocols.base import AtLeastOne, Options, Positive, Seconds
-from slipscale.experiments.protocols.steps import Explore, Rest
+from slipscale.experiments.steps.steps import Explore, Rest
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocols.steps import Trial
+    from slipscale.experiments.steps.trial import Trial
 
 
 class PacedOptions(Options):

@@ -15,24 +15,18 @@ from slipscale.experiments.protocols.base import AtLeastOne, Column, Count, Swit
 from slipscale.experiments.protocols.building_blocks.pacing import PacedOptions
 from slipscale.experiments.protocols.building_blocks.repeating import Repeating, part_over
 from slipscale.experiments.protocols.ordering.orders import Rule, practice_order, presentation_order
-from slipscale.experiments.protocols.steps import (
-    Ask,
-    EndTrial,
-    Instruct,
-    Phase,
-    Present,
-    Reply,
-    Rest,
-    Silence,
-    Trial,
-    Voided,
-)
+from slipscale.experiments.steps.replies import Reply, Voided
+from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Present, Rest, Silence
+from slipscale.experiments.steps.trial import Phase, Trial
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Mapping, Sequence
 
     from slipscale.experiments.protocols.base import Context
-    from slipscale.experiments.protocols.steps import Answer, Question, Step, Steps, Value
+    from slipscale.experiments.steps.questions import Question
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Step, Steps
+    from slipscale.experiments.steps.trial import Value
     from slipscale.stimuli.surface import Stimulus
 
 

@@ -6,13 +6,15 @@ from abc import ABC, abstractmethod
 from collections import deque
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from slipscale.experiments.protocols.steps import EndBlock, Instruct, Voided
+from slipscale.experiments.steps.replies import Voided
+from slipscale.experiments.steps.steps import EndBlock, Instruct
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable
 
     from slipscale.experiments.languages.texts import Texts
-    from slipscale.experiments.protocols.steps import Answer, Rest, Step, Steps
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Rest, Step, Steps
 
 Condition = TypeVar("Condition")
 # The definition of a trial, and the number of the trial that it repeats.

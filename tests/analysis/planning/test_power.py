@@ -22,8 +22,8 @@ from slipscale.analysis.planning.simulated.fast_tests import pairwise, tables
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.participants.simulated_people.habits import REALISTIC
 from slipscale.experiments.participants.simulated_people.population import Population
-from slipscale.experiments.protocols.steps import Ask, Present
 from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.experiments.steps.steps import Ask, Present
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.experiments.study.file import parse_study, read_study, study_text
 from slipscale.faults import UserError

@@ -25,8 +25,8 @@ from slipscale.analysis.tasks.difference.proportions import exact_interval
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.participants.simulated_people.habits import Habits
 from slipscale.experiments.participants.simulated_people.population import Population
-from slipscale.experiments.protocols.steps import Ask, Present
 from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.experiments.steps.steps import Ask, Present
 from slipscale.experiments.study.file import read_study
 
 REFERENCE = Path(__file__).parents[2] / "data" / "power_reference" / "catch_steps.csv"

@@ -11,7 +11,7 @@ from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.journals import mode_of
 from slipscale.experiments.dataset.tsv import cell
 from slipscale.experiments.dataset.verification import verify
-from slipscale.experiments.protocols.steps import NumberQuestion, TextQuestion, YesNoQuestion
+from slipscale.experiments.steps.questions import NumberQuestion, TextQuestion, YesNoQuestion
 from slipscale.experiments.study.file import study_text
 from slipscale.faults import UserError
 from tools.rehearsal.scripted import ScriptedParticipant

@@ -16,8 +16,8 @@ from slipscale.experiments.dataset.schema import (
 )
 from slipscale.experiments.protocols.base import Column, Options
 from slipscale.experiments.protocols.registry import load_protocol, protocol_names
-from slipscale.experiments.protocols.steps import Adjust, Ask
 from slipscale.experiments.running.rehearsal import dry_run
+from slipscale.experiments.steps.steps import Adjust, Ask
 from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.faults import UserError

@@ -12,24 +12,21 @@ from slipscale.experiments.journal.record_shapes import STEPS
 from slipscale.experiments.journal.serialisation import ANSWERS
 from slipscale.experiments.languages.texts import load_texts
 from slipscale.experiments.participants.psychopy_window.screens import SCREENS, screen_for
-from slipscale.experiments.protocols.steps import (
-    Adjust,
-    Answer,
-    Ask,
+from slipscale.experiments.running.rehearsal import _value
+from slipscale.experiments.session.session import Session
+from slipscale.experiments.steps.questions import (
     ChoiceQuestion,
     ComparisonQuestion,
     NumberQuestion,
-    ParticipantStep,
     PointingQuestion,
     Question,
-    Step,
     TextQuestion,
     VisualAnalogueQuestion,
     WholeNumberQuestion,
     YesNoQuestion,
 )
-from slipscale.experiments.running.rehearsal import _value
-from slipscale.experiments.session.session import Session
+from slipscale.experiments.steps.replies import Answer
+from slipscale.experiments.steps.steps import Adjust, Ask, ParticipantStep, Step
 from slipscale.experiments.study.model import Study
 from slipscale.stimuli.parameters import declared
 from slipscale.stimuli.textures import KINDS

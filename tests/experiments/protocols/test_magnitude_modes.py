@@ -10,8 +10,8 @@ from slipscale.experiments.participants.simulated_people.bare_run import bare_ru
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.protocols.base import TrialRecord
 from slipscale.experiments.protocols.magnitude_production import PROTOCOL as MADE
-from slipscale.experiments.protocols.steps import Adjust, Ask, EndBlock, Explore, Present, Rest
 from slipscale.experiments.running.rehearsal import dry_run, surfaces
+from slipscale.experiments.steps.steps import Adjust, Ask, EndBlock, Explore, Present, Rest
 from slipscale.experiments.study.file import study_text
 from slipscale.faults import UserError
 

@@ -8,8 +8,10 @@ from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.journal.serialisation import step_record
 from slipscale.experiments.protocols.matching import Matching
 from slipscale.experiments.protocols.simulated_answers import misfit
-from slipscale.experiments.protocols.steps import FEEL_AGAIN, Adjust, Explore, Present, Reply, Trial
 from slipscale.experiments.running.rehearsal import dry_run
+from slipscale.experiments.steps.replies import FEEL_AGAIN, Reply
+from slipscale.experiments.steps.steps import Adjust, Explore, Present
+from slipscale.experiments.steps.trial import Trial
 from slipscale.experiments.study.file import study_text
 from tools.rehearsal.scripted import ScriptedParticipant
 

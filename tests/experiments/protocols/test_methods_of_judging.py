@@ -7,7 +7,8 @@ import pytest
 
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.protocols.registry import load_protocol
-from slipscale.experiments.protocols.steps import Ask, EndTrial, Explore, Present, Reply, Voided
+from slipscale.experiments.steps.replies import Reply, Voided
+from slipscale.experiments.steps.steps import Ask, EndTrial, Explore, Present
 from slipscale.experiments.study.file import parse_study
 from slipscale.faults import UserError
 

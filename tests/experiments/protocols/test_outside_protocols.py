@@ -11,20 +11,12 @@ from slipscale.experiments.protocols import registry
 from slipscale.experiments.protocols.base import Column, Options, Protocol
 from slipscale.experiments.protocols.registry import load_protocol
 from slipscale.experiments.protocols.simulated_answers import compared
-from slipscale.experiments.protocols.steps import (
-    Ask,
-    ChoiceQuestion,
-    EndBlock,
-    EndTrial,
-    Explore,
-    Instruct,
-    NumberQuestion,
-    Present,
-    Trial,
-)
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.running.rehearsal import check_answered, surfaces
 from slipscale.experiments.running.study_commands import validate
+from slipscale.experiments.steps.questions import ChoiceQuestion, NumberQuestion
+from slipscale.experiments.steps.steps import Ask, EndBlock, EndTrial, Explore, Instruct, Present
+from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import RigError, UserError, plug_ins
 from slipscale.stimuli.surface import VirtualSurface
 

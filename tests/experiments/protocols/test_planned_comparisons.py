@@ -5,9 +5,9 @@ from itertools import combinations
 
 import pytest
 
-from slipscale.experiments.protocols.steps import Present
 from slipscale.experiments.running.begin_or_resume import plate_for
 from slipscale.experiments.running.rehearsal import check_supported, dry_run
+from slipscale.experiments.steps.steps import Present
 from slipscale.experiments.study.file import study_text
 from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock

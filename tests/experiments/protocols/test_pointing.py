@@ -16,15 +16,10 @@ from slipscale.experiments.protocols.pointing import (
     Pointing,
     target_surface,
 )
-from slipscale.experiments.protocols.steps import (
-    Ask,
-    EndTrial,
-    PointingQuestion,
-    Reply,
-    Selection,
-    Voided,
-)
 from slipscale.experiments.running.rehearsal import check_supported, dry_run
+from slipscale.experiments.steps.questions import PointingQuestion, Selection
+from slipscale.experiments.steps.replies import Reply, Voided
+from slipscale.experiments.steps.steps import Ask, EndTrial
 from slipscale.experiments.study.file import study_text
 from slipscale.faults import UserError
 from slipscale.hardware.backends.mock import MockPlate

@@ -2,7 +2,8 @@
 
 import pytest
 
-from slipscale.experiments.protocols.steps import Adjust, Ask, EndTrial, Reply
+from slipscale.experiments.steps.replies import Reply
+from slipscale.experiments.steps.steps import Adjust, Ask, EndTrial
 from slipscale.experiments.study.file import study_text
 
 STUDIES = ("matching", "paired_comparison", "visual_analogue_scale")

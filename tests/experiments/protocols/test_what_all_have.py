@@ -3,8 +3,8 @@
 import pytest
 
 from slipscale.experiments.languages.texts import languages
-from slipscale.experiments.protocols.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
 from slipscale.experiments.running.rehearsal import dry_run
+from slipscale.experiments.steps.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
 from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.run_plan import RunPlan
 

@@ -12,16 +12,11 @@ from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.participants.psychopy_window import PsychoPyWindow, scene
 from slipscale.experiments.participants.psychopy_window.entry import CLEAR, ENTER, is_long
-from slipscale.experiments.protocols.steps import (
-    Ask,
-    ChoiceQuestion,
-    ComparisonQuestion,
-    Feedback,
-    NumberQuestion,
-)
 from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.experiments.session.question_sounds import ImaginedSounds
+from slipscale.experiments.steps.questions import ChoiceQuestion, ComparisonQuestion, NumberQuestion
+from slipscale.experiments.steps.steps import Ask, Feedback
 from slipscale.hardware.clock import SystemClock
 from slipscale.stimuli import headphone_sounds
 

@@ -11,9 +11,9 @@ from slipscale.experiments.journal import header
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.journal.record import chained, decode, encode
 from slipscale.experiments.participants.base import StopRequested
-from slipscale.experiments.protocols.steps import NumberQuestion, TextQuestion, YesNoQuestion
 from slipscale.experiments.running import lab_session
 from slipscale.experiments.running.lab_session import Setting, begin, go_on, make_plan
+from slipscale.experiments.steps.questions import NumberQuestion, TextQuestion, YesNoQuestion
 from slipscale.hardware.clock import VirtualClock
 from tools.rehearsal.scripted import ScriptedParticipant
 

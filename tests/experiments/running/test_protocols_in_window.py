@@ -11,16 +11,14 @@ from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
-from slipscale.experiments.protocols.steps import (
-    Adjust,
-    Ask,
-    Feedback,
+from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
+from slipscale.experiments.session.operator import UnattendedOperator
+from slipscale.experiments.steps.questions import (
     NumberQuestion,
     VisualAnalogueQuestion,
     YesNoQuestion,
 )
-from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
-from slipscale.experiments.session.operator import UnattendedOperator
+from slipscale.experiments.steps.steps import Adjust, Ask, Feedback
 from slipscale.experiments.study.file import study_text
 from slipscale.hardware.clock import SystemClock
 from slipscale.stimuli.quantity import in_um

@@ -8,10 +8,11 @@ import pytest
 from slipscale import commands
 from slipscale.experiments.journal.plan_and_progress import elapsed_s, read_plan
 from slipscale.experiments.participants.simulated_people.bare_run import BareStep
-from slipscale.experiments.protocols.steps import Explore, Present, Silence, Trial
 from slipscale.experiments.running.pilot import pilot_plans, run_simulated
 from slipscale.experiments.running.timeline import _Visit, timeline
 from slipscale.experiments.running.timeline_figure import timeline_figure
+from slipscale.experiments.steps.steps import Explore, Present, Silence
+from slipscale.experiments.steps.trial import Trial
 from slipscale.experiments.study.file import study_text
 from slipscale.stimuli.surface import VirtualSurface
 

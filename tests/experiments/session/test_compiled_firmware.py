@@ -12,7 +12,7 @@ import pytest
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
 from slipscale.experiments.participants.simulated_people.respondent import respondent_of
-from slipscale.experiments.protocols.steps import Explore
+from slipscale.experiments.steps.steps import Explore
 from slipscale.experiments.study.file import study_text
 from slipscale.hardware.clock import SystemClock, VirtualClock
 from slipscale.hardware.errors import NotReached

@@ -11,8 +11,8 @@ from dataclasses import replace
 import pytest
 
 from slipscale.experiments.journal.plan_and_progress import read_plan
-from slipscale.experiments.protocols.steps import Ask, Explore
 from slipscale.experiments.running.preflight import CHECKS, PlannedSession
+from slipscale.experiments.steps.steps import Ask, Explore
 from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import PlateFault

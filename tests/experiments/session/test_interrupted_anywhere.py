@@ -13,8 +13,8 @@ from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
 from slipscale.experiments.participants.simulated_people.respondent import respondent_of
-from slipscale.experiments.protocols.steps import Ask, Explore
 from slipscale.experiments.session.operator import Request, UnattendedOperator
+from slipscale.experiments.steps.steps import Ask, Explore
 from slipscale.hardware.clock import VirtualClock
 
 EVERY_OPTION = """

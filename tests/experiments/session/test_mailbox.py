@@ -10,7 +10,6 @@ import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.locks import lock_file
-from slipscale.experiments.protocols.steps import Ask, NumberQuestion, Trial
 from slipscale.experiments.session import mailbox as mailboxes
 from slipscale.experiments.session.mailbox import (
     LiveRequest,
@@ -26,6 +25,9 @@ from slipscale.experiments.session.operator import (
     SessionStatus,
     UnattendedOperator,
 )
+from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.steps import Ask
+from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import UserError
 
 THIRD = Trial(task="t", number=3, total=8)

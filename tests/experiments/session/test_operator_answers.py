@@ -6,8 +6,8 @@ import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
-from slipscale.experiments.protocols.steps import Ask
 from slipscale.experiments.session.operator import Request, UnattendedOperator
+from slipscale.experiments.steps.steps import Ask
 from slipscale.experiments.study.file import parse_study, study_text
 from slipscale.faults import UserError
 from tools.rehearsal.scripted import ScriptedParticipant

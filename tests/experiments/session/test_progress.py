@@ -4,8 +4,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from slipscale.experiments.protocols.steps import EndTrial, Trial
 from slipscale.experiments.session.progress import Progress
+from slipscale.experiments.steps.steps import EndTrial
+from slipscale.experiments.steps.trial import Trial
 from slipscale.hardware.clock import VirtualClock
 
 

@@ -13,8 +13,8 @@ from slipscale.experiments.dataset.journals import read_runs
 from slipscale.experiments.dataset.rendering import render
 from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
 from slipscale.experiments.participants.simulated_people.respondent import respondent_of
-from slipscale.experiments.protocols.steps import Ask, Explore
 from slipscale.experiments.session.operator import Request, UnattendedOperator
+from slipscale.experiments.steps.steps import Ask, Explore
 from slipscale.experiments.study.file import study_text
 
 # A shipped study, and what makes it short: every kind of trial once or twice.

@@ -7,16 +7,10 @@ import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.participants.base import StopRequested, Unfinished
-from slipscale.experiments.protocols.steps import (
-    BACK,
-    Ask,
-    Explore,
-    Instruct,
-    NumberQuestion,
-    TextQuestion,
-    YesNoQuestion,
-)
 from slipscale.experiments.session.operator import Request, UnattendedOperator
+from slipscale.experiments.steps.questions import NumberQuestion, TextQuestion, YesNoQuestion
+from slipscale.experiments.steps.replies import BACK
+from slipscale.experiments.steps.steps import Ask, Explore, Instruct
 from slipscale.faults import UserError
 from slipscale.hardware.errors import PlateFault
 from slipscale.hardware.signals import EndedBySignal, signals_raise

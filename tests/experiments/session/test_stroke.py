@@ -9,9 +9,9 @@ from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.languages.texts import load_texts
 from slipscale.experiments.participants.psychopy_window.scene import Disc
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
-from slipscale.experiments.protocols.steps import Explore, Guide
 from slipscale.experiments.running.pilot import run_pilot, run_simulated
 from slipscale.experiments.running.rehearsal import dry_run
+from slipscale.experiments.steps.steps import Explore, Guide
 from slipscale.experiments.study.file import parse_study
 from slipscale.experiments.study.stroke import Stroke, Stroked
 from slipscale.faults import UserError

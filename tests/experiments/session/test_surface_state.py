@@ -2,9 +2,9 @@
 
 import pytest
 
-from slipscale.experiments.protocols.steps import Present
 from slipscale.experiments.session.followed_textures import Following
 from slipscale.experiments.session.surface_state import SurfaceState
+from slipscale.experiments.steps.steps import Present
 from slipscale.hardware.backends.mock import MockPlate
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import NotReached

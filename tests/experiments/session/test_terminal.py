@@ -7,9 +7,11 @@ import sys
 import pytest
 from rich.console import Console
 
-from slipscale.experiments.protocols.steps import Ask, NumberQuestion, Trial
 from slipscale.experiments.session.operator import Request, SessionStatus, UnattendedOperator
 from slipscale.experiments.session.terminal import Keys, TerminalOperator
+from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.steps import Ask
+from slipscale.experiments.steps.trial import Trial
 
 GLISSE = "glissé"
 THIRD = Trial(task="t", number=3, total=8)

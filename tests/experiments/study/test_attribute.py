@@ -9,7 +9,8 @@ from slipscale.experiments.languages.texts import languages, shipped_texts
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.participants.simulated_people.growth import people_for
 from slipscale.experiments.protocols.registry import load_protocol
-from slipscale.experiments.protocols.steps import Adjusted, Ask, Reply
+from slipscale.experiments.steps.replies import Adjusted, Reply
+from slipscale.experiments.steps.steps import Ask
 from slipscale.experiments.study.file import parse_study, study_text
 from slipscale.faults import UserError
 from slipscale.stimuli.attributes import ATTRIBUTES

@@ -10,8 +10,9 @@ from slipscale.analysis.load import load
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.participants.simulated_people.growth import people_for
-from slipscale.experiments.protocols.steps import Ask, EndTrial, Instruct, Present, Voided
 from slipscale.experiments.running.rehearsal import _answer
+from slipscale.experiments.steps.replies import Voided
+from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Present
 from slipscale.experiments.study.factors import conditions_of, ordered
 from slipscale.experiments.study.file import parse_study
 from slipscale.faults import UserError

@@ -7,9 +7,9 @@ import pytest
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.headphones import headphone_result
 from slipscale.experiments.journal.plan_and_progress import read_plan
-from slipscale.experiments.protocols.steps import Ask
 from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.experiments.session.question_sounds import NoSounds
+from slipscale.experiments.steps.steps import Ask
 from slipscale.experiments.study.file import parse_study
 from slipscale.experiments.study.headphone_test import HEADPHONES
 from slipscale.faults import UserError

@@ -5,8 +5,9 @@ import json
 import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
-from slipscale.experiments.protocols.steps import Ask, ChoiceQuestion, Instruct, WholeNumberQuestion
 from slipscale.experiments.session.operator import Request, UnattendedOperator
+from slipscale.experiments.steps.questions import ChoiceQuestion, WholeNumberQuestion
+from slipscale.experiments.steps.steps import Ask, Instruct
 from slipscale.experiments.study.file import parse_study
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError

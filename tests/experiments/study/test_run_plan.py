@@ -6,9 +6,9 @@ from itertools import pairwise
 import pytest
 from scipy.stats import chisquare
 
-from slipscale.experiments.protocols.steps import Present
 from slipscale.experiments.running.rehearsal import dry_run
 from slipscale.experiments.running.study_commands import orders
+from slipscale.experiments.steps.steps import Present
 from slipscale.experiments.study.file import study_text
 from slipscale.faults import UserError
 

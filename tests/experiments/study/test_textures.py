@@ -8,12 +8,12 @@ from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.journal.serialisation import step_record, surface_from
 from slipscale.experiments.protocols.registry import load_protocol
-from slipscale.experiments.protocols.steps import Explore, Present
 from slipscale.experiments.running import lab_session
 from slipscale.experiments.running.lab_session import Setting, make_plan
 from slipscale.experiments.running.preflight import PlannedSession, check_plate
 from slipscale.experiments.session.followed_textures import Following
 from slipscale.experiments.session.surface_state import SurfaceState
+from slipscale.experiments.steps.steps import Explore, Present
 from slipscale.experiments.study.file import parse_study, study_text
 from slipscale.faults import UserError
 from slipscale.hardware.backends.mock import MockPlate

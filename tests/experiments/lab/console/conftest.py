@@ -11,10 +11,10 @@ from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.lab.console.app import make_app
 from slipscale.experiments.lab.console.security import Access
 from slipscale.experiments.lab.folder import init
-from slipscale.experiments.protocols.steps import Trial
 from slipscale.experiments.session import mailbox as mailboxes
 from slipscale.experiments.session.mailbox import Mailbox, mailbox_of
 from slipscale.experiments.session.operator import SessionStatus
+from slipscale.experiments.steps.trial import Trial
 from slipscale.hardware.clock import VirtualClock
 
 ADDRESS = "http://127.0.0.1:8470"

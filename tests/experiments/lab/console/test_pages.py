@@ -18,10 +18,12 @@ from slipscale.experiments.lab.folder import LabFile
 from slipscale.experiments.lab.unblinding import unblinded
 from slipscale.experiments.languages.texts import blanks
 from slipscale.experiments.protocols.registry import protocol_names
-from slipscale.experiments.protocols.steps import Ask, EndBlock, NumberQuestion, Trial
 from slipscale.experiments.running.preflight import CHECKS
 from slipscale.experiments.running.screen_check import SHOWN
 from slipscale.experiments.session.operator import Request, SessionStatus
+from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.steps import Ask, EndBlock
+from slipscale.experiments.steps.trial import Trial
 from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.levels import PARAMETERS
 from slipscale.experiments.study.schema import UNITS, study_schema

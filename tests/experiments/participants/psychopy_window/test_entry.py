@@ -15,7 +15,7 @@ from slipscale.experiments.participants.psychopy_window.entry import (
     entry_for,
     judge_number,
 )
-from slipscale.experiments.protocols.steps import (
+from slipscale.experiments.steps.questions import (
     ChoiceQuestion,
     ComparisonQuestion,
     NumberQuestion,

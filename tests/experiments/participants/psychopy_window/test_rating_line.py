@@ -9,7 +9,8 @@ from slipscale.experiments.participants.psychopy_window.rating_line import DONE,
 from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.participants.psychopy_window.window import hand_over
-from slipscale.experiments.protocols.steps import Ask, NumberQuestion, VisualAnalogueQuestion
+from slipscale.experiments.steps.questions import NumberQuestion, VisualAnalogueQuestion
+from slipscale.experiments.steps.steps import Ask
 
 TEXTS = load_texts("en")
 

@@ -12,17 +12,14 @@ from slipscale.experiments.participants.psychopy_window.keyboard import Key, cla
 from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.participants.psychopy_window.window import hand_over
-from slipscale.experiments.protocols.steps import (
-    BACK,
-    Ask,
+from slipscale.experiments.steps.questions import (
     ChoiceQuestion,
-    Explore,
-    Instruct,
     NumberQuestion,
-    Rest,
     TextQuestion,
     YesNoQuestion,
 )
+from slipscale.experiments.steps.replies import BACK
+from slipscale.experiments.steps.steps import Ask, Explore, Instruct, Rest
 
 TEXTS = load_texts("en")
 NUMBER = Ask(name="x", question=NumberQuestion(prompt="How slippery?"), time_limit_s=10.0)

@@ -17,16 +17,13 @@ from slipscale.experiments.participants.base import StopRequested, Unfinished
 from slipscale.experiments.participants.psychopy_window import PsychoPyWindow, scene
 from slipscale.experiments.participants.psychopy_window.entry import CLEAR, ENTER, ERASE
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
-from slipscale.experiments.protocols.steps import (
-    Ask,
+from slipscale.experiments.steps.questions import (
     ChoiceQuestion,
-    Explore,
-    Instruct,
     NumberQuestion,
-    Rest,
     TextQuestion,
     YesNoQuestion,
 )
+from slipscale.experiments.steps.steps import Ask, Explore, Instruct, Rest
 from slipscale.faults import UserError
 from slipscale.hardware.clock import SystemClock
 

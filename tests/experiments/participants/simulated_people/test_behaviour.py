@@ -12,8 +12,10 @@ from slipscale.experiments.participants.simulated_people.population import (
     Population,
     read_population,
 )
-from slipscale.experiments.protocols.steps import Ask, Explore, NumberQuestion, Reply
 from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.replies import Reply
+from slipscale.experiments.steps.steps import Ask, Explore
 from slipscale.faults import UserError
 
 

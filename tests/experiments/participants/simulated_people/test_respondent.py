@@ -15,16 +15,11 @@ from slipscale.experiments.participants.simulated_people.population import (
     read_population,
 )
 from slipscale.experiments.participants.simulated_people.respondent import Respondent
-from slipscale.experiments.protocols.steps import (
-    Adjusted,
-    Ask,
-    Explore,
-    Instruct,
-    NumberQuestion,
-    Reply,
-    Trial,
-)
 from slipscale.experiments.running.pilot import gave_up, pilot_plans, run_simulated
+from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.replies import Adjusted, Reply
+from slipscale.experiments.steps.steps import Ask, Explore, Instruct
+from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import UserError
 
 # Everybody drops out or lapses with the one or the other.

@@ -11,16 +11,8 @@ from slipscale.experiments.protocols.building_blocks.forced_choice import (
 )
 from slipscale.experiments.protocols.difference_threshold import DifferenceThreshold
 from slipscale.experiments.protocols.ordering.randomisation import Stream
-from slipscale.experiments.protocols.steps import (
-    Answer,
-    Ask,
-    EndBlock,
-    EndTrial,
-    Feedback,
-    Present,
-    Reply,
-    Voided,
-)
+from slipscale.experiments.steps.replies import Answer, Reply, Voided
+from slipscale.experiments.steps.steps import Ask, EndBlock, EndTrial, Feedback, Present
 
 
 class Anything(dict[str, str]):

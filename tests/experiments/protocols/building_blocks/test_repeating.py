@@ -1,5 +1,7 @@
 from slipscale.experiments.protocols.building_blocks.repeating import Repeating
-from slipscale.experiments.protocols.steps import EndBlock, EndTrial, Instruct, Trial, Voided
+from slipscale.experiments.steps.replies import Voided
+from slipscale.experiments.steps.steps import EndBlock, EndTrial, Instruct
+from slipscale.experiments.steps.trial import Trial
 
 
 class Letters(Repeating[str]):

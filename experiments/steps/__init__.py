@@ -1,0 +1,1 @@
+"""The vocabulary of a protocol: the steps that it yields, and the replies that it receives."""

@@ -1,0 +1,16 @@
+"""Rounding of levels to the precision of presentation."""
+
+from __future__ import annotations
+
+#: Levels and information gains are rounded to this many decimals. Sums of floats differ in their
+#: last bits between machines; levels must not, so that a run can be resumed on another machine.
+DECIMALS = 9
+
+
+def rounded(level: float) -> float:
+    """Return a level, in µm peak to peak, rounded to the precision of presentation.
+
+    >>> rounded(0.1 + 0.2)
+    0.3
+    """
+    return round(level, DECIMALS)

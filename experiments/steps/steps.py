@@ -1,0 +1,234 @@
+"""The vocabulary of a protocol: the steps that it yields, and the replies that it receives.
+
+A protocol is a plain generator: it yields a `Step`, and receives the reply listed in the table
+below. It has no access to the clock, screen, plate or files. Steps are recorded in the journal, so
+each is plain data. Texts shown to the participant never contain an amplitude.
+
+============  =====================================================  ==============
+step          what the session does                                  reply
+============  =====================================================  ==============
+`Instruct`    shows a text until the participant continues           `Reply`
+`Present`     presents a surface, settled and read back              `Presented`
+`Explore`     lets the participant stroke the surface                `Reply`
+`Ask`         asks a question                                        `Reply`
+`Adjust`      lets the participant adjust the surface's amplitude    `Adjusted`
+`Feedback`    shows a text for a fixed time                          `Reply`
+`Silence`     stops the plate                                        None
+`Rest`        shows a break screen with the progress                 `Reply`
+`EndTrial`    closes a trial; the reply lists voided trials          `Voided`
+`EndBlock`    shows the screen after a block; same reply             `Voided`
+============  =====================================================  ==============
+
+A trial may present several surfaces, each in an *interval*: `Present`, `Explore` and `Silence`
+carry its number, 1, 2, ... If such a trial is interrupted, its script is rerun from the first
+interval.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+from slipscale.experiments.steps.replies import Answer
+from slipscale.experiments.steps.rounding import rounded
+
+if TYPE_CHECKING:
+    from slipscale.experiments.steps.questions import Question
+    from slipscale.experiments.steps.trial import Trial
+    from slipscale.stimuli.headphone_sounds import HeadphoneSound
+    from slipscale.stimuli.surface import Stimulus
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Played:
+    """A sound that is played before a question, and the text shown meanwhile."""
+
+    sound: HeadphoneSound
+    text: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Instruct:
+    """A text that the participant reads at their own pace. ``last`` marks the closing text."""
+
+    text: str
+    title: str = ""
+    trial: Trial | None = None
+    last: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Guide:
+    """How to stroke a surface: speed, force and direction, and whether a mark shows the speed.
+
+    Speed and force are None if any is accepted.
+    """
+
+    speed_mm_s: float | None
+    normal_force_n: float | None
+    direction: Literal["any", "forward", "backward"]
+    stroke_mm: float
+    pacer: bool
+
+    def place_share(self, time_s: float) -> float | None:
+        """Return a mark's position on the stroke, 0 to 1, at a time; None without speed."""
+        if not (self.pacer and self.speed_mm_s):
+            return None
+        strokes = time_s * self.speed_mm_s / self.stroke_mm
+        if self.direction == "any":
+            return 1 - abs(strokes % 2 - 1)
+        return strokes % 1 if self.direction == "forward" else 1 - strokes % 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Explore:
+    """Exploration of the surface until the participant continues, for at least ``minimum_s``.
+
+    If ``maximum_s`` is set, a countdown is shown, and the step then ends automatically. ``guide``
+    states how to stroke, if the study does.
+    """
+
+    LATER: ClassVar[tuple[str, ...]] = ("guide",)
+    text: str
+    trial: Trial | None = None
+    minimum_s: float = 0.0
+    maximum_s: float | None = None
+    interval: int | None = None
+    guide: Guide | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Present:
+    """Present a surface on the plate.
+
+    ``lead_in`` is the surface to be felt first, with its exploration, if the question is about a
+    difference. The session performs it unless the plate already presents that surface.
+    """
+
+    surface: Stimulus
+    trial: Trial | None = None
+    lead_in: tuple[Present, Explore] | None = None
+    interval: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ask:
+    """A question; ``name`` is the data set column for the answer.
+
+    Outside a trial, ``task`` is the task to which the answer belongs; without a task, the question
+    is about the participant. ``by`` defines who enters the answer; the operator types what the
+    participant says, or makes a decision. ``played`` is a sound to play first; if no sound can be
+    played, the reply is `NO_SOUND`. With ``back``, the participant can return to the previous
+    question, and the reply is then `BACK`.
+    """
+
+    name: str
+    question: Question
+    trial: Trial | None = None
+    task: str = ""
+    time_limit_s: float | None = None
+    by: Literal["participant", "operator"] = "participant"
+    played: Played | None = None
+    back: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Silence:
+    """Stop the plate: between surfaces, or when exploration is over."""
+
+    trial: Trial | None = None
+    interval: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Adjust:
+    """Adjustment of the last surface's amplitude, as instructed by ``text``.
+
+    Parameters
+    ----------
+    name : str
+        The data set column for the final amplitude, in µm peak to peak.
+    text : str
+        The instruction; it contains no amplitude.
+    trial : Trial
+    interval : int
+        The interval in which the surface to be adjusted was presented.
+    step_level : float
+        The change per notch of the wheel or per key press.
+    lowest_level, highest_level : float
+        The limits of the adjustment.
+    time_limit_s : float or None
+        After this time the step ends at the current amplitude and counts as timed out. Time for
+        repeating the reference does not count.
+    again : (Present, Explore) or None
+        The reference that can be repeated on request, any number of times. The adjusted surface
+        then returns to its current amplitude.
+    """
+
+    name: str
+    text: str
+    trial: Trial
+    interval: int
+    step_level: float
+    lowest_level: float
+    highest_level: float
+    time_limit_s: float | None = None
+    again: tuple[Present, Explore] | None = None
+
+    def turned_level(self, from_level: float, notches: int) -> float:
+        """Return the amplitude after a number of notches, within the limits, µm peak to peak."""
+        aim_level = rounded(from_level + notches * self.step_level)
+        return min(max(aim_level, self.lowest_level), self.highest_level)
+
+    def with_less_time(self, spent_s: float) -> Adjust:
+        """Return the step with its time limit, if any, reduced by the elapsed time."""
+        if self.time_limit_s is None:
+            return self
+        return replace(self, time_limit_s=max(self.time_limit_s - spent_s, 0.0))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Feedback:
+    """A text that disappears after ``duration_s``, such as whether the answer was right."""
+
+    text: str
+    duration_s: float
+    trial: Trial | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rest:
+    """A break of at least ``minimum_s``. ``done`` of ``total`` trials are over."""
+
+    text: str
+    done: int
+    total: int
+    minimum_s: float = 0.0
+    trial: Trial | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EndTrial:
+    """A trial is complete."""
+
+    trial: Trial
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EndBlock:
+    """The last trial before a text or a break is complete, but may still be voided.
+
+    The participant reads ``screen``. The reply contains the trials that the operator voids
+    meanwhile, so that the protocol can repeat them before it continues.
+    """
+
+    screen: Instruct | Rest
+    trial: Trial | None = None
+
+
+ParticipantStep = Instruct | Explore | Ask | Rest | Feedback
+
+Step = ParticipantStep | Present | Adjust | Silence | EndTrial | EndBlock
+
+Steps = Generator[Step, Answer, None]

@@ -1,0 +1,47 @@
+"""The trial that a step belongs to, and its factors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping  # noqa: TC003 - pydantic resolves it
+from dataclasses import dataclass, field
+from typing import Literal
+
+Phase = Literal["practice", "main"]
+Value = str | float | bool | None
+
+
+def factor_level(value: Value) -> str:
+    """Return a factor level as written in keys.
+
+    >>> factor_level(50.0), factor_level("left")
+    ('50', 'left')
+    """
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """The trial that a step belongs to.
+
+    Parameters
+    ----------
+    task : str
+        The data set's task label, letters and digits only ("magnitudeestimation").
+    number : int
+        1, 2, ... in order of presentation within the task; a repeated trial gets a new number.
+    total : int
+        Expected number of trials in the task, including practice.
+    phase : {"practice", "main"}
+        Practice trials are recorded and not analysed.
+    factors : Mapping
+        The protocol's own columns of the data set ("block", "series", ...).
+    repeats : int or None
+        Number of the voided trial that this one repeats.
+    """
+
+    task: str
+    number: int
+    total: int
+    phase: Phase = "main"
+    factors: Mapping[str, Value] = field(default_factory=dict)
+    repeats: int | None = None
