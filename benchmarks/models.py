@@ -17,7 +17,7 @@ from skfem.helpers import ddot, sym_grad, trace
 from slipscale.hardware.plate.finite_elements import _bricks, assemble
 from slipscale.hardware.plate.geometry import Density, Layout
 from slipscale.hardware.plate.vibration import modes, support
-from slipscale.stimuli.periodic_film import periodic_state
+from slipscale.stimuli.film.periodic_film import periodic_state
 
 if TYPE_CHECKING:
     from collections.abc import Callable

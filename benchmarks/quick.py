@@ -33,7 +33,7 @@ from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot, run_simulated
-from slipscale.stimuli.periodic_film import periodic_state
+from slipscale.stimuli.film.periodic_film import periodic_state
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

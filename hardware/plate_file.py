@@ -21,7 +21,7 @@ from slipscale.faults.toml_file import read_toml
 from slipscale.hardware.calibration.soundness import BOUNDS, implausible
 from slipscale.hardware.calibration.stored import read_calibration
 from slipscale.hardware.limits import PlateLimits
-from slipscale.stimuli.quantity import FileNames
+from slipscale.stimuli.file_keys import FileNames
 from slipscale.stimuli.quantity_table import QuantityTable, stated_quantity
 
 if TYPE_CHECKING:

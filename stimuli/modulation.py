@@ -7,7 +7,7 @@ would cause a click, so the drive changes from one amplitude to the next along a
 time constants.
 
 Friction follows more slowly than the amplitude, because gas needs milliseconds to enter and leave
-the film (`slipscale.stimuli.reynolds.time_constant_s`). Film and plate are two lags in series.
+the film (`slipscale.stimuli.film.reynolds.time_constant_s`). Film and plate are two lags in series.
 """
 
 from __future__ import annotations

@@ -2,114 +2,27 @@
 
 A level is a number in a quantity; names in the code do not contain its unit. The quantity provides
 names and words for levels in input and output: files, tables, sentences, axes. Texts that are
-declared rather than computed have placeholders for it, such as ``"pairs of {q.levels}"``.
-
-Each field has three names:
-
-===============  ===================  ===================  ==============================
-in the code      in a file in µm      in a file in volts   conversion
-===============  ===================  ===================  ==============================
-standard_level   standard_um_pp       standard_v_peak      `in_code`, `in_um`
-level            amplitude_um_pp      voltage_v_peak       and `Quantity.key` from µm
-levels           amplitudes_um_pp     voltages_v_peak      to any other
-===============  ===================  ===================  ==============================
+declared rather than computed have placeholders for it, such as ``"pairs of {q.levels}"``. For the
+names of fields in files, see `slipscale.stimuli.field_names`.
 """
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field, replace
-from functools import cache
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from slipscale.stimuli.attributes import SLIPPERINESS, english_adjective
+from slipscale.stimuli.field_names import in_um
+from slipscale.stimuli.yes_no_words import STEPS, YesNoWords
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     import pandas as pd
 
-#: Suffix that makes a key unknown to every model.
-UNKNOWN = "?"
 #: Significant digits to which levels are distinguished if a quantity defines no decimals.
 DIGITS = 9
-
-
-#: Name in a file in µm, and in the code; the first match applies. Placeholders are in `PLACES`.
-NAMES = (
-    ("{interval}amplitude{when}_um_pp", "{interval}level{when}"),
-    ("amplitudes_um_pp", "levels"),
-    ("level_um_pp", "track_level"),  # of a track: distance from the standard
-    ("tolerance_um", "deviation_level"),
-    ("comparisons_um_pp", "comparison_levels"),
-    ("references_um_pp", "reference_levels"),
-    ("{what}_um_pp", "{what}_level"),
-)
-PLACES = {
-    "interval": r"(?P<interval>(?:interval\d+_)?)",
-    "when": "(?P<when>(?:_before|_readback)?)",
-    "what": r"(?P<what>\w+)",
-}
-
-
-def in_code(name: str) -> str:
-    """Return the code's name for a name in files in µm; other names are returned unchanged.
-
-    >>> in_code("standard_um_pp"), in_code("amplitude_before_um_pp"), in_code("trial")
-    ('standard_level', 'level_before', 'trial')
-    """
-    return _renamed(name, to_code=True)
-
-
-def in_um(name: str) -> str:
-    """Return the name in files in µm for a name in the code, the inverse of `in_code`.
-
-    >>> in_um("levels"), in_um("interval2_level"), in_um("highest_level")
-    ('amplitudes_um_pp', 'interval2_amplitude_um_pp', 'highest_um_pp')
-    """
-    return _renamed(name, to_code=False)
-
-
-@cache
-def _renamed(name: str, *, to_code: bool) -> str:
-    for in_file, inside in NAMES:
-        old, new = (in_file, inside) if to_code else (inside, in_file)
-        if found := re.fullmatch(old.format(**PLACES), name):
-            return new.format(**found.groupdict())
-    return name
-
-
-def renamed(data: Any, name: Callable[[str], str]) -> Any:
-    """Return plain data with the keys of all tables renamed."""
-    if isinstance(data, dict):
-        return {name(key): renamed(value, name) for key, value in data.items()}
-    if isinstance(data, list | tuple) and data and not isinstance(data[0], float | int | str):
-        return [renamed(each, name) for each in data]
-    return data
-
-
 #: The parts of field and column names that depend on the quantity.
 IN_NAME = re.compile(r"amplitude_um_pp|um_pp|(?<=_)um$|amplitudes?")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class YesNoWords:
-    """Words for a yes/no task: for a plate, steps down; otherwise, single stimuli.
-
-    ``trials``, ``down`` (with a change) and ``catch`` (without) are singular and plural. "Yes"
-    depends on ``size`` and is listed for ``each``; its sensitivity is listed by ``kind``, ``at`` a
-    value.
-    """
-
-    size: str
-    name: str = "yes and no"
-    task: str = "yes and no"
-    trials: tuple[str, str] = ("trial", "trials")
-    down: tuple[str, str] = ("stimulus", "stimuli")
-    catch: tuple[str, str] = ("catch trial", "catch trials")
-    each: str = "level"
-    kind: str = "level"
-    at: str = "at"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -415,83 +328,3 @@ def made_by_plate(
         suffix=suffix,
         falls=falls,
     )
-
-
-STEPS = YesNoWords(
-    name="descending difference",
-    task="the descending difference",
-    trials=("step", "steps"),
-    down=("step down", "steps down"),
-    catch=("catch step", "catch steps"),
-    each="step down",
-    size="the size of the step",
-    kind="step size",
-    at="for steps of",
-)
-
-
-@dataclass(frozen=True, slots=True)
-class FileNames:
-    """The keys of a file in one quantity, and the code's fields for them.
-
-    Parameters
-    ----------
-    quantity : Quantity
-    fields : frozenset of str
-        The fields that contain levels.
-    tables : frozenset of str
-        Tables that may contain them, in addition to the top level; other tables are unchanged.
-    other : Mapping
-        Tables with levels in another quantity -> that quantity.
-    """
-
-    quantity: Quantity
-    fields: frozenset[str]
-    tables: frozenset[str]
-    other: Mapping[str, Quantity] = field(default_factory=dict)
-
-    def in_file(self, place: tuple[int | str, ...]) -> tuple[int | str, ...]:
-        """Convert a place in the model to a place in the file, with the file's keys."""
-        top = place[0] if place else ""
-        keys = len(place) if top in self.tables else 1
-        quantity = self.quantity_in(top)
-        return (
-            *(
-                self._key(part, quantity) if isinstance(part, str) else part
-                for part in place[:keys]
-            ),
-            *place[keys:],
-        )
-
-    def to_code(self, table: dict[str, Any]) -> dict[str, Any]:
-        """Return a file's content with field names as keys."""
-
-        def naming(quantity: Quantity) -> Callable[[str], str]:
-            # A field's own name is not a valid key: the file uses the name with the unit.
-            field_of = {field: field + UNKNOWN for field in self.fields}
-            field_of |= {self._key(field, quantity): field for field in self.fields}
-            return lambda key: field_of.get(key, key)
-
-        return self._renamed(table, naming)
-
-    def to_file(self, table: dict[str, Any]) -> dict[str, Any]:
-        """Return a file's content, given one with field names as keys."""
-        return self._renamed(table, lambda quantity: lambda key: self._key(key, quantity))
-
-    def _renamed(
-        self, table: dict[str, Any], naming: Callable[[Quantity], Callable[[str], str]]
-    ) -> dict[str, Any]:
-        name = naming(self.quantity)
-        return {
-            name(key): renamed(value, naming(self.quantity_in(key)))
-            if key in self.tables
-            else value
-            for key, value in table.items()
-        }
-
-    def quantity_in(self, table: int | str) -> Quantity:
-        """Return the quantity of the levels in a table, or of a key at the top level."""
-        return self.other.get(str(table), self.quantity)
-
-    def _key(self, field: str, quantity: Quantity) -> str:
-        return quantity.named(field) if field in self.fields else field.removesuffix(UNKNOWN)

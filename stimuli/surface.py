@@ -210,7 +210,7 @@ class VirtualSurface:
         0.74
         """
         # NumPy loads slowly, so it is imported only for the physics.
-        from slipscale.stimuli import reynolds, squeeze_film  # noqa: PLC0415
+        from slipscale.stimuli.film import reynolds, squeeze_film  # noqa: PLC0415
 
         peak = self.amplitude_um_peak
         if model == "closed form":

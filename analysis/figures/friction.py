@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.figure_style import BLUE, GREY, INK, ORANGE, canvas, styled
-from slipscale.stimuli.shared_load import NOT_VALIDATED, band
+from slipscale.stimuli.film.shared_load import NOT_VALIDATED, band
 from slipscale.stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:

@@ -19,10 +19,10 @@ from slipscale.figure_style import (
     note,
     styled,
 )
-from slipscale.stimuli import reynolds, shared_load, squeeze_film
-from slipscale.stimuli.reynolds import WorkingPoint
-from slipscale.stimuli.shared_load import NOT_VALIDATED
-from slipscale.stimuli.squeeze_film import FINGER, Finger
+from slipscale.stimuli.film import reynolds, shared_load, squeeze_film
+from slipscale.stimuli.film.reynolds import WorkingPoint
+from slipscale.stimuli.film.shared_load import NOT_VALIDATED
+from slipscale.stimuli.film.squeeze_film import FINGER, Finger
 from slipscale.stimuli.surface import peak_from_pp, pp_from_peak
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from slipscale.stimuli.periodic_film import FilmState
+    from slipscale.stimuli.film.periodic_film import FilmState
 
 
 # Covers half the contact; with a spacing of 0.05 µm, the proportion is accurate to 0.1 %.
@@ -29,20 +29,20 @@ def more_than(published: str, ours: float) -> bool:
 
 
 def _squeeze(frequency_hz: float, peak: float, roughness: float) -> float:
-    from slipscale.stimuli.squeeze_film import squeeze_number  # noqa: PLC0415 - see ITEMS
+    from slipscale.stimuli.film.squeeze_film import squeeze_number  # noqa: PLC0415 - see ITEMS
 
     return float(squeeze_number(frequency_hz, peak, roughness))
 
 
 def _friction(peak: float, roughness: float) -> float:
-    from slipscale.stimuli.squeeze_film import relative_friction  # noqa: PLC0415 - see ITEMS
+    from slipscale.stimuli.film.squeeze_film import relative_friction  # noqa: PLC0415 - see ITEMS
 
     return float(relative_friction(peak, roughness, 40_000).relative_friction)
 
 
 @cache
 def _film(amplitude_um_pp: float) -> FilmState:
-    from slipscale.stimuli.reynolds import WorkingPoint, solve  # noqa: PLC0415 - see ITEMS
+    from slipscale.stimuli.film.reynolds import WorkingPoint, solve  # noqa: PLC0415 - see ITEMS
     from slipscale.stimuli.surface import peak_from_pp  # noqa: PLC0415
 
     return solve(
@@ -54,7 +54,7 @@ def _film(amplitude_um_pp: float) -> FilmState:
 
 def reynolds(amplitude_um_pp: float) -> Outcome:
     """Return the mean overpressure from the full Reynolds equation at one amplitude."""
-    from slipscale.stimuli.squeeze_film import mean_overpressure  # noqa: PLC0415 - see ITEMS
+    from slipscale.stimuli.film.squeeze_film import mean_overpressure  # noqa: PLC0415 - see ITEMS
     from slipscale.stimuli.surface import peak_from_pp  # noqa: PLC0415
 
     ours = _film(amplitude_um_pp).overpressure
@@ -72,8 +72,13 @@ def _above_the_finger(closed_form: bool) -> float:
     """Return the proportion of the contact with a mean film pressure above the finger's."""
     import numpy as np  # noqa: PLC0415 - see ITEMS
 
-    from slipscale.stimuli.reynolds import WorkingPoint, solve  # noqa: PLC0415
-    from slipscale.stimuli.squeeze_film import AIR, FINGER, NORMAL_FORCE_N, mean_pressure  # noqa: PLC0415
+    from slipscale.stimuli.film.reynolds import WorkingPoint, solve  # noqa: PLC0415
+    from slipscale.stimuli.film.squeeze_film import (  # noqa: PLC0415
+        AIR,
+        FINGER,
+        NORMAL_FORCE_N,
+        mean_pressure,
+    )
 
     length_mm = FINGER.contact_length_mm
     finger = 1 + NORMAL_FORCE_N / (length_mm * 1e-3) ** 2 / AIR.pressure_pa

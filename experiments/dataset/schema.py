@@ -18,7 +18,8 @@ from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.experiments.study.questionnaires import ROW
 from slipscale.experiments.study.run_plan import stem
 from slipscale.faults import UserError
-from slipscale.stimuli.quantity import PLATE_AMPLITUDE, in_um
+from slipscale.stimuli.field_names import in_um
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping

@@ -1,7 +1,7 @@
 """Convert steps and answers to the journal's plain data, and back.
 
-Input may use the names in a µm journal (`slipscale.stimuli.quantity.in_um`) or the names in the
-code. Output uses the names in the code.
+Input may use the names in a µm journal (`slipscale.stimuli.field_names.in_um`) or the names in
+the code. Output uses the names in the code.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.steps.replies import Adjusted, Answer, Presented, Reply, Voided
 from slipscale.experiments.steps.trial import Trial
-from slipscale.stimuli.quantity import in_code, in_um, renamed
+from slipscale.stimuli.field_names import in_code, in_um
+from slipscale.stimuli.file_keys import renamed
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.textures import Texture, kind_in
 from slipscale.stimuli.varied import Varied

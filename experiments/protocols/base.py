@@ -18,7 +18,8 @@ from slipscale.experiments.protocols.ordering.randomisation import Stream
 from slipscale.experiments.protocols.ordering.williams import Place
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
-from slipscale.stimuli.quantity import PLATE_AMPLITUDE, in_code, in_um
+from slipscale.stimuli.field_names import in_code, in_um
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 from slipscale.stimuli.surface import UNLISTED, VirtualSurface
 
 if TYPE_CHECKING:

@@ -21,8 +21,8 @@ from slipscale.experiments.steps.trial import factor_level
 from slipscale.experiments.study.levels import Levels
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
+from slipscale.stimuli.field_names import in_code
 from slipscale.stimuli.parameters import field_of
-from slipscale.stimuli.quantity import in_code
 from slipscale.stimuli.textures import PARAMETERS
 
 if TYPE_CHECKING:

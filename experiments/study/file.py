@@ -20,8 +20,9 @@ from slipscale.experiments.study.tables import PlateSettings, StimulusTable, Tex
 from slipscale.faults import UserError
 from slipscale.faults.suggestions import did_you_mean
 from slipscale.faults.toml_file import parse_toml
+from slipscale.stimuli.field_names import in_um
+from slipscale.stimuli.file_keys import FileNames
 from slipscale.stimuli.parameters import field_of
-from slipscale.stimuli.quantity import FileNames, in_um
 from slipscale.stimuli.quantity_table import stated_quantity
 from slipscale.stimuli.textures import PARAMETERS
 

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 from slipscale.experiments.protocols.base import Context
 from slipscale.experiments.study.tables import StimulusTable
 from slipscale.faults import UserError
+from slipscale.stimuli.field_names import in_um
 from slipscale.stimuli.modulation import FILM_TIME_CONSTANT_S, LEAST_FOLLOWED
 from slipscale.stimuli.parameters import field_of
-from slipscale.stimuli.quantity import in_um
 from slipscale.stimuli.quantity_table import QuantityTable
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.textures import PARAMETERS

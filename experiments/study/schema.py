@@ -15,7 +15,8 @@ from slipscale.experiments.protocols.base import Options
 from slipscale.experiments.protocols.registry import load_protocol, protocol_names
 from slipscale.experiments.study.factors import Factor
 from slipscale.experiments.study.model import Study
-from slipscale.stimuli.quantity import PLATE_AMPLITUDE, in_code, in_um
+from slipscale.stimuli.field_names import in_code, in_um
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 from slipscale.stimuli.textures import PARAMETERS
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ standard deviation of a reading, mm). SPEC of a force: ``simulated`` or
 ==============  ==================================================================
 ``friction``    coefficient of friction on the plate at rest (0.8: our assumption)
 ``film``        ``reynolds`` (2007), or ``shared_load``: each simulated participant has individual
-                skin within the ranges of `slipscale.stimuli.shared_load` (not validated)
+                skin within the ranges of `slipscale.stimuli.film.shared_load` (not validated)
 ``roughness``   average roughness h_r of the film ``reynolds``, µm (0.6, Section IV-A)
 ``rate``        samples per second (100)
 ``noise``       standard deviation of a reading of either force, N (0.005)
@@ -197,7 +197,7 @@ def _film_force_n(amplitude_um_pp: float, roughness_um: float) -> float:
 
 def _shared_force_n(amplitude_um_pp: float, place: float, normal_n: float) -> float:
     """Return the force with which the film carries a finger that asperities also carry."""
-    from slipscale.stimuli.shared_load import skin_between, solve  # noqa: PLC0415 - SciPy
+    from slipscale.stimuli.film.shared_load import skin_between, solve  # noqa: PLC0415 - SciPy
 
     force_n = max(round(normal_n, FORCE_DIGITS), 10.0**-FORCE_DIGITS)
     skin = skin_between(place)

@@ -13,7 +13,8 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.tasks.thresholds.reading import COMPARISON, told_choices
 from slipscale.experiments.study.file import parse_study
 from slipscale.faults import UserError
-from slipscale.stimuli.quantity import NAMES, in_code, in_um, made_by_plate
+from slipscale.stimuli.field_names import NAMES, in_code, in_um
+from slipscale.stimuli.quantity import made_by_plate
 
 VOLTS = """
 name = "electro"

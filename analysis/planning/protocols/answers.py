@@ -22,7 +22,7 @@ from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.serialisation import answer_record, step_record
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run, drops_out
 from slipscale.experiments.steps.steps import Ask, EndTrial, Present
-from slipscale.stimuli.quantity import in_um
+from slipscale.stimuli.field_names import in_um
 
 if TYPE_CHECKING:
     from slipscale.analysis.planning.protocols.studies import ProtocolStudy

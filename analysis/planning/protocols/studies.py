@@ -23,7 +23,7 @@ from slipscale.experiments.running.timeline import MINUTE_S, SETTLING_S
 from slipscale.experiments.steps.steps import Present
 from slipscale.experiments.study.file import read_study
 from slipscale.faults import UserError
-from slipscale.stimuli.quantity import in_um
+from slipscale.stimuli.field_names import in_um
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

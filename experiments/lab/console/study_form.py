@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from slipscale.experiments.study.file import file_names
 from slipscale.experiments.study.schema import UNITS, Schema, study_schema
 from slipscale.faults.validation import Told, place_in_words
-from slipscale.stimuli.quantity import in_code
+from slipscale.stimuli.field_names import in_code
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -50,7 +50,7 @@ from slipscale.experiments.steps.steps import (
 from slipscale.experiments.steps.trial import Value, factor_level
 from slipscale.faults import UserError
 from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS
-from slipscale.stimuli.quantity import in_um
+from slipscale.stimuli.field_names import in_um
 from slipscale.stimuli.varied import Varied
 
 if TYPE_CHECKING:

@@ -17,8 +17,8 @@ from slipscale.faults import UserError
 from slipscale.hardware.plate.beam import BeamSection
 from slipscale.hardware.plate.geometry import Layout, Patch
 from slipscale.hardware.plate.materials import BeamCeramic, Isotropic, Piezoceramic
-from slipscale.stimuli import reynolds, shared_load, squeeze_film
-from slipscale.stimuli.reynolds import WorkingPoint
+from slipscale.stimuli.film import reynolds, shared_load, squeeze_film
+from slipscale.stimuli.film.reynolds import WorkingPoint
 
 if TYPE_CHECKING:
     from slipscale.hardware.plate.design.requirements import Brief, DrawnPlate
@@ -82,8 +82,8 @@ class Design:
         From Reynolds' equation (3), at the brief's amplitude, roughness and force and the lowest
         frequency.
     relative_friction_band : tuple of 2 floats
-        Minimum and maximum from the second model, shared load (`slipscale.stimuli.shared_load`),
-        which is not validated.
+        Minimum and maximum from the second model, shared load
+        (`slipscale.stimuli.film.shared_load`), which is not validated.
     relative_friction_closed_form : float
         As `relative_friction`, from the closed form (13), which the paper uses for its design.
     closed_form_holds : bool

@@ -21,7 +21,7 @@ from slipscale.experiments.steps.steps import Adjust, Ask
 from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.faults import UserError
-from slipscale.stimuli.quantity import in_um
+from slipscale.stimuli.field_names import in_um
 from tools.torture.pilots import EVERY_OPTION
 
 # The shipped study that has a protocol, where its name is another.

@@ -21,7 +21,7 @@ from slipscale.experiments.steps.questions import (
 from slipscale.experiments.steps.steps import Adjust, Ask, Feedback
 from slipscale.experiments.study.file import study_text
 from slipscale.hardware.clock import SystemClock
-from slipscale.stimuli.quantity import in_um
+from slipscale.stimuli.field_names import in_um
 
 pytestmark = [
     pytest.mark.clock,

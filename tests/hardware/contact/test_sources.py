@@ -14,7 +14,7 @@ from slipscale.hardware.contact import daq
 from slipscale.hardware.contact.emulated_line import EmulatedLine
 from slipscale.hardware.contact.registry import open_source
 from slipscale.hardware.contact.source import Sample, SensorFault, Surroundings, Touch
-from slipscale.stimuli.shared_load import band
+from slipscale.stimuli.film.shared_load import band
 from slipscale.stimuli.surface import VirtualSurface, peak_from_pp
 
 pytestmark = pytest.mark.clock

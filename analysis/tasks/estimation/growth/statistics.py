@@ -47,7 +47,7 @@ class FrictionGrowth:
         Amplitude (µm peak to peak) -> predicted reduction in friction, 0 to 1.
     shared_load : Mapping
         Amplitude -> smallest and largest reduction by the second model
-        (`slipscale.stimuli.shared_load`), which is not validated.
+        (`slipscale.stimuli.film.shared_load`), which is not validated.
     """
 
     comparison: GrowthComparison
@@ -136,7 +136,7 @@ def predicted_reduction(amplitude_um_pp: float) -> float:
 
 
 def _shared_load_reduction(amplitude_um_pp: float) -> tuple[float, float]:
-    from slipscale.stimuli.shared_load import band  # noqa: PLC0415 - as above
+    from slipscale.stimuli.film.shared_load import band  # noqa: PLC0415 - as above
     from slipscale.stimuli.surface import peak_from_pp  # noqa: PLC0415
 
     least, most = band(peak_from_pp(amplitude_um_pp))

@@ -41,7 +41,7 @@ UNUSED = tuple(
     f"slipscale.{name}"
     for name in (
         *("analysis.reading.", "analysis.statistics.", "analysis.planning.distribution."),
-        *("analysis.planning.protocols.", "analysis.cli.pilot_times", "stimuli.periodic_film"),
+        *("analysis.planning.protocols.", "analysis.cli.pilot_times", "stimuli.film.periodic_film"),
         *("analysis.cli.compare_protocols", "hardware.plate.", "hardware.cli.design"),
         "hardware.backends.daq_device",
         *("hardware.emulator.", "hardware.conformance.guided", "experiments.psychopy_builder"),

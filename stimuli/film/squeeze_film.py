@@ -250,7 +250,7 @@ def relative_friction(
     if least < SQUEEZE_NUMBER_MIN:
         warnings.warn(
             f"the squeeze number is {least:.3g}, below {SQUEEZE_NUMBER_MIN:g}: the closed "
-            "form overestimates the film; use slipscale.stimuli.reynolds, which solves it at "
+            "form overestimates the film; use slipscale.stimuli.film.reynolds, which solves it at "
             "any squeeze number",
             ClosedFormWarning,
             stacklevel=2,

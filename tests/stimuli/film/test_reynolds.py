@@ -6,17 +6,17 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from slipscale.faults import UserError
-from slipscale.stimuli import periodic_film, squeeze_film
-from slipscale.stimuli.modulation import FILM_TIME_CONSTANT_S
-from slipscale.stimuli.periodic_film import Resolution, ReynoldsDiverged, periodic_state
-from slipscale.stimuli.reynolds import (
+from slipscale.stimuli.film import periodic_film, squeeze_film
+from slipscale.stimuli.film.periodic_film import Resolution, ReynoldsDiverged, periodic_state
+from slipscale.stimuli.film.reynolds import (
     WorkingPoint,
     relative_friction,
     solve,
     sweep,
     time_constant_s,
 )
-from slipscale.stimuli.squeeze_film import Finger
+from slipscale.stimuli.film.squeeze_film import Finger
+from slipscale.stimuli.modulation import FILM_TIME_CONSTANT_S
 
 PAPER = WorkingPoint(amplitude_um_peak=1.15, roughness_um=0.6, frequency_hz=30_500)
 

@@ -1,7 +1,8 @@
 """The squeeze film at any squeeze number: the full Reynolds equation in physical units.
 
 Equation (3) of Biet et al. (2007), with equation (4) corrected as in
-`slipscale.stimuli.squeeze_film.squeeze_number`; `slipscale.stimuli.periodic_film` solves it.
+`slipscale.stimuli.film.squeeze_film.squeeze_number`, solved by
+`slipscale.stimuli.film.periodic_film`.
 """
 
 from __future__ import annotations
@@ -13,9 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.stimuli.periodic_film import FilmState, Resolution, periodic_state
-from slipscale.stimuli.quantities import positive
-from slipscale.stimuli.squeeze_film import (
+from slipscale.stimuli.film.periodic_film import FilmState, Resolution, periodic_state
+from slipscale.stimuli.film.squeeze_film import (
     AIR,
     FINGER,
     NORMAL_FORCE_N,
@@ -26,6 +26,7 @@ from slipscale.stimuli.squeeze_film import (
     gap,
     squeeze_number,
 )
+from slipscale.stimuli.quantities import positive
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slipscale.faults import UserError
-from slipscale.stimuli.squeeze_film import (
+from slipscale.stimuli.film.squeeze_film import (
     ClosedFormWarning,
     Finger,
     Gas,

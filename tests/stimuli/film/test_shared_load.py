@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slipscale.faults import UserError
-from slipscale.stimuli.periodic_film import periodic_state
-from slipscale.stimuli.shared_load import (
+from slipscale.stimuli.film.periodic_film import periodic_state
+from slipscale.stimuli.film.shared_load import (
     GRIPPY,
     REFERENCE_PA,
     SLIPPERY,
@@ -18,7 +18,7 @@ from slipscale.stimuli.shared_load import (
     skin_between,
     solve,
 )
-from slipscale.stimuli.squeeze_film import (
+from slipscale.stimuli.film.squeeze_film import (
     Finger,
     Gas,
     mean_overpressure,

@@ -29,9 +29,8 @@ from scipy.optimize import brentq
 from scipy.special import i0e
 
 from slipscale.faults import UserError
-from slipscale.stimuli.periodic_film import Resolution, periodic_state
-from slipscale.stimuli.quantities import MILLI, not_negative, positive
-from slipscale.stimuli.squeeze_film import (
+from slipscale.stimuli.film.periodic_film import Resolution, periodic_state
+from slipscale.stimuli.film.squeeze_film import (
     AIR,
     FINGER,
     NORMAL_FORCE_N,
@@ -40,6 +39,7 @@ from slipscale.stimuli.squeeze_film import (
     mean_overpressure,
     squeeze_number,
 )
+from slipscale.stimuli.quantities import MILLI, not_negative, positive
 
 NOT_VALIDATED = "shared load, not validated"
 REFERENCE_PA = NORMAL_FORCE_N / (FINGER.contact_length_mm * MILLI) ** 2
@@ -174,7 +174,7 @@ def solve(
     UserError
         If a value is out of range.
     ReynoldsDiverged
-        See `slipscale.stimuli.periodic_film.periodic_state`.
+        See `slipscale.stimuli.film.periodic_film.periodic_state`.
     """
     swing = skin.bounce * float(not_negative("amplitude_um_peak", amplitude_um_peak, "µm peak"))
     force = float(positive("normal_force_n", normal_force_n, "N"))

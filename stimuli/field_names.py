@@ -1,0 +1,60 @@
+"""Names of fields in the code, and their names in files in µm.
+
+Code names do not contain a unit, because a level is a number in any quantity:
+
+===============  ===================  ===================  ==============================
+in the code      in a file in µm      in a file in volts   conversion
+===============  ===================  ===================  ==============================
+standard_level   standard_um_pp       standard_v_peak      `in_code`, `in_um`
+level            amplitude_um_pp      voltage_v_peak       and `Quantity.key` from µm
+levels           amplitudes_um_pp     voltages_v_peak      to any other
+===============  ===================  ===================  ==============================
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+
+#: Name in a file in µm, and in the code; the first match applies. Placeholders are in `PLACES`.
+NAMES = (
+    ("{interval}amplitude{when}_um_pp", "{interval}level{when}"),
+    ("amplitudes_um_pp", "levels"),
+    ("level_um_pp", "track_level"),  # of a track: distance from the standard
+    ("tolerance_um", "deviation_level"),
+    ("comparisons_um_pp", "comparison_levels"),
+    ("references_um_pp", "reference_levels"),
+    ("{what}_um_pp", "{what}_level"),
+)
+PLACES = {
+    "interval": r"(?P<interval>(?:interval\d+_)?)",
+    "when": "(?P<when>(?:_before|_readback)?)",
+    "what": r"(?P<what>\w+)",
+}
+
+
+def in_code(name: str) -> str:
+    """Return the code's name for a name in files in µm; other names are returned unchanged.
+
+    >>> in_code("standard_um_pp"), in_code("amplitude_before_um_pp"), in_code("trial")
+    ('standard_level', 'level_before', 'trial')
+    """
+    return _renamed(name, to_code=True)
+
+
+def in_um(name: str) -> str:
+    """Return the name in files in µm for a name in the code, the inverse of `in_code`.
+
+    >>> in_um("levels"), in_um("interval2_level"), in_um("highest_level")
+    ('amplitudes_um_pp', 'interval2_amplitude_um_pp', 'highest_um_pp')
+    """
+    return _renamed(name, to_code=False)
+
+
+@cache
+def _renamed(name: str, *, to_code: bool) -> str:
+    for in_file, inside in NAMES:
+        old, new = (in_file, inside) if to_code else (inside, in_file)
+        if found := re.fullmatch(old.format(**PLACES), name):
+            return new.format(**found.groupdict())
+    return name

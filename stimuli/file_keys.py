@@ -1,0 +1,90 @@
+"""The keys of a file in one quantity, and the fields in the code that they set."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from slipscale.stimuli.quantity import Quantity
+
+#: Suffix that makes a key unknown to every model.
+UNKNOWN = "?"
+
+
+def renamed(data: Any, name: Callable[[str], str]) -> Any:
+    """Return plain data with the keys of all tables renamed."""
+    if isinstance(data, dict):
+        return {name(key): renamed(value, name) for key, value in data.items()}
+    if isinstance(data, list | tuple) and data and not isinstance(data[0], float | int | str):
+        return [renamed(each, name) for each in data]
+    return data
+
+
+@dataclass(frozen=True, slots=True)
+class FileNames:
+    """The keys of a file in one quantity, and the code's fields for them.
+
+    Parameters
+    ----------
+    quantity : Quantity
+    fields : frozenset of str
+        The fields that contain levels.
+    tables : frozenset of str
+        Tables that may contain them, in addition to the top level; other tables are unchanged.
+    other : Mapping
+        Tables with levels in another quantity -> that quantity.
+    """
+
+    quantity: Quantity
+    fields: frozenset[str]
+    tables: frozenset[str]
+    other: Mapping[str, Quantity] = field(default_factory=dict)
+
+    def in_file(self, place: tuple[int | str, ...]) -> tuple[int | str, ...]:
+        """Convert a place in the model to a place in the file, with the file's keys."""
+        top = place[0] if place else ""
+        keys = len(place) if top in self.tables else 1
+        quantity = self.quantity_in(top)
+        return (
+            *(
+                self._key(part, quantity) if isinstance(part, str) else part
+                for part in place[:keys]
+            ),
+            *place[keys:],
+        )
+
+    def to_code(self, table: dict[str, Any]) -> dict[str, Any]:
+        """Return a file's content with field names as keys."""
+
+        def naming(quantity: Quantity) -> Callable[[str], str]:
+            # A field's own name is not a valid key: the file uses the name with the unit.
+            field_of = {field: field + UNKNOWN for field in self.fields}
+            field_of |= {self._key(field, quantity): field for field in self.fields}
+            return lambda key: field_of.get(key, key)
+
+        return self._renamed(table, naming)
+
+    def to_file(self, table: dict[str, Any]) -> dict[str, Any]:
+        """Return a file's content, given one with field names as keys."""
+        return self._renamed(table, lambda quantity: lambda key: self._key(key, quantity))
+
+    def _renamed(
+        self, table: dict[str, Any], naming: Callable[[Quantity], Callable[[str], str]]
+    ) -> dict[str, Any]:
+        name = naming(self.quantity)
+        return {
+            name(key): renamed(value, naming(self.quantity_in(key)))
+            if key in self.tables
+            else value
+            for key, value in table.items()
+        }
+
+    def quantity_in(self, table: int | str) -> Quantity:
+        """Return the quantity of the levels in a table, or of a key at the top level."""
+        return self.other.get(str(table), self.quantity)
+
+    def _key(self, field: str, quantity: Quantity) -> str:
+        return quantity.named(field) if field in self.fields else field.removesuffix(UNKNOWN)
