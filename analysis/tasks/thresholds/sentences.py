@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.statistics.not_computed import NotComputed, fold, missing
+from slipscale.analysis.tasks.thresholds.cautions import CAUTIONS
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED
 from slipscale.analysis.writing.numbers import (
     bracketed,
@@ -34,21 +35,6 @@ MEANT = {
         "for a typical participant (n = {n}), at which half of the answers are “{q.more}”",
     ),
 }
-COMPARED_CAUTION = (
-    "If sensation does not grow evenly across the comparison levels, the point of subjective "
-    "equality is shifted (by 2 % of the standard in simulations); the interval does not account "
-    "for this"
-)
-#: From the table of population thresholds in docs/validation.
-LOGARITHM_CAUTION = (
-    "If psychometric curves depend on the level rather than its logarithm, the threshold is too "
-    "low (by 6 % in simulations, and by 3 % if d' is proportional to the level); the interval does "
-    "not account for this"
-)
-LAPSE_CAUTION = (
-    "Without catch trials, the lapse rate of people who never lapse is overestimated on average, "
-    "and their threshold is too low (by 1 to 3 % in simulations)"
-)
 
 
 def title(found: TaskThresholds, quantity: Quantity) -> str:
@@ -210,10 +196,5 @@ def sentences(task: TaskThresholds, confidence: float, quantity: Quantity) -> li
             for factor in joint.factors
             for each in factor.contrasts
         ]
-        if task.method == COMPARED:
-            parts.append(f"{COMPARED_CAUTION}.")
-        elif CURVES[task.curve].logarithmic:
-            parts.append(f"{LOGARITHM_CAUTION}.")
-        if task.method != COMPARED and not catches:
-            parts.append(f"{LAPSE_CAUTION}.")
+        parts += [str(each) for each in CAUTIONS if each.applies(task)]
     return [answer(task, confidence, quantity), *([" ".join(parts)] if parts else [])]

@@ -9,7 +9,7 @@ import pytest
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.thresholds.figures import within_answers
 from slipscale.analysis.tasks.thresholds.reading import COLUMNS
-from slipscale.analysis.tasks.thresholds.sentences import LAPSE_CAUTION, sentences
+from slipscale.analysis.tasks.thresholds.sentences import sentences
 from slipscale.analysis.tasks.thresholds.statistics import thresholds
 from slipscale.experiments.protocols.adaptive.curves import CURVES
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
@@ -75,6 +75,9 @@ def test_catch_trials_are_counted_and_take_no_part_in_a_participants_own_fit():
     assert (one.trials, one.function) == (other.trials, other.function)
 
 
+LAPSES_UNKNOWN = "Without catch trials, the lapse rate"
+
+
 def test_a_participant_without_an_own_threshold_is_named_and_counts_in_the_populations():
     people = {"sub-01": 0.1, "sub-02": 0.12, "sub-03": 0.09, "sub-04": 1e-6}
     frame = trials(people)
@@ -82,9 +85,11 @@ def test_a_participant_without_an_own_threshold_is_named_and_counts_in_the_popul
     (found,) = thresholds(frame)
     assert isinstance(found.participants[3].function, NotComputed)
     assert found.population.n == 4
-    assert LAPSE_CAUTION in sentences(found, 0.95, PLATE_AMPLITUDE)[1]
+    assert LAPSES_UNKNOWN in sentences(found, 0.95, PLATE_AMPLITUDE)[1]
     caught = replace(found, participants=(replace(found.participants[0], catch_trials=4),))
-    assert LAPSE_CAUTION not in sentences(caught, 0.95, PLATE_AMPLITUDE)[1]
+    assert LAPSES_UNKNOWN not in sentences(caught, 0.95, PLATE_AMPLITUDE)[1]
+    compared = sentences(replace(found, method="comparison"), 0.95, PLATE_AMPLITUDE)[1]
+    assert "just noticeable difference is too small (by 6 %" in compared
 
 
 def test_two_participants_have_thresholds_and_no_population():

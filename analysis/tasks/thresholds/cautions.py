@@ -1,0 +1,80 @@
+"""State the biases that simulations found in population thresholds, where they apply.
+
+`CAUTIONS` explains every coverage of 95 % intervals outside .93 to .97 in the table of
+`benchmarks.population_thresholds` (docs/validation/measured/statistics.md); a test compares the
+two. Biases of just noticeable differences come from 120 data sets per case, as the tests of
+`friction_axis` draw them: 6 people who never lapse, with 20 comparisons at each of 5 levels.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from slipscale.analysis.tasks.thresholds.statistics import COMPARED
+from slipscale.experiments.protocols.adaptive.curves import CURVES
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
+
+
+class Caution(NamedTuple):
+    """A bias, and the tasks to which it applies.
+
+    Parameters
+    ----------
+    text : str
+        Sentence without its full stop; ``{covered}`` is replaced by the coverage.
+    applies : callable
+        Whether the bias concerns a task.
+    observers : tuple of str
+        Rows of the table that it explains.
+    coverage : tuple of (int, float)
+        Numbers of people, and coverage of 95 % intervals with them; empty if it is .93 to .97.
+    """
+
+    text: str
+    applies: Callable[[TaskThresholds], bool]
+    observers: tuple[str, ...] = ()
+    coverage: tuple[tuple[int, float], ...] = ()
+
+    def __str__(self) -> str:
+        """Return the sentence."""
+        parts = [f"{share:.0%} of studies with {people} people" for people, share in self.coverage]
+        return f"{self.text.format(covered=' and '.join(parts).replace('%', ' %'))}."
+
+
+def _without_catches(task: TaskThresholds) -> bool:
+    return not any(each.catch_trials for each in task.participants)
+
+
+CAUTIONS = (
+    Caution(
+        "If sensation does not grow evenly across the comparison levels, the point of subjective "
+        "equality is shifted (by 2 % of the standard in simulations); 95 % intervals then contain "
+        "the true value in only {covered}",
+        lambda task: task.method == COMPARED,
+        ("equality: normal of the logarithm, fitted with normal",),
+        ((6, 0.92), (24, 0.84)),
+    ),
+    Caution(
+        "If psychometric curves depend on the level rather than its logarithm, the threshold is "
+        "too low (by 6 % in simulations, and by 3 % if d' is proportional to the level); 95 % "
+        "intervals then contain the true value in only {covered}",
+        lambda task: task.method != COMPARED and CURVES[task.curve].logarithmic,
+        ("threshold: Gumbel, fitted with Weibull",),
+        ((6, 0.93), (24, 0.83)),
+    ),
+    Caution(
+        "Without catch trials, the lapse rate of people who never lapse is overestimated on "
+        "average, and their threshold is too low (by 1 to 3 % in simulations)",
+        lambda task: task.method != COMPARED and _without_catches(task),
+    ),
+    Caution(
+        "Without catch trials, the lapse rate of people who never lapse is overestimated on "
+        "average, and their just noticeable difference is too small (by 6 % in simulations with 6 "
+        "people and 100 answers each, and by 11 % in friction measured with error)",
+        lambda task: task.method == COMPARED and _without_catches(task),
+    ),
+)
