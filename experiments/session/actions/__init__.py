@@ -1,0 +1,1 @@
+"""How a session carries out the steps that take several actions."""

@@ -1,0 +1,154 @@
+"""Have questions answered: with a sound, by the operator, again, or after returning to one.
+
+A repeated question is recorded as a new answer, which replaces the old one in the data. The
+protocol does not receive it, so its earlier steps are unchanged. No shipped protocol bases
+decisions on these answers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.journal.serialisation import answer_record, step_record
+from slipscale.experiments.participants.base import StopRequested, Unfinished
+from slipscale.experiments.session.markers import Event
+from slipscale.experiments.steps.questions import CONSENT
+from slipscale.experiments.steps.replies import BACK, NO_SOUND, Reply
+from slipscale.experiments.steps.steps import Feedback
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.experiments.journal.journal import Journal
+    from slipscale.experiments.journal.record import Record
+    from slipscale.experiments.participants.base import Participant, Watch
+    from slipscale.experiments.session.interruptions import Interruptions
+    from slipscale.experiments.session.markers import Markers
+    from slipscale.experiments.session.masking_noise import Noise
+    from slipscale.experiments.session.measured_contact import Contact
+    from slipscale.experiments.session.operator_answers import OperatorAnswers
+    from slipscale.experiments.session.progress import Progress
+    from slipscale.experiments.session.question_sounds import Sounds
+    from slipscale.experiments.session.surface_state import SurfaceState
+    from slipscale.experiments.steps.steps import Ask, Played
+    from slipscale.hardware.clock import Clock
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asking:
+    """Carries out `Ask` steps.
+
+    Parameters
+    ----------
+    surface, participant, journal, clock, noise, sounds, markers, progress, contact,
+    interruptions, operator_answers
+        The session's objects with these names.
+    wait : callable
+        Tells the operator that the session is waiting for the participant.
+    """
+
+    surface: SurfaceState
+    participant: Participant
+    journal: Journal
+    clock: Clock
+    noise: Noise
+    sounds: Sounds
+    markers: Markers
+    progress: Progress
+    contact: Contact
+    interruptions: Interruptions
+    operator_answers: OperatorAnswers
+    wait: Callable[[], None]
+
+    def answer(self, step: Ask) -> Reply:
+        """Have a question answered, after any previous ones that the participant returns to.
+
+        An earlier question is repeated as if the operator had requested it: the journal contains
+        both answers, and a session that is killed in between asks it again.
+        """
+        before = self.progress.before(step) if step.by == "participant" else None
+        while True:
+            reply = self._answer_once(replace(step, back=before is not None))
+            if before is None or reply.value != BACK:
+                return reply
+            self.journal.write("ask_again", what=step_record(before))
+            self._again(before)
+
+    def repeat_requested(self) -> None:
+        """Repeat the questions that the operator selected."""
+        for question in self.interruptions.take_questions():
+            self._again(question)
+
+    def _again(self, question: Ask) -> None:
+        """Repeat a question; its new answer replaces the old one."""
+        reply = self.interruptions.attempt(partial(self._ask_apart, question))
+        self.journal.write(
+            "answered_again", what=step_record(question), answer=answer_record(reply)
+        )
+        if question.name == CONSENT and isinstance(reply, Reply) and reply.value == "no":
+            raise StopRequested("the participant withdrew consent")
+
+    def _ask_apart(self, question: Ask) -> Reply:
+        """Ask a question with the plate silent; the current surface is lost."""
+        self.surface.hush()
+        self.noise.stop()
+        self.wait()
+        return self.answer(question)
+
+    def _answer_once(self, step: Ask) -> Reply:
+        """Have a question answered; if it is interrupted, record the unfinished entry."""
+        begun = _last_unfinished(self.journal.records, step)
+        self.participant.unfinished = begun
+        try:
+            with self.contact.measured(step, self.interruptions.watch) as watch:
+                if step.played and not self._hear(step, step.played, watch):
+                    return Reply(value=NO_SOUND, onset_s=self.clock.now())
+                if step.by == "operator":
+                    reply = self.operator_answers.await_answer(step, self.participant, watch)
+                else:
+                    reply = self.participant.perform(step, watch)
+        except UserError:
+            raise  # usually the journal itself, so nothing can be written
+        except BaseException:
+            left = self.participant.unfinished
+            if left != begun:
+                trial = step.trial.number if step.trial else None
+                self.journal.write(
+                    "unfinished",
+                    name=step.name,
+                    trial=trial,
+                    entry=left.entry,
+                    rejected=left.rejected,
+                )
+            raise
+        self.markers.mark(Event.ANSWER, step)
+        return reply
+
+    def _hear(self, step: Ask, played: Played, watch: Watch) -> bool:
+        """Play a sound while the participant listens; return whether it could be played."""
+        if self.sounds.missing:
+            self.journal.write(NO_SOUND, name=step.name, reason=self.sounds.missing)
+            self.progress.warn(f"no headphone test: {self.sounds.missing}")
+            return False
+        self.sounds.start(played.sound)
+        try:
+            listening = Feedback(text=played.text, duration_s=played.sound.duration_s)
+            self.participant.perform(listening, watch)
+        finally:
+            self.sounds.stop()
+        return True
+
+
+def _last_unfinished(records: list[Record], step: Ask) -> Unfinished:
+    """Return the unfinished entry of an interrupted answer from the journal."""
+    trial = step.trial.number if step.trial else None
+    for record in reversed(records):
+        if record.kind in ("done", "answered_again"):
+            break
+        data = record.data
+        if record.kind == "unfinished" and (data["name"], data["trial"]) == (step.name, trial):
+            return Unfinished(entry=data["entry"], rejected=tuple(data["rejected"]))
+    return Unfinished()

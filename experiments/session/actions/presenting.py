@@ -1,0 +1,117 @@
+"""Present surfaces, and present a lost surface again before the step that needs it."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.journal.serialisation import answer_record
+from slipscale.experiments.session.markers import Event
+from slipscale.hardware.clock import VirtualClock
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from slipscale.experiments.journal.journal import Journal
+    from slipscale.experiments.session.markers import Markers
+    from slipscale.experiments.session.masking_noise import Noise
+    from slipscale.experiments.session.progress import Progress
+    from slipscale.experiments.session.resonance_tracking import ResonanceTracking
+    from slipscale.experiments.session.surface_state import SurfaceState
+    from slipscale.experiments.steps.replies import Presented
+    from slipscale.experiments.steps.steps import Present, Step
+    from slipscale.hardware.clock import Clock
+
+
+class Presenting:
+    """Carries out `Present` steps, and restores lost surfaces.
+
+    Parameters
+    ----------
+    surface, journal, clock, noise, markers, progress, tracking
+        The session's objects with these names.
+    """
+
+    def __init__(
+        self,
+        *,
+        surface: SurfaceState,
+        journal: Journal,
+        clock: Clock,
+        noise: Noise,
+        markers: Markers,
+        progress: Progress,
+        tracking: ResonanceTracking | None,
+    ) -> None:
+        self._surface = surface
+        self._journal = journal
+        self._clock = clock
+        self._noise = noise
+        self._markers = markers
+        self._progress = progress
+        self._tracking = tracking
+        self._rewinds = False  # the surface was lost because a pilot was interrupted
+
+    def present(self, step: Present) -> Presented:
+        """Present a surface, and record when it began and settled."""
+        if not self._surface.begins(step):
+            self.restore(step)
+        self._rewinds = False
+        self._noise.start()
+        self._progress.tell("presenting", level=step.surface.made.level)
+        if self._tracking and self._surface.state == "silent":
+            self._tracking.before(step, self._journal, self._clock)
+        self._markers.mark(Event.ONSET, step)
+        made = self._surface.present(step)
+        self._markers.mark(Event.SETTLED, step)
+        self._note_standard(step)
+        return made
+
+    def take_up(self) -> None:
+        """Record that a run is resumed; its surface is lost."""
+        virtual = isinstance(self._clock, VirtualClock)
+        self._journal.write("take_up", virtual=virtual)
+        self._rewinds = virtual
+        if not virtual:
+            self._surface.interrupt()
+
+    def restore(self, step: Step) -> None:
+        """If the surface was lost, present it and have it explored again before the step."""
+        if self._surface.must_be_felt_again(step):
+            self._noise.start()
+            self._progress.tell("presenting")
+            self._markers.mark(Event.ONSET, step)
+            with self._when_it_was_presented() as at:
+                made = self._surface.restore(at)
+            self._markers.mark(Event.SETTLED, step)
+            self._note_standard(step)
+            trial = step.trial.number if step.trial else None
+            for presented, answer in made:
+                interval = {} if presented.interval is None else {"interval": presented.interval}
+                self._journal.write(
+                    "represented", trial=trial, **interval, answer=answer_record(answer)
+                )
+
+    @contextmanager
+    def _when_it_was_presented(self) -> Iterator[Callable[[float], None]]:
+        """Yield a function that sets a resumed pilot's clock to a presentation's original time.
+
+        The clock is restored afterwards. The pilot thus continues as if it had not been
+        interrupted: a texture changes with time, so each is explored at its original time.
+        """
+        clock = self._clock
+        if not (self._rewinds and isinstance(clock, VirtualClock)):
+            yield lambda _began_s: None
+            return
+        now_s = clock.now()
+        try:
+            yield clock.set
+        finally:  # if the time were repeated, a fault at that time would repeat forever
+            clock.set(now_s)
+            self._rewinds = False
+
+    def _note_standard(self, step: Step) -> None:
+        """Record that the standard was repeated before a trial's surface, if it was."""
+        if made := self._surface.take_standard_made():
+            trial = step.trial.number if step.trial else None
+            self._journal.write("standard_again", trial=trial, answer=answer_record(made))

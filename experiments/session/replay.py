@@ -1,0 +1,67 @@
+"""Replay finished steps from the journal: check that the protocol repeats them, and answer them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from slipscale.experiments.journal.serialisation import answer_from, same_step, step_record
+from slipscale.experiments.steps.replies import Adjusted
+from slipscale.experiments.steps.steps import Explore, Present, Silence
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from slipscale.experiments.journal.journal import Journal
+    from slipscale.experiments.journal.record import Record
+    from slipscale.experiments.session.surface_state import SurfaceState
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Step
+
+# After these records, a step restarts from the beginning.
+BEGUN_ANEW = ("go_on", "retry")
+
+
+class Past(NamedTuple):
+    """A finished step: its first record, the start of the successful attempt, and its answer."""
+
+    begun: Record
+    began_s: float
+    done: Record
+
+
+def finished(records: list[Record]) -> list[Past]:
+    """Return the finished steps."""
+    past: list[Past] = []
+    for record in records:
+        if record.kind == "begin":
+            begun, began_s = record, record.time_s
+        elif record.kind in BEGUN_ANEW:
+            began_s = record.time_s
+        elif record.kind == "done":
+            past.append(Past(begun=begun, began_s=began_s, done=record))
+    return past
+
+
+def replay(step: Step, past: Past, journal: Journal, surface: SurfaceState) -> Answer:
+    """Return a step's answer from the journal, and note the resulting surface.
+
+    Raises
+    ------
+    UserError
+        If the step differs from the recorded one.
+    """
+    if not same_step(past.begun.data["what"], step_record(step)):
+        raise UserError(
+            f"journal {journal.path}, line {past.done.number + 1}: the protocol's "
+            "next step differs from the recorded one; resume with the version of "
+            "Slipscale that began the run (the journal's first line names it)"
+        )
+    answer = answer_from(past.done.data["answer"])
+    if isinstance(step, Present):
+        surface.presented(step, past.began_s)
+    elif isinstance(step, Explore):
+        surface.explored(step)
+    elif isinstance(step, Silence):
+        surface.silenced(step)
+    elif isinstance(answer, Adjusted) and (wanted := surface.wanted):
+        surface.adjusted(wanted.turned(answer.trace[-1][1]))
+    return answer
