@@ -68,14 +68,14 @@ def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[Ba
     try:
         step = next(steps)
         while not (person.gives_up and isinstance(step, PERFORMED)):
-            person.now = step
+            person.memory.now = step
             answer = run.answers[type(step)](step)
             taken = person.read(step.screen) if isinstance(step, EndBlock) else answer
             duration_s = taken.response_time_s if isinstance(taken, Reply) else None
             played = step.played if isinstance(step, Ask) else None
             heard_s = played.sound.duration_s if played else 0.0
             yield BareStep(step, answer, (duration_s or 0.0) + heard_s)
-            person.over(step, answer)
+            person.memory.over(step, answer)
             step = steps.send(answer)
     except StopIteration:
         return
@@ -108,8 +108,8 @@ class _Bare:
     def present(self, step: Present) -> Presented:
         if step.lead_in and step.lead_in[0].surface != self.on_plate:
             before, explore = step.lead_in
-            self.person.begin(explore)
-            self.person.feels(explore, _felt_level(before.surface))
+            self.person.memory.begin(explore)
+            self.person.memory.feels(explore, _felt_level(before.surface))
         self.on_plate = step.surface
         settled_level = step.surface.settled_level
         return Presented(
@@ -122,7 +122,7 @@ class _Bare:
 
     def explore(self, step: Explore) -> Reply:
         duration_s = self.person.exploration_s(step)
-        self.person.feels(step, _felt_level(self.on_plate))
+        self.person.memory.feels(step, _felt_level(self.on_plate))
         return Reply(response_time_s=duration_s)
 
     def adjust(self, step: Adjust) -> Adjusted:
@@ -151,7 +151,7 @@ class _Bare:
             again_s.append(clock.now())
             reference, explore = step.again
             clock.sleep(self.person.exploration_s(explore))
-            self.person.feels(explore, _felt_level(reference.surface))
+            self.person.memory.feels(explore, _felt_level(reference.surface))
             left = left.with_less_time(reply.response_time_s or 0.0)
             reply = turned(left)
         return Adjusted(

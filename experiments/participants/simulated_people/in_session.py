@@ -77,10 +77,10 @@ class SimulatedParticipant:
         try:
             step = next(steps)
             while True:
-                self.respondent.now = step
+                self.respondent.memory.now = step
                 self._see(step)
                 answer = yield step
-                self.respondent.over(step, answer)
+                self.respondent.memory.over(step, answer)
                 step = steps.send(answer)
         except StopIteration:
             return
@@ -164,7 +164,9 @@ class SimulatedParticipant:
             watch()  # the last samples, before the finger leaves
         self.finger.lifts()
         felt_level = self._felt(step)
-        person.feels(step, round(fmean(touches), FELT_DIGITS) if felt_level is None else felt_level)
+        person.memory.feels(
+            step, round(fmean(touches), FELT_DIGITS) if felt_level is None else felt_level
+        )
         return Reply(response_time_s=duration_s)
 
     def _pass_until(self, time_s: float, watch: Watch) -> None:
@@ -206,15 +208,15 @@ def turned_until_content(
     """
     onset_s = clock.now()
     limit_s = math.inf if step.time_limit_s is None else step.time_limit_s
-    person.begin(step)
-    person.turned, person.felt_again = person.turned if again else 0, again
+    person.memory.begin(step)
+    person.memory.turned, person.memory.felt_again = person.memory.turned if again else 0, again
     timed_out, value = False, None
     for _ in range(MOST_TURNS):
         clock.sleep(TURN_S)
         if clock.now() - onset_s > limit_s:
             timed_out = True
             break
-        person.feels(step, feel())
+        person.memory.feels(step, feel())
         told = person.told(step)
         if told == FEEL_AGAIN:
             value = FEEL_AGAIN
@@ -223,7 +225,7 @@ def turned_until_content(
         if not notches:
             break
         turn(notches)
-        person.turned += notches
+        person.memory.turned += notches
     return Reply(
         value=value,
         onset_s=onset_s,

@@ -9,7 +9,6 @@ that a protocol repeats gets a new answer.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.participants.simulated_people.habits import (
@@ -20,12 +19,14 @@ from slipscale.experiments.participants.simulated_people.habits import (
     distorts,
     reported,
 )
+from slipscale.experiments.participants.simulated_people.memory import Memory
 from slipscale.experiments.participants.simulated_people.own_behaviour import (
     Behaviour,
     load_behaviour,
 )
 from slipscale.experiments.participants.simulated_people.population import Population, curves
 from slipscale.experiments.participants.simulated_people.sensation import Sensation
+from slipscale.experiments.participants.simulated_people.verbal_reports import verbal_reports
 from slipscale.experiments.protocols.ordering.randomisation import Stream
 from slipscale.experiments.protocols.simulated_answers import misfit
 from slipscale.experiments.steps.questions import (
@@ -35,58 +36,25 @@ from slipscale.experiments.steps.questions import (
     Selection,
     WholeNumberQuestion,
 )
-from slipscale.experiments.steps.replies import Presented, Reply
+from slipscale.experiments.steps.replies import Reply
 from slipscale.experiments.steps.steps import (
     Adjust,
     Ask,
-    EndBlock,
-    EndTrial,
     Explore,
     Feedback,
     Instruct,
-    Present,
     Rest,
 )
 from slipscale.experiments.steps.trial import Value, factor_level
 from slipscale.faults import UserError
-from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS
-from slipscale.stimuli.field_names import in_um
-from slipscale.stimuli.varied import Varied
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer, SimulatedPerson
-    from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Step
-    from slipscale.experiments.steps.trial import Trial
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.stimuli.attributes import AttributeWords
 
-# Answers to the question of what has been removed, for slipperiness; the first is from the paper
-# ("less slippery", Section IV-B).
-VERBAL_REPORTS: Mapping[str, tuple[str, ...]] = {
-    "en": (
-        "less slippery",
-        "it is less slippery",
-        "it got rougher",
-        "less smooth, it sticks more",
-        'the "oily" feeling is gone',
-    ),
-    "fr": (
-        "moins glissant",
-        "c'est moins glissant",
-        "plus rugueux",
-        "moins lisse, ça accroche",
-        "l'effet « huileux » a disparu",
-    ),
-}
-
-# The same for any other attribute.
-OTHER_REPORTS: Mapping[str, tuple[str, ...]] = {
-    "en": ("<less> <adjective>", "it is <less> <adjective>", "it got <less> <adjective>"),
-    "fr": ("<less> <adjective>", "c'est <less> <masculine>", "elle est <less> <adjective>"),
-}
 LEAST_RATIO = 0.01  # no one types a ratio of 0
 
 
@@ -143,7 +111,7 @@ class Respondent:
         self._key = (seed, participant)
         self._visit = ("visit", visit) if visit else ()
         self.language = language
-        self._reports = _reports(language, words)
+        self._reports = verbal_reports(language, words)
         self._people = people
         self._curves = curves(people)
         self.scale_top = self.constant_stream("scale top").choice(people.scale_tops)
@@ -162,60 +130,12 @@ class Respondent:
         low, high = (math.log(self._curves.mean(end)) for end in ends)
         self.rises = high >= low
         self._frame = Frame(log_range=abs(high - low), middle_level=sum(ends) / 2)
-        # The step that the protocol is waiting for. Any other step repeats an earlier one (a lost
-        # surface is explored again), and has the same outcome as before.
-        self.now: Step | None = None
-        # The last two surfaces, for differences.
-        self._felt = (0.0, 0.0)
-        # The levels felt in one trial, by interval, and the current question.
-        self._trial: Trial | None = None
-        self._of_trial: dict[int, float] = {}
-        self._standard_level = 0.0  # felt last outside a trial
-        self.turned = 0
-        self.felt_again = 0
-        self._question = ""
-        self._again: tuple[str | int, ...] = ()
-        # Finished steps, from `over`.
-        self._asked: Counter[tuple[str, int, str]] = Counter()
-        self._histories: dict[str, History] = {}
-        self._before: dict[str, float] = {}
-        self._contact_s = 0.0
-        self._trials = 0
+        self.memory = Memory(self._curves)
 
     @property
     def gives_up(self) -> bool:
         """Whether the person wants to stop."""
-        return self._last_trial is not None and self._trials > self._last_trial
-
-    def over(self, step: Step, answer: Answer) -> None:
-        """Process a finished step, after its answer was written to disk."""
-        trial = step.trial
-        if isinstance(step, Ask | Adjust | Explore):
-            self._asked[_place(step)] += 1
-        if isinstance(step, Explore):
-            if isinstance(answer, Reply):
-                self._contact_s += answer.response_time_s or 0.0
-        elif isinstance(step, EndTrial):
-            self._trials += 1
-        elif isinstance(step, Instruct | Rest | EndBlock):
-            self._contact_s = 0.0
-        elif isinstance(step, Present) and isinstance(answer, Presented):
-            varied = isinstance(step.surface, Varied)
-            level = step.surface.level if varied else answer.commanded_level
-            if trial is None:
-                self._standard_level = level
-                return
-            self._histories[trial.task] = self._histories.get(trial.task, History()).with_trial(
-                math.log(self._curves.mean(level)),
-                self._before.get(trial.task, level),
-            )
-            self._before[trial.task] = level
-
-    def feels(self, step: Explore | Adjust, felt_level: float) -> None:
-        """Store the level that was felt, in µm peak to peak."""
-        if isinstance(step, Explore):
-            self._felt = (self._felt[1], felt_level)
-        self._of_trial[step.interval or 1] = felt_level
+        return self._last_trial is not None and self.memory.trials > self._last_trial
 
     def read(self, step: Instruct | Rest | Feedback) -> Reply:
         """Return the reply to a text, with its reading time."""
@@ -233,7 +153,7 @@ class Respondent:
 
     def exploration_s(self, step: Explore) -> float:
         """Return the duration of an exploration."""
-        self.begin(step)
+        self.memory.begin(step)
         people = self._people
         deviate = self.stream("explore").normal()
         wish_s = people.exploration_s * self.pace * math.exp(people.exploration_sigma * deviate)
@@ -243,7 +163,7 @@ class Respondent:
 
     def answer(self, step: Ask) -> Reply:
         """Return the answer to a question."""
-        self.begin(step)
+        self.memory.begin(step)
         people = self._people
         deviate = self.stream(step.name, "time").normal()
         time_s = people.answer_s * self.pace * math.exp(people.answer_sigma * deviate)
@@ -254,25 +174,6 @@ class Respondent:
         if step.time_limit_s is not None and time_s > step.time_limit_s:
             return Reply(response_time_s=step.time_limit_s, timed_out=True)
         return Reply(value=value, response_time_s=time_s)
-
-    def begin(self, step: Ask | Explore | Adjust) -> None:
-        """Begin a step; in a new trial, forget the previous trial's impressions."""
-        if step.trial != self._trial:
-            self._trial, self._of_trial = step.trial, {}
-            self.turned = self.felt_again = 0
-        # Part of the random number key, so it must be the same in every quantity.
-        self._question = "" if isinstance(step, Explore) else step.name
-        if isinstance(step, Adjust):
-            self._question = in_um(step.name)
-        place = _place(step)
-        times = self._asked[place]
-        if isinstance(step, Explore) and step is not self.now:
-            times = max(times - 1, 0)
-        interval = step.interval if isinstance(step, Explore) else None
-        self._again = (
-            *(() if interval is None else ("interval", interval)),
-            *(("again", times) if times else ()),
-        )
 
     def told(self, step: Ask | Adjust) -> Value:
         """Return the answer of the task's own function."""
@@ -292,9 +193,19 @@ class Respondent:
     # The interface for protocols: `protocols.simulated_answers.SimulatedPerson`.
 
     @property
+    def turned(self) -> int:
+        """The number of notches by which the surface was turned."""
+        return self.memory.turned
+
+    @property
+    def felt_again(self) -> int:
+        """How often the reference was repeated."""
+        return self.memory.felt_again
+
+    @property
     def felt_level(self) -> tuple[float, ...]:
         """The levels felt in this trial, in the order of its intervals."""
-        return tuple(felt for _, felt in sorted(self._of_trial.items()))
+        return tuple(felt for _, felt in sorted(self.memory.of_trial.items()))
 
     @property
     def impressions(self) -> tuple[float, ...]:
@@ -305,7 +216,7 @@ class Respondent:
         return tuple(
             self._curves.mean(felt) * effect
             + each * self.stream("impression", interval, *turned, *again).normal()
-            for interval, felt in sorted(self._of_trial.items())
+            for interval, felt in sorted(self.memory.of_trial.items())
         )
 
     def usual(self, level: float) -> float:
@@ -315,7 +226,7 @@ class Respondent:
     def pick(self, strengths: Sequence[float]) -> int:
         """Return the index of the largest strength, with lapses and a bias towards the last."""
         if self.lapses():
-            return self.stream(self._question, "lapse", "value").below(len(strengths))
+            return self.stream(self.memory.question, "lapse", "value").below(len(strengths))
         liking = self._people.habits.interval_bias * self._threshold
         liked = [*strengths[:-1], strengths[-1] + liking]
         return max(range(len(liked)), key=liked.__getitem__)
@@ -330,7 +241,10 @@ class Respondent:
         """Return a magnitude estimate of the last surface, on the participant's own scale."""
         habits = self._people.habits
         percent: float = round(min(self._reported(), 100))
-        if habits.rounding and self.stream(self._question, "round").uniform() < habits.rounding:
+        if (
+            habits.rounding
+            and self.stream(self.memory.question, "round").uniform() < habits.rounding
+        ):
             percent = round(percent / ROUND_TO_PERCENT) * ROUND_TO_PERCENT
         return round(percent / 100 * self.scale_top, 6)
 
@@ -356,24 +270,24 @@ class Respondent:
     def lapses(self) -> bool:
         """Return whether the person lapses on this question."""
         lapses = self._people.habits.lapses
-        return bool(lapses) and self.stream(self._question, "lapse").uniform() < lapses
+        return bool(lapses) and self.stream(self.memory.question, "lapse").uniform() < lapses
 
     def notices(self) -> bool:
         """Return whether the last two surfaces feel different."""
         if self.lapses():
             return self._any_yes()
-        before, after = (self._curves.mean(felt) for felt in self._felt)
-        noise = self.stream(self._question).normal()
+        before, after = (self._curves.mean(felt) for felt in self.memory.felt)
+        noise = self.stream(self.memory.question).normal()
         return abs(before - after) / self._threshold + noise > self._criterion
 
     def verbal_report(self) -> str:
         """Return a verbal report of what has been removed."""
-        return self.stream(self._question).choice(self._reports)
+        return self.stream(self.memory.question).choice(self._reports)
 
     def stream(self, *purpose: str | int) -> Stream:
         """Return a random number stream for one purpose, different for each repeated trial."""
-        place = (self._trial.task, self._trial.number) if self._trial else ("", 0)
-        return self.constant_stream(*self._visit, *place, *purpose, *self._again)
+        place = (self.memory.trial.task, self.memory.trial.number) if self.memory.trial else ("", 0)
+        return self.constant_stream(*self._visit, *place, *purpose, *self.memory.again)
 
     # ----------------------------------------------------------------------------------------------
 
@@ -406,25 +320,25 @@ class Respondent:
     def _reported(self) -> float:
         """Return the sensation of the last surface, 0 to 100, as changed by habits."""
         habits = self._people.habits
-        past = self._past() if self._distorts or habits.learning else History()
+        past = self.memory.past if self._distorts or habits.learning else History()
         percent = self._felt_percent()
         if self._distorts and past.trials:
             percent = float(reported(percent, habits, past, self._frame))
         if self.lapses():
-            percent = 100 * self.stream(self._question, "lapse", "value").uniform()
+            percent = 100 * self.stream(self.memory.question, "lapse", "value").uniform()
         return percent
 
     def _felt_percent(self) -> float:
         """Return the sensation of the last surface, 0 to 100, with the trial's noise."""
-        noise = self._sensation.noise * self.stream(self._question, "trial").normal()
+        noise = self._sensation.noise * self.stream(self.memory.question, "trial").normal()
         if self._people.habits.learning:
-            noise *= max(self._past().trials, 1) ** -self._people.habits.learning
-        felt = self._of_trial[max(self._of_trial)] if self._of_trial else self._felt[1]
+            noise *= max(self.memory.past.trials, 1) ** -self._people.habits.learning
+        felt = self.memory.last_level
         return self._sensation.percent(felt, noise) * self._effect()
 
     def _effect(self) -> float:
         """Return the multiplier of the sensation in the trial's condition."""
-        told = self._trial.factors if self._trial else {}
+        told = self.memory.trial.factors if self.memory.trial else {}
         return math.prod(
             share
             for name, level, share in self._people.effects
@@ -433,16 +347,10 @@ class Respondent:
 
     def _of_standard(self) -> float:
         """Return the sensation for the standard, felt first in this trial or before it."""
-        several = len(self._of_trial) > 1
-        standard = self._of_trial[min(self._of_trial)] if several else self._standard_level
-        return max(self._sensation.percent(standard), LEAST_PERCENT)
+        return max(self._sensation.percent(self.memory.reference_level), LEAST_PERCENT)
 
     def _any_yes(self) -> bool:
-        return self.stream(self._question, "lapse", "value").uniform() < 0.5  # noqa: PLR2004
-
-    def _past(self) -> History:
-        past = self._histories.get(self._trial.task, History()) if self._trial else History()
-        return past.after_contact(self._contact_s)
+        return self.stream(self.memory.question, "lapse", "value").uniform() < 0.5  # noqa: PLR2004
 
     def _own(self, what: str) -> float:
         """Return the person's standard normal deviate for a parameter."""
@@ -465,18 +373,3 @@ def respondent_of(plan: RunPlan, population: Population | None = None) -> Respon
         answers=plan.simulated_answers(),
         words=plan.study.words_of(plan.language),
     )
-
-
-def _reports(language: str, words: AttributeWords | None) -> tuple[str, ...]:
-    """Return what people say about a lower level, for the study's attribute."""
-    if words is None or words in ATTRIBUTES[SLIPPERINESS].values():
-        return VERBAL_REPORTS.get(language, VERBAL_REPORTS["en"])
-    return tuple(map(words.fill, OTHER_REPORTS.get(language, OTHER_REPORTS["en"])))
-
-
-def _place(step: Ask | Explore | Adjust) -> tuple[str, int, str]:
-    """Return the key under which a step is counted: its trial, and its question or interval."""
-    name = f"explore {step.interval}" if isinstance(step, Explore) else step.name
-    if step.trial:
-        return step.trial.task, step.trial.number, name
-    return step.task if isinstance(step, Ask) else "", 0, name

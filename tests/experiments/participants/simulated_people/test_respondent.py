@@ -129,29 +129,29 @@ def person(**changes):
 def test_a_question_that_a_protocol_repeats_in_a_trial_is_answered_anew():
     one, step, given = person(), question(), []
     explored = Explore(text="", trial=step.trial)
-    one.begin(explored)
-    one.feels(explored, 1.2)
+    one.memory.begin(explored)
+    one.memory.feels(explored, 1.2)
     for _ in range(8):
         # Asked twice before it is over, as after a plate fault: the same answer.
         assert one.answer(step) == one.answer(step)
         given.append(one.answer(step))
-        one.over(step, given[-1])
+        one.memory.over(step, given[-1])
     assert len({reply.response_time_s for reply in given}) == 8
     assert len({reply.value for reply in given}) > 2
     other = person()
-    other.feels(explored, 1.2)
+    other.memory.feels(explored, 1.2)
     assert given[0] == other.answer(step)
 
 
 def test_a_surface_that_is_explored_again_after_a_fault_is_explored_as_it_was():
     one = person()
     first, second = (Explore(text="", trial=Trial(task="t", number=1, total=1)) for _ in range(2))
-    one.now = first
+    one.memory.now = first
     before = one.exploration_s(first)
-    one.over(first, Reply(response_time_s=before))
-    one.now = question()
+    one.memory.over(first, Reply(response_time_s=before))
+    one.memory.now = question()
     assert one.exploration_s(first) == before
-    one.now = second
+    one.memory.now = second
     assert one.exploration_s(second) != before
 
 
@@ -233,9 +233,9 @@ def test_a_liking_for_the_last_interval_is_the_share_of_answers_for_it(bias, low
     for number in range(600):
         trial = Trial(task="t", number=number, total=600)
         step = Ask(name="estimate", question=NumberQuestion(prompt="?"), trial=trial)
-        one.begin(step)
+        one.memory.begin(step)
         for interval in (1, 2):
-            one.feels(Explore(text="", trial=trial, interval=interval), 1.2)
+            one.memory.feels(Explore(text="", trial=trial, interval=interval), 1.2)
         last += one.pick(one.impressions)
     assert low < last / 600 < high
 

@@ -1,0 +1,137 @@
+"""What a simulated person has felt and answered: the current trial, and the finished steps.
+
+Only steps that are over count: their answers are on disk, so a resumed pilot has the same memory
+as an uninterrupted one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.participants.simulated_people.habits import History
+from slipscale.experiments.steps.replies import Presented, Reply
+from slipscale.experiments.steps.steps import (
+    Adjust,
+    Ask,
+    EndBlock,
+    EndTrial,
+    Explore,
+    Instruct,
+    Present,
+    Rest,
+)
+from slipscale.stimuli.field_names import in_um
+from slipscale.stimuli.varied import Varied
+
+if TYPE_CHECKING:
+    from slipscale.experiments.participants.simulated_people.population import Curves
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Step
+    from slipscale.experiments.steps.trial import Trial
+
+
+class Memory:
+    """One person's memory of a run.
+
+    Parameters
+    ----------
+    curves : Curves
+        The population's mean sensations.
+    """
+
+    def __init__(self, curves: Curves) -> None:
+        self._curves = curves
+        # The step that the protocol is waiting for. Any other step repeats an earlier one (a lost
+        # surface is explored again), and has the same outcome as before.
+        self.now: Step | None = None
+        # The last two surfaces, for differences.
+        self.felt = (0.0, 0.0)
+        # The levels felt in one trial, by interval, and the current question.
+        self.trial: Trial | None = None
+        self.of_trial: dict[int, float] = {}
+        self.standard_level = 0.0  # felt last outside a trial
+        self.turned = 0
+        self.felt_again = 0
+        self.question = ""
+        self.again: tuple[str | int, ...] = ()
+        # Finished steps, from `over`.
+        self.trials = 0
+        self._asked: Counter[tuple[str, int, str]] = Counter()
+        self._histories: dict[str, History] = {}
+        self._before: dict[str, float] = {}
+        self._contact_s = 0.0
+
+    @property
+    def past(self) -> History:
+        """The sensations in the current task, and the contact time since the last rest."""
+        past = self._histories.get(self.trial.task, History()) if self.trial else History()
+        return past.after_contact(self._contact_s)
+
+    @property
+    def last_level(self) -> float:
+        """The level of the last surface in the trial; outside a trial, of the last surface."""
+        return self.of_trial[max(self.of_trial)] if self.of_trial else self.felt[1]
+
+    @property
+    def reference_level(self) -> float:
+        """The level of the standard: felt first in a trial of several surfaces, or before it."""
+        several = len(self.of_trial) > 1
+        return self.of_trial[min(self.of_trial)] if several else self.standard_level
+
+    def begin(self, step: Ask | Explore | Adjust) -> None:
+        """Begin a step; in a new trial, forget the previous trial's impressions."""
+        if step.trial != self.trial:
+            self.trial, self.of_trial = step.trial, {}
+            self.turned = self.felt_again = 0
+        # Part of the random number key, so it must be the same in every quantity.
+        self.question = "" if isinstance(step, Explore) else step.name
+        if isinstance(step, Adjust):
+            self.question = in_um(step.name)
+        times = self._asked[_place(step)]
+        if isinstance(step, Explore) and step is not self.now:
+            times = max(times - 1, 0)
+        interval = step.interval if isinstance(step, Explore) else None
+        self.again = (
+            *(() if interval is None else ("interval", interval)),
+            *(("again", times) if times else ()),
+        )
+
+    def feels(self, step: Explore | Adjust, felt_level: float) -> None:
+        """Store the level that was felt, in µm peak to peak."""
+        if isinstance(step, Explore):
+            self.felt = (self.felt[1], felt_level)
+        self.of_trial[step.interval or 1] = felt_level
+
+    def over(self, step: Step, answer: Answer) -> None:
+        """Process a finished step, after its answer was written to disk."""
+        trial = step.trial
+        if isinstance(step, Ask | Adjust | Explore):
+            self._asked[_place(step)] += 1
+        if isinstance(step, Explore):
+            if isinstance(answer, Reply):
+                self._contact_s += answer.response_time_s or 0.0
+        elif isinstance(step, EndTrial):
+            self.trials += 1
+        elif isinstance(step, Instruct | Rest | EndBlock):
+            self._contact_s = 0.0
+        elif isinstance(step, Present) and isinstance(answer, Presented):
+            varied = isinstance(step.surface, Varied)
+            level = step.surface.level if varied else answer.commanded_level
+            if trial is None:
+                self.standard_level = level
+                return
+            self._histories[trial.task] = self._histories.get(trial.task, History()).with_trial(
+                math.log(self._curves.mean(level)),
+                self._before.get(trial.task, level),
+            )
+            self._before[trial.task] = level
+
+
+def _place(step: Ask | Explore | Adjust) -> tuple[str, int, str]:
+    """Return the key under which a step is counted: its trial, and its question or interval."""
+    name = f"explore {step.interval}" if isinstance(step, Explore) else step.name
+    if step.trial:
+        return step.trial.task, step.trial.number, name
+    return step.task if isinstance(step, Ask) else "", 0, name
