@@ -9,14 +9,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import (
+    AfterValidator,
+    BeforeValidator,
     Field,
     SerializeAsAny,
-    ValidationError,
-    ValidationInfo,
-    field_validator,
 )
 
-from slipscale.experiments.languages.texts import ENGLISH, languages
+from slipscale.experiments.languages.texts import ENGLISH
 from slipscale.experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
@@ -27,22 +26,25 @@ from slipscale.experiments.protocols.base import (
     Switch,
     Words,
 )
-from slipscale.experiments.protocols.registry import load_protocol, protocol_names
+from slipscale.experiments.protocols.registry import load_protocol
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
-from slipscale.experiments.study.checks_across_keys import (
-    impossible,
-    named_twice,
-    unpresented,
-    unreadable,
-    unspoken,
-)
 from slipscale.experiments.study.factors import (
-    MOST_CONDITIONS,
     Factor,
-    conditions_of,
-    uncrossable,
 )
 from slipscale.experiments.study.headphone_test import HeadphoneTest
+from slipscale.experiments.study.key_validators import (
+    valid_attribute_words,
+    valid_factors,
+    valid_levels,
+    valid_plate,
+    valid_sessions,
+    valid_stimulus,
+    valid_stroke,
+    valid_tasks,
+    valid_texts,
+    valid_textures,
+    valid_vary,
+)
 from slipscale.experiments.study.levels import Levels
 from slipscale.experiments.study.participant_keys import ParticipantKeys
 from slipscale.experiments.study.person_questions import PersonQuestion
@@ -58,15 +60,10 @@ from slipscale.experiments.study.tables import (
     Texture,
 )
 from slipscale.faults.frozen_table import FrozenTable
-from slipscale.faults.suggestions import expected_one_of
-from slipscale.faults.validation import faults_in, refuse
 from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS, AttributeWords
-from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.quantity_table import QuantityTable
-from slipscale.stimuli.textures import PARAMETERS
 
 if TYPE_CHECKING:
-    from slipscale.faults.validation import Fault
     from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.textures import Texture as TextureSurface
     from slipscale.stimuli.varied import Varied
@@ -125,55 +122,67 @@ class Study(FrozenTable):
         "spatial period. Forced choice then asks which surface is less rough for a "
         "higher level, and trend tests expect a decrease.",
     )
-    attribute_words: dict[str, StatedWords] = Field(
-        default_factory=dict,
-        validate_default=True,
-        description=(
-            "Words for an attribute that is not built into Slipscale: one table per language."
-        ),
+    attribute_words: Annotated[dict[str, StatedWords], AfterValidator(valid_attribute_words)] = (
+        Field(
+            default_factory=dict,
+            validate_default=True,
+            description=(
+                "Words for an attribute that is not built into Slipscale: one table per language."
+            ),
+        )
     )
-    vary: str = Field(
+    vary: Annotated[str, AfterValidator(valid_vary)] = Field(
         default="",
         description="Key of the [stimulus] parameter that is varied, such as spatial_period_mm: "
         "all levels of the study are then values of that parameter. Default: levels "
         "are values of the plate's quantity.",
     )
-    stimulus: StimulusTable | None = Field(
+    stimulus: Annotated[StimulusTable | None, AfterValidator(valid_stimulus)] = Field(
         default=None,
         validate_default=True,
         description="Parameters that stay fixed in a study that varies one.",
     )
-    plate: PlateSettings = Field(
+    plate: Annotated[PlateSettings, AfterValidator(valid_plate)] = Field(
         default=PlateSettings(),
         validate_default=True,
         description="Limits for all amplitudes in the study.",
     )
-    levels: Annotated[tuple[Amplitude, ...], Field(max_length=MOST)] = Field(
+    levels: Annotated[
+        tuple[Amplitude, ...], Field(max_length=MOST), AfterValidator(valid_levels)
+    ] = Field(
         default=(),
         description="Vibration amplitudes of the plain surfaces, all different; 0 is the plate at "
         "rest. Omit them if the study has textures only.",
     )
-    textures: Annotated[tuple[Texture, ...], Field(max_length=MOST)] = Field(
+    textures: Annotated[
+        tuple[Texture, ...], Field(max_length=MOST), AfterValidator(valid_textures)
+    ] = Field(
         default=(),
         validate_default=True,
         description="Surfaces with a modulated amplitude, for the protocols that present them.",
     )
-    factors: Annotated[tuple[Factor, ...], Field(max_length=4)] = Field(
-        default=(),
-        description="Factors that are crossed with the levels: each task is run in every "
-        "combination of factor levels, in orders balanced across participants.",
-    )
-    tasks: Annotated[tuple[SerializeAsAny[Options], ...], Field(min_length=1, max_length=MOST)] = (
+    factors: Annotated[tuple[Factor, ...], Field(max_length=4), AfterValidator(valid_factors)] = (
         Field(
-            description="The tasks of a run, in order: each names a protocol and sets its options."
+            default=(),
+            description="Factors that are crossed with the levels: each task is run in every "
+            "combination of factor levels, in orders balanced across participants.",
         )
+    )
+    tasks: Annotated[
+        tuple[SerializeAsAny[Options], ...],
+        Field(min_length=1, max_length=MOST),
+        BeforeValidator(valid_tasks),
+    ] = Field(
+        description="The tasks of a run, in order: each names a protocol and sets its options."
     )
     task_order: Literal["fixed", "counterbalanced"] = Field(
         default="fixed",
         description="Order of the tasks; counterbalanced: every other participant has the "
         "reverse order.",
     )
-    sessions: Annotated[tuple[EntityLabel, ...], Field(max_length=MOST)] = Field(
+    sessions: Annotated[
+        tuple[EntityLabel, ...], Field(max_length=MOST), AfterValidator(valid_sessions)
+    ] = Field(
         default=(),
         description="Session labels in order, all different; default: one session, or sessions "
         "numbered by the number at the end of their labels.",
@@ -213,7 +222,7 @@ class Study(FrozenTable):
         description="Test before the tasks that checks whether headphones are worn and whether "
         "the masking noise is heard in both ears; default: none.",
     )
-    stroke: Stroke | None = Field(
+    stroke: Annotated[Stroke | None, AfterValidator(valid_stroke)] = Field(
         default=None,
         description="How participants are to stroke the surfaces, and what is done with trials "
         "outside; default: as they like.",
@@ -244,131 +253,12 @@ class Study(FrozenTable):
         description="Files in the study file's folder with the texts for another language; "
         "`slipscale study texts` writes a template to fill in.",
     )
-    texts: dict[str, dict[str, Any]] = Field(
+    texts: Annotated[dict[str, dict[str, Any]], AfterValidator(valid_texts)] = Field(
         default_factory=dict,
         validate_default=True,
         description="Texts that replace the shipped ones: one table per language, keyed by text "
         "name.",
     )
-
-    @field_validator("attribute_words")
-    @classmethod
-    def _worded(cls, value: dict[str, StatedWords], info: ValidationInfo) -> dict[str, StatedWords]:
-        judged = _levels(info).made.judged
-        language = info.data.get("language", ENGLISH)
-        if language not in value and language in languages() and judged not in ATTRIBUTES:
-            raise ValueError(
-                f"{expected_one_of(judged, list(ATTRIBUTES))}, got attribute '{judged}'; or state "
-                f"adjective and noun in [attribute_words.{language}]"
-            )
-        return value
-
-    @field_validator("vary")
-    @classmethod
-    def _known(cls, value: str, info: ValidationInfo) -> str:
-        plate = _levels(info).made
-        if value and field_of(value, plate, PARAMETERS) is None:
-            raise ValueError(expected_one_of(value, [plate.named(each) for each in PARAMETERS]))
-        return value
-
-    @field_validator("stimulus")
-    @classmethod
-    def _whole(cls, value: StimulusTable | None, info: ValidationInfo) -> StimulusTable | None:
-        vary = info.data.get("vary", "")
-        if value is None and vary:
-            raise ValueError(f"expected the table [stimulus], because {vary} is varied")
-        if value is not None and not vary:
-            raise ValueError("expected vary, the key of the parameter that the levels vary")
-        if value is not None:
-            refuse(value.faults(_levels(info).vary), within=True)
-        return value
-
-    @field_validator("plate")
-    @classmethod
-    def _limited(cls, value: PlateSettings, info: ValidationInfo) -> PlateSettings:
-        refuse(_levels(info).unstated(("plate",), value))
-        return value
-
-    @field_validator("stroke")
-    @classmethod
-    def _measurable(cls, value: Stroke | None, info: ValidationInfo) -> Stroke | None:
-        if value is not None and "plate" in info.data:
-            refuse(list(value.faults(info.data["plate"])))
-        return value
-
-    @field_validator("levels")
-    @classmethod
-    def _presentable(cls, value: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
-        faults = list(_levels(info).unpresentable(("levels",), *value))
-        if len(set(value)) < len(value):
-            faults.append((("levels",), {"msg": "expected different values"}))
-        refuse(faults)
-        return value
-
-    @field_validator("textures")
-    @classmethod
-    def _playable(cls, value: tuple[Texture, ...], info: ValidationInfo) -> tuple[Texture, ...]:
-        faults = list(named_twice("textures", [texture.name for texture in value]))
-        for number, texture in enumerate(value):
-            faults += _levels(info).beyond(("textures", number), texture.surface())
-        if value and info.data.get("stimulus"):
-            faults.append((("textures",), {"msg": "cannot be combined with vary"}))
-        if not value and info.data.get("levels") == ():
-            faults.append((("levels",), {"type": "missing", "msg": ""}))
-        refuse(faults)
-        return value
-
-    @field_validator("factors")
-    @classmethod
-    def _crossable(cls, value: tuple[Factor, ...], info: ValidationInfo) -> tuple[Factor, ...]:
-        faults = list(named_twice("factors", [factor.name for factor in value]))
-        for number, factor in enumerate(value):
-            faults += uncrossable(("factors", number), factor, info.data)
-        count = len(conditions_of(value)) if value else 1
-        if count > MOST_CONDITIONS:
-            said = f"expected at most {MOST_CONDITIONS} combinations, not {count}"
-            faults.append((("factors",), {"msg": said}))
-        refuse(faults)
-        return value
-
-    @field_validator("tasks", mode="before")
-    @classmethod
-    def _by_protocol(cls, tables: Any, info: ValidationInfo) -> Any:
-        if not isinstance(tables, list | tuple):
-            raise ValueError("expected [[tasks]] tables, each with a protocol")  # noqa: TRY004 - pydantic gathers ValueErrors
-        faults: list[Fault] = []
-        tasks: list[Options] = []
-        for number, table in enumerate(tables):
-            place = ("tasks", number)
-            try:
-                task = _task(table, info)
-            except ValidationError as error:
-                options = load_protocol(table["protocol"]).options
-                found = faults_in(error, options, info.context)
-                faults += [((*place, *inner), f) for inner, f in found]
-            except ValueError as error:
-                faults.append(((*place, "protocol"), {"msg": str(error)}))
-            else:
-                faults += _levels(info).unstated(place, task)
-                faults += impossible(place, task, tasks, info.data)
-                tasks.append(task)
-        refuse(faults or unpresented(tasks, info.data))
-        return tasks
-
-    @field_validator("sessions")
-    @classmethod
-    def _different(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        if len({label.casefold() for label in value}) < len(value):
-            raise ValueError("expected different values")
-        return value
-
-    @field_validator("texts")
-    @classmethod
-    def _readable(
-        cls, value: dict[str, dict[str, Any]], info: ValidationInfo
-    ) -> dict[str, dict[str, Any]]:
-        refuse([*unreadable(value, info.data.get("tasks", ())), *unspoken(value, info.data)])
-        return value
 
     def __repr__(self) -> str:
         """Return a one-line summary: name, title, participants, tasks and amplitudes."""
@@ -435,17 +325,3 @@ class Study(FrozenTable):
     def texture_surfaces(self) -> tuple[TextureSurface, ...]:
         """The textures as surfaces, labelled T1, T2, ... in the order of the study file."""
         return tuple(t.surface(f"T{number}") for number, t in enumerate(self.textures, start=1))
-
-
-def _levels(info: ValidationInfo) -> Levels:
-    return Levels.of(info.data)
-
-
-def _task(table: Any, info: ValidationInfo) -> Options:
-    """Return the options from one [[tasks]] table."""
-    if isinstance(table, Options):
-        return table
-    name = table.get("protocol") if isinstance(table, dict) else None
-    if name not in protocol_names():
-        raise ValueError(f"{expected_one_of(name, protocol_names())}, got {name!r}")
-    return load_protocol(name).options.model_validate(table, context=info.context)

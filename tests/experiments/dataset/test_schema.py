@@ -102,7 +102,7 @@ def test_the_amplitudes_of_a_laboratorys_own_protocol_are_checked_too(monkeypatc
     # Neither shipped protocol has this option: the check must go by what is declared.
     tilted = own("descending_difference", options=Tilted, amplitudes=("tilt_level",))
     one_trial = replace(tilted, trials=lambda *_: 1)
-    for module in ("checks_across_keys", "model", "file"):
+    for module in ("checks_across_keys", "key_validators", "model", "file"):
         where = f"slipscale.experiments.study.{module}"
         monkeypatch.setattr(f"{where}.load_protocol", lambda _: one_trial)
         monkeypatch.setattr(f"{where}.protocol_names", lambda: ["tilted"], raising=False)
