@@ -7,10 +7,11 @@ from hypothesis import strategies as st
 from slipscale.hardware.backends.daq_output import DaqOutput
 from slipscale.hardware.backends.function_generator import FunctionGenerator
 from slipscale.hardware.backends.generator_output import GeneratorOutput
+from slipscale.hardware.backends.serial_board import supervision
 from slipscale.hardware.backends.sound_card.driver import SoundCard
 from slipscale.hardware.driver import PlateDriver
-from tools import output_states
-from tools.output_states import RIGS, lived
+from tools.output_states.histories import lived
+from tools.output_states.rigs import RIGS
 
 
 @pytest.mark.parametrize("backend", RIGS)
@@ -49,5 +50,5 @@ def test_a_card_that_vanishes_unnoticed_breaks_promises(monkeypatch):
 
 def test_a_driver_that_does_not_compare_breaks_promises(monkeypatch):
     monkeypatch.setattr(PlateDriver, "confirm", lambda *_: None)
-    monkeypatch.setattr(output_states.watch, "check_status", lambda *_, **__: None)
+    monkeypatch.setattr(supervision, "check_status", lambda *_, **__: None)
     assert any("is true" in each for each in broken("serial"))

@@ -18,7 +18,7 @@ from slipscale.hardware.errors import OverLimit
 from slipscale.hardware.limits import PlateLimits
 from slipscale.stimuli.quantity import made_by_plate
 from slipscale.stimuli.surface import VirtualSurface
-from tools.output_states import Audio, AudioClock
+from tools.output_states.rigs import Audio, AudioClock
 from tools.rehearsal.local_line import LocalLine
 
 PP, RMS = (made_by_plate("voltage", "V", each) for each in ("peak to peak", "RMS"))

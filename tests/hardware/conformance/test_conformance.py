@@ -24,13 +24,15 @@ from slipscale.hardware.emulator.firmware import Board
 from slipscale.hardware.errors import ConnectionLost
 from slipscale.hardware.plate.dynamics import FingerLoad
 from slipscale.hardware.plate.twin import Twin
-from tools import wrong_boards
+from tools.wrong_boards.variants import GUIDED_ONLY, WRONG
+from tools.wrong_boards.verdicts import guided_departures
+from tools.wrong_boards.virtual_line import Operator, VirtualLine
 
 pytestmark = pytest.mark.clock
 
 
 def departures(board):
-    line = wrong_boards.VirtualLine(board)
+    line = VirtualLine(board)
     return {each.rule: each.detail for each in examine(Bench(line, line))
             if each.outcome == "departs"}  # fmt: skip
 
@@ -67,7 +69,7 @@ def test_the_compiled_firmware_conforms(code, plate):
 
 
 def test_a_board_without_lists_conforms_and_is_told_what_does_not_apply():
-    line = wrong_boards.VirtualLine(Board(Twin(), boot=1, lists=False))
+    line = VirtualLine(Board(Twin(), boot=1, lists=False))
     outcomes = {each.outcome for each in examine(Bench(line, line))}
     assert outcomes == {"conforms", "not applicable"}
 
@@ -156,13 +158,13 @@ FOUND_BY = {
     "NoSaturation": "a loaded plate at the largest amplitude is held, or SAT",
     "WideHold": "HOLD is true with a loaded plate",
 }
-KINDS = {each.__name__: each for each in wrong_boards.WRONG}
+KINDS = {each.__name__: each for each in WRONG}
 
 
 def on_a_bench(kind, **limits):
     board = kind(Twin(), boot=1)
     board.limits = replace(board.limits, **limits)
-    line = wrong_boards.VirtualLine(board)
+    line = VirtualLine(board)
     bench = Bench(line, line, long=True)
     bench.greet()
     return line, bench
@@ -172,14 +174,14 @@ def check(rule, line, bench):
     if rule in dict(RULES):
         dict(RULES)[rule](bench)
     else:
-        dict(STEPS)[rule](bench, wrong_boards.Operator(line, bench))
+        dict(STEPS)[rule](bench, Operator(line, bench))
 
 
 def test_the_campaign_has_27_kinds_of_wrong_board():
     assert set(FOUND_BY) == set(KINDS)
     assert len(KINDS) == 27
     guided = {name for name, rule in FOUND_BY.items() if rule in dict(STEPS)}
-    assert guided == {each.__name__ for each in wrong_boards.GUIDED_ONLY}
+    assert guided == {each.__name__ for each in GUIDED_ONLY}
 
 
 @pytest.mark.parametrize("name", FOUND_BY)
@@ -209,7 +211,7 @@ def test_open_loop_keeps_its_frequency_within_a_hertz(monkeypatch, off_hz, kept)
 
 
 def test_every_step_of_the_guided_part_is_kept_by_the_correct_board():
-    assert wrong_boards.guided_departures(Board) == {}
+    assert guided_departures(Board) == {}
 
 
 def test_the_guided_part_asks_at_the_terminal_and_keeps_the_board_alive(emulate, monkeypatch):

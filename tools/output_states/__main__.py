@@ -1,0 +1,50 @@
+"""Random histories of a plate on every backend, compared with the true state of its drive.
+
+Usage: ``python -m tools.output_states [--histories 10000]`` (an hour). A history is a sequence of
+commands, rejected commands and events on the rig: a line that drops, a key on a generator's front
+panel, a broken sensor, a finger. After each event, two promises of `slipscale.hardware.driver` are
+checked:
+
+1. after a presentation has returned, its amplitude is on the plate (within 5 % or 0.05 µm p-p);
+2. an output that is *confirmed off* is off; a command that raised does not leave it *may be on*;
+   after `close` it is off, or *unreachable*.
+
+The exit status is 1 if a promise was broken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+
+from tools.output_states.histories import lived
+from tools.output_states.rigs import HISTORIES, RIGS
+
+
+def main() -> int:
+    """Run the campaign."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("--histories", type=int, default=HISTORIES, help="of each backend")
+    parser.add_argument("--backend", choices=RIGS, action="append")
+    arguments = parser.parse_args()
+    broken = 0
+    for backend in arguments.backend or RIGS:
+        begun_s, presented, faults, wrong = time.monotonic(), 0, 0, []
+        for seed in range(arguments.histories):
+            history = lived(backend, seed)
+            presented, faults = presented + history.presented, faults + history.faults
+            wrong += [f"seed {seed}: {each}" for each in history.broken]
+        print(
+            f"{backend}: {arguments.histories} histories, {presented} presentations, {faults} "
+            f"faults, {len(wrong)} broken promises, {time.monotonic() - begun_s:.0f} s", flush=True
+        )  # fmt: skip
+        print(*wrong[:5], sep="\n", end="\n" if wrong else "")
+        broken += len(wrong)
+    return int(broken > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

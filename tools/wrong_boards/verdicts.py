@@ -1,0 +1,29 @@
+"""The rules that a kind of board violates, on the wire and in the guided tests."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.hardware.conformance.bench import Bench
+from slipscale.hardware.conformance.guided import guide
+from slipscale.hardware.conformance.table import examine
+from slipscale.hardware.plate.twin import Twin
+from tools.wrong_boards.virtual_line import Operator, VirtualLine
+
+if TYPE_CHECKING:
+    from slipscale.hardware.emulator.firmware import Board
+
+
+def departures(kind: type[Board], *, long: bool = False) -> dict[str, str]:
+    """Return the wire rules that a kind of board violates, with details."""
+    line = VirtualLine(kind(Twin(), boot=1))
+    verdicts = examine(Bench(line, line, long=long))
+    return {each.rule: each.detail for each in verdicts if each.outcome == "departs"}
+
+
+def guided_departures(kind: type[Board]) -> dict[str, str]:
+    """Return the guided tests that a kind of board fails, with details."""
+    line = VirtualLine(kind(Twin(), boot=1))
+    bench = Bench(line, line)
+    verdicts = guide(bench, Operator(line, bench))
+    return {each.rule: each.detail for each in verdicts if each.outcome == "departs"}
