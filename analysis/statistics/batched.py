@@ -36,8 +36,29 @@ def repeated_measures_f(tables: Array) -> Array:
     return _ratio(between * (n - 1), error, _limit(between))
 
 
-def greenhouse_geisser(tables: Array) -> Array:
-    """Return epsilon, the departure from sphericity (Greenhouse and Geisser, 1959)."""
+def interactions(tables: Array) -> Array:
+    """Return what remains of cell means without the main effects of two factors.
+
+    `repeated_measures_f` and `greenhouse_geisser` of the result test the interaction.
+
+    Parameters
+    ----------
+    tables : array, shape (tables, participants, first, second)
+
+    Returns
+    -------
+    array, shape (tables, participants, first x second)
+    """
+    rest: Array = tables - tables.mean(axis=3, keepdims=True)
+    rest -= rest.mean(axis=2, keepdims=True)
+    return rest.reshape(*tables.shape[:2], -1)
+
+
+def greenhouse_geisser(tables: Array, df: int | None = None) -> Array:
+    """Return epsilon, the departure from sphericity (Greenhouse and Geisser, 1959).
+
+    ``df`` is the effect's degrees of freedom, by default the number of columns minus 1.
+    """
     _, n, k = tables.shape
     x = tables - tables.mean(axis=1, keepdims=True)
     x = x - x.mean(axis=2, keepdims=True)
@@ -45,7 +66,7 @@ def greenhouse_geisser(tables: Array) -> Array:
     trace = np.trace(covariance, axis1=1, axis2=2)
     squares = (covariance**2).sum(axis=(1, 2))
     # Without variation there is no departure from sphericity.
-    return _ratio(trace**2, (k - 1) * squares, 1.0)
+    return _ratio(trace**2, (df or k - 1) * squares, 1.0)
 
 
 def friedman(tables: Array) -> Array:

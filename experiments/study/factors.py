@@ -64,6 +64,20 @@ class Factor(FrozenTable):
         default_factory=dict,
         description="Factor by which a level multiplies what simulated people feel; default: 1.",
     )
+    simulated_growth: dict[str, Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]] = (
+        Field(
+            default_factory=dict,
+            description="Factor by which a level multiplies the exponent of simulated people's "
+            "sensation, without changing the strongest sensation; default: 1.",
+        )
+    )
+    simulated_sd: float = Field(
+        default=0,
+        ge=0,
+        allow_inf_nan=False,
+        description="Standard deviation, between simulated people, of the natural logarithm of the "
+        "factor of each level.",
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,12 +129,15 @@ def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Itera
             {"msg": "is a parameter, but the study has no texture or [stimulus]"},
         )
     known = {factor_level(each) for each in factor.levels}
-    if strange := sorted(set(factor.simulated) - known):
-        yield (*place, "simulated"), {"msg": f"{', '.join(strange)}: expected levels of the factor"}
-    for language, texts in factor.instructions.items():
-        if strange := sorted(set(texts) - known):
+    tables: dict[Place, Mapping[str, object]] = {
+        ("simulated",): factor.simulated,
+        ("simulated_growth",): factor.simulated_growth,
+    }
+    tables |= {("instructions", language): texts for language, texts in factor.instructions.items()}
+    for key, table in tables.items():
+        if strange := sorted(set(table) - known):
             said = f"{', '.join(strange)}: expected levels of the factor"
-            yield (*place, "instructions", language), {"msg": said}
+            yield (*place, *key), {"msg": said}
     language = study.get("language", "en")
     if factor.instructions and known - set(factor.instructions.get(language, {})):
         yield (*place, "instructions"), {"msg": f"expected a text in '{language}' for each level"}

@@ -135,18 +135,20 @@ def _row(
     without = outcomes.get(without_its_effect(condition))
     tests = [name for name in own.found if not name.startswith(LOOK)]
     neighbours = [name for name in tests if " - " in name]
+    effects = [name for name, simulated in design.factor_tests.items() if simulated]
     first = [design.omnibus] if design.omnibus in tests else []
     steps = [name for name in own.found if name.startswith(LOOK)]
     expected = None
     if assurance:
         expected = math.fsum(
-            weight * weakest(outcomes[replace(condition, effect=effect)], [*first, *neighbours])
+            weight
+            * weakest(outcomes[replace(condition, effect=effect)], [*first, *neighbours, *effects])
             for effect, weight in assurance.effects(largest_effect(design))
         )
     return Row(
         condition=condition,
         power={name: own.power(name) for name in tests},
-        decisive=tuple([*first, *neighbours] or tests),
+        decisive=tuple([*first, *neighbours, *effects] or tests),
         false_alarms={name: without.power(name) for name in tests} if without else {},
         widths=own.widths,
         steps=own.steps,
@@ -199,6 +201,8 @@ def sentence(design: Design, row: Row) -> str:
     people = "" if condition.effect == 1 else f", with {condition.effect:g} times their effect"
     ratings = "rating" if condition.repetitions == 1 else "ratings"
     tests = PRIMARY_TESTS[design.choices.primary]
+    if any(design.factor_tests.values()):
+        tests += "; repeated-measures ANOVA for effects of factors"
     first = (
         f"With {condition.participants} participants and {condition.repetitions} {ratings} of each "
         f"of {len(design.task.amplitudes_um_pp)} surfaces, every planned comparison "

@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING, Any
 from slipscale.analysis.planning.power.yes_no_steps import StepTask
 from slipscale.analysis.planning.simulated.estimates import Task
 from slipscale.analysis.planning.simulated.fast_tests import DIVISORS, OMNIBUS, TESTS
+from slipscale.experiments.participants.simulated_people.growth import people_for
 from slipscale.experiments.protocols.descending_difference import DescendingDifference, descent
 from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
+from slipscale.experiments.steps.trial import factor_level
+from slipscale.experiments.study.factors import conditions_of
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
 
@@ -44,8 +47,8 @@ class Design:
         The study's analysis choices.
     population : Population
     alpha : float
-    factors : tuple of str
-        Names of the factors crossed with the levels, which are not simulated.
+    varied : str
+        Name of what the levels vary, such as "amplitude".
     """
 
     name: str
@@ -55,7 +58,7 @@ class Design:
     choices: AnalysisChoices
     population: Population
     alpha: float
-    factors: tuple[str, ...] = ()
+    varied: str = "amplitude"
 
     @property
     def rule(self) -> str:
@@ -77,6 +80,22 @@ class Design:
         if len(self.task.amplitudes_um_pp) < 3:  # noqa: PLR2004
             wanted = [test for test in wanted if test not in ("friedman", "page_trend")]
         return tuple(wanted)
+
+    @property
+    def factor_tests(self) -> dict[str, bool]:
+        """Tests of factors -> whether the population has the effect.
+
+        In the order of the task's factors; for each, the effect on means and the interaction.
+        """
+        people = self.population
+        return {
+            f"{factor}{crossed}": any(name == factor and by != 1 for name, _, by in stated)
+            for factor, _ in self.task.factors
+            for crossed, stated in (
+                ("", people.effects),
+                (f" x {self.varied}", people.growths),
+            )
+        }
 
     @property
     def pairs(self) -> bool:
@@ -108,8 +127,11 @@ class Design:
     @property
     def identity(self) -> dict[str, Any]:
         """Return everything that affects a result, except the condition, as plain data."""
+        task = asdict(self.task)
+        if not self.task.factors:
+            del task["factors"]  # keeps the random numbers of studies without factors
         return {
-            "task": asdict(self.task),
+            "task": task,
             "steps": None if self.steps is None else asdict(self.steps),
             "declared": self.declared,
             # Does not affect power: a new key would only change the random numbers.
@@ -150,6 +172,7 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
         raise UserError(f"{study.name}: has one amplitude; expected two or more")
     place = places[0]
     options = counts[place][0]
+    factors = tuple((each.name, tuple(map(factor_level, each.levels))) for each in study.factors)
     before, after = _around(counts, place)
     if not isinstance(options, MagnitudeEstimation):
         raise TypeError(type(options).__name__)
@@ -163,13 +186,14 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
             no_immediate_repeat=options.no_immediate_repeat,
             trials_before=before,
             trials_after=after,
+            factors=factors,
         ),
-        steps=_steps(counts, context),
+        steps=_steps(counts, context, len(conditions_of(study.factors))),
         declared=options.scale_top == "declared",
         choices=_plannable(study),
-        population=population,
+        population=people_for(study, population),
         alpha=alpha,
-        factors=tuple(factor.name for factor in study.factors),
+        varied=study.quantity.name,
     )
 
 
@@ -179,8 +203,13 @@ def _around(counts: Sequence[tuple[Options, int]], place: int) -> tuple[int, int
     return sum(trials[:place]), sum(trials[place + 1 :])
 
 
-def _steps(counts: Sequence[tuple[Options, int]], context: Context) -> StepTask | None:
-    """Return the first descending difference task that has a step, or None."""
+def _steps(
+    counts: Sequence[tuple[Options, int]], context: Context, conditions: int
+) -> StepTask | None:
+    """Return the first descending difference task that has a step, or None.
+
+    Its series in all conditions are pooled.
+    """
     for place, (options, _) in enumerate(counts):
         if isinstance(options, DescendingDifference):
             falling = descent(options, context)
@@ -189,7 +218,7 @@ def _steps(counts: Sequence[tuple[Options, int]], context: Context) -> StepTask 
             before, after = _around(counts, place)
             return StepTask(
                 descent_um_pp=tuple(falling),
-                series=options.series,
+                series=options.series * conditions,
                 catch_steps=options.catch_steps,
                 trials_before=before,
                 trials_after=after,

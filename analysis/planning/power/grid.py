@@ -83,6 +83,9 @@ class Condition:
             update={"lapses": self.lapses, "dropout": self.dropout}
         )
         changed = {"mean_sensation": mean, "habits": habits}
+        for key in ("effects", "growths"):
+            known = getattr(population, key)
+            changed[key] = tuple((name, level, by**self.effect) for name, level, by in known)
         # A distribution on 0 to 100 may not allow this spread at a different mean.
         most = (0.9 * math.sqrt(each * (100 - each)) for each in mean)
         changed["sd_sensation"] = tuple(map(min, population.sd_sensation, most))

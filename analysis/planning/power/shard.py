@@ -23,6 +23,7 @@ from slipscale.analysis.planning.simulated.estimates import simulate_ratings
 from slipscale.analysis.planning.simulated.fast_tests import (
     TESTS,
     exponents,
+    factor_p,
     half_widths,
     pairs,
     pairwise,
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.planning.simulated.estimates import Ratings
     from slipscale.analysis.planning.simulated.fast_tests import Tables
     from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.reading.dataset import Dataset
 
     Array = NDArray[np.float64]
 
@@ -117,7 +119,8 @@ class Shard:
             ratings = excluded(design, ratings)
         found = tables(ratings, task.amplitudes_um_pp, design.rule, design.choices.zero_rule)
         outcome = at_once(design, found, self.looks)
-        outcome = replace(outcome, found={**outcome.found, **one_by_one(design, ratings)})
+        more = {**of_factors(design, ratings), **one_by_one(design, ratings)}
+        outcome = replace(outcome, found={**outcome.found, **more})
         steps = design.steps_of(condition)
         # Without an effect, every step is a catch step.
         if steps is None or not condition.effect:
@@ -154,6 +157,25 @@ def at_once(design: Design, found: Tables, looks: Looks = Looks()) -> Outcome:
         found={name: int(share.sum()) for name, share in told.items()},
         widths={name: Sums.of(values[found.usable]) for name, values in widths.items()},
     )
+
+
+def of_factors(design: Design, ratings: Ratings) -> dict[str, int]:
+    """Return how many studies find each factor's effect, and its interaction with the level."""
+    task = design.task
+    if not task.factors:
+        return {}
+    amplitudes = task.amplitudes_um_pp
+    crossed = tables(
+        replace(ratings, amplitude=ratings.condition * len(amplitudes) + ratings.amplitude),
+        amplitudes * len(task.conditions),
+        design.rule,
+        design.choices.zero_rule,
+    )
+    p = factor_p(crossed.logs, [len(levels) for _, levels in task.factors])
+    return {
+        name: int(((values < design.alpha) & crossed.usable).sum())
+        for name, values in zip(design.factor_tests, p, strict=True)
+    }
 
 
 def _pairs_told(design: Design, found: Tables, alpha: float) -> dict[str, NDArray[np.bool_]]:
@@ -204,9 +226,7 @@ def excluded(design: Design, ratings: Ratings) -> Ratings:
     choices = design.choices
     percent = ratings.percent.copy()
     for study in range(len(percent)):
-        data = simulated_dataset(
-            ratings, study, design.task.amplitudes_um_pp, choices, declared=design.declared
-        )
+        data = _dataset(design, ratings, study)
         measured = data_quality.measures(data, choices.thresholds)
         flags = data_quality.flags(measured, choices.thresholds)
         out = flags[list(choices.exclusions)].any(axis=1)
@@ -214,14 +234,23 @@ def excluded(design: Design, ratings: Ratings) -> Ratings:
     return replace(ratings, percent=percent)
 
 
+def _dataset(design: Design, ratings: Ratings, study: int) -> Dataset:
+    return simulated_dataset(
+        ratings,
+        study,
+        design.task.amplitudes_um_pp,
+        design.choices,
+        declared=design.declared,
+        conditions=design.task.conditions,
+    )
+
+
 def one_by_one(design: Design, ratings: Ratings) -> dict[str, int]:
     """Return how many studies are significant in tests without a vectorised form."""
     slow = [name for name in design.tests if name in SLOW]
     found = dict.fromkeys(slow, 0)
     for study in range(len(ratings.percent) if slow else 0):
-        data = simulated_dataset(
-            ratings, study, design.task.amplitudes_um_pp, design.choices, declared=design.declared
-        )
+        data = _dataset(design, ratings, study)
         try:
             _, prepared, _, _ = normalised(data, None)
         except UserError:

@@ -40,7 +40,7 @@ def print_power(
         box=box.SIMPLE_HEAD,
     )
     axes = varying(found)
-    columns = _columns(found[0], target, brief=len(axes) > NARROW)
+    columns = _columns(design, found[0], target, brief=len(axes) > NARROW)
     for title in (*(SHORT.get(axis, axis) for axis in axes), *columns):
         table.add_column(title, justify="right", no_wrap=True)
     for row in found:
@@ -53,14 +53,19 @@ def print_power(
         target_console.print(line, highlight=False, markup=False)
 
 
-def _columns(first: Row, target: float, *, brief: bool) -> dict[str, Callable[[Row], str]]:
+def _columns(
+    design: Design, first: Row, target: float, *, brief: bool
+) -> dict[str, Callable[[Row], str]]:
     """Return a mapping from headings to functions that return a column's content."""
     columns: dict[str, Callable[[Row], str]] = {}
-    for name in first.decisive[: 1 if brief else None]:
+    amplitudes = [name for name in first.decisive if name not in design.factor_tests]
+    for name in amplitudes[: 1 if brief else None]:
         title = f"{name}\nµm" if " - " in name else "any"
         columns[title] = partial(_power, name, target)
+    for name in design.factor_tests:
+        columns[name.replace(" x ", "\nx ")] = partial(_power, name, target)
     if brief:
-        columns["weakest\npair"] = lambda row: _share(row.weakest.value, target)
+        columns["weakest"] = lambda row: _share(row.weakest.value, target)
     columns["exponent\n±"] = _width
     if first.steps:
         columns["yes at\ncatch ±"] = lambda row: f"{row.steps[CATCH_WIDTH].mean:.3f}"
@@ -77,6 +82,30 @@ def _columns(first: Row, target: float, *, brief: bool) -> dict[str, Callable[[R
             f"{row.false_looks.value:.3f}" if row.false_looks else ""
         )
     return columns
+
+
+def _of_factors(design: Design) -> list[str]:
+    """Return the sentences on the factors, if there are any."""
+    known = [name for name, _ in design.task.factors]
+    if not known:
+        return []
+    tested = (
+        f"Factors ({', '.join(known)}): each is tested together with the {design.varied} in a "
+        "repeated-measures ANOVA of log estimates, averaged over the other factors."
+    )
+    lines = [tested]
+    if absent := [name for name, simulated in design.factor_tests.items() if not simulated]:
+        lines.append(
+            f"No effect is simulated for {', '.join(absent)}: these values are false alarms. Set "
+            "simulated or simulated_growth in [[factors]] to simulate an effect."
+        )
+    differing = dict(design.population.effect_sds)
+    if same := [name for name in known if name not in differing]:
+        lines.append(
+            f"All simulated people have the same effect of {', '.join(same)}; if people differ "
+            "(simulated_sd in [[factors]]), power is lower."
+        )
+    return lines
 
 
 def _power(name: str, target: float, row: Row) -> str:
@@ -118,11 +147,7 @@ def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
             f"Up to {refused:.1%} of the studies could not be normalised; they count as not "
             "significant."
         )
-    if design.factors:
-        lines.append(
-            f"Not simulated: {', '.join(design.factors)}. Power is that of one condition; the "
-            "power of a factor's effect and of its interaction with the level is not computed."
-        )
+    lines += _of_factors(design)
     lines.append(
         f"Tests: {PRIMARY_TESTS[design.choices.primary]}; normalised by {design.rule}; "
         f"excluded: {', '.join(design.choices.exclusions) or 'nobody'}. For the assumptions "

@@ -12,10 +12,11 @@ import pandas as pd
 
 from slipscale.analysis.reading.cleaning import empty_differences
 from slipscale.analysis.reading.dataset import Dataset
+from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from slipscale.analysis.planning.simulated.estimates import Ratings
     from slipscale.experiments.study.analysis_choices import AnalysisChoices
@@ -28,6 +29,7 @@ def simulated_dataset(
     choices: AnalysisChoices,
     *,
     declared: bool,
+    conditions: Sequence[Mapping[str, str]] = ({},),
 ) -> Dataset:
     """Return one of several simulated studies.
 
@@ -42,6 +44,8 @@ def simulated_dataset(
         The study's choices.
     declared : bool
         Whether participants stated the maximum of their scale.
+    conditions : sequence of Mapping
+        Factor -> level, for each condition of ``ratings``.
     """
     percent = ratings.percent[study]
     people, trials = percent.shape
@@ -65,6 +69,10 @@ def simulated_dataset(
             "faulty": False,
         }
     )
+    which = np.broadcast_to(ratings.condition, ratings.percent.shape)[study].ravel()
+    for factor in conditions[0]:
+        levels = np.array([each[factor] for each in conditions])
+        frame[f"{FACTOR}{factor}"] = pd.Categorical(levels[which])
     # Excluded or dropped out: no answer, no row.
     answered = frame[frame["estimate"].notna()].reset_index(drop=True)
     there = answered[PARTICIPANT].cat.remove_unused_categories()

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocols.ordering.orders import Rule
 
     Array = NDArray[np.float64]
+    #: Names of factors with their levels.
+    Factors = tuple[tuple[str, tuple[str, ...]], ...]
 
 #: Number of quantiles of the population at which sensation is tabulated for interpolation.
 PLACES = 241
@@ -57,6 +60,8 @@ class Task:
         Number of trials in other tasks of the run before this one.
     trials_after : int
         Number of trials in other tasks after this one; participants may also drop out there.
+    factors : tuple of (str, tuple of str)
+        Names and levels of factors; the task is repeated in each combination of levels.
     """
 
     amplitudes_um_pp: tuple[float, ...]
@@ -66,10 +71,18 @@ class Task:
     no_immediate_repeat: bool = True
     trials_before: int = 0
     trials_after: int = 0
+    factors: Factors = ()
+
+    @property
+    def conditions(self) -> list[dict[str, str]]:
+        """The combinations of factor levels; a single empty one without factors."""
+        names = [name for name, _ in self.factors]
+        levels = product(*(levels for _, levels in self.factors))
+        return [dict(zip(names, each, strict=True)) for each in levels]
 
     @property
     def trials(self) -> int:
-        """Number of trials, including practice."""
+        """Number of trials in a condition, including practice."""
         return len(self.amplitudes_um_pp) * (self.repetitions + self.practice)
 
 
@@ -85,11 +98,14 @@ class Ratings:
     percent : array, shape as ``amplitude``
         Estimates, 0 to 100 of the participant's scale; NaN after they dropped out.
     scale_top : array, shape (studies, participants)
+    condition : int array, shape as ``amplitude``
+        Index in the task's conditions; 0 without factors.
     """
 
     amplitude: NDArray[np.int64]
     percent: Array
     scale_top: Array
+    condition: NDArray[np.int64] | int = 0
 
     def means(self, amplitudes: int) -> Array:
         """Return mean estimates in % of the scale, shape (studies, participants, amplitudes)."""
@@ -132,26 +148,47 @@ def simulate_ratings(
     """
     shape = (studies, participants)
     people = _People(task, shape, population, rng)
-    order = draw_orders(
-        task.order,
-        len(task.amplitudes_um_pp),
-        task.repetitions,
-        task.practice,
-        no_immediate_repeat=task.no_immediate_repeat,
-        shape=shape,
-        rng=rng,
+    conditions = len(task.conditions)
+    turns = np.zeros((*shape, 1), np.int64)
+    if conditions > 1:
+        turns = draw_orders(
+            "williams", conditions, 1, 0, no_immediate_repeat=False, shape=shape, rng=rng
+        )
+    order = np.concatenate(
+        [
+            draw_orders(
+                task.order,
+                len(task.amplitudes_um_pp),
+                task.repetitions,
+                task.practice,
+                no_immediate_repeat=task.no_immediate_repeat,
+                shape=shape,
+                rng=rng,
+            )
+            for _ in range(conditions)
+        ],
+        axis=2,
     )
-    percent = np.stack([people.rate(order[..., trial]) for trial in range(task.trials)], axis=2)
+    condition = np.repeat(turns, task.trials, axis=2)
+    trials = range(order.shape[2])
+    percent = np.stack(
+        [people.rate(order[..., trial], condition[..., trial]) for trial in trials], axis=2
+    )
     habits = population.habits
     if habits.dropout:
-        planned = task.trials_before + task.trials + task.trials_after
+        planned = task.trials_before + len(trials) + task.trials_after
         last = np.floor(rng.uniform(size=shape) * planned)
         last = np.where(rng.uniform(size=shape) < habits.dropout, last, np.inf)
-        number = task.trials_before + np.arange(task.trials)
+        number = task.trials_before + np.arange(len(trials))
         percent = np.where(number > last[..., None], np.nan, percent)
-    main = slice(task.practice * len(task.amplitudes_um_pp), None)
+    main = np.arange(len(trials)) % task.trials >= people.practice
     tops = rng.choice(np.array(population.scale_tops), size=shape)
-    return Ratings(amplitude=order[..., main], percent=percent[..., main], scale_top=tops)
+    return Ratings(
+        amplitude=order[..., main],
+        percent=percent[..., main],
+        scale_top=tops,
+        condition=condition[..., main],
+    )
 
 
 class _People:
@@ -169,7 +206,10 @@ class _People:
         known = curves(population)
         amplitudes = task.amplitudes_um_pp
         self.block = len(amplitudes) if task.order != "simple" else 0
-        self.practice = task.practice * len(amplitudes)
+        self.practice, self.planned = task.practice * len(amplitudes), task.trials
+        self.conditions = task.conditions
+        self.changing = population.effects or population.growths or population.effect_sds
+        self.deviates: dict[str, Array] = {}
         self.amplitudes = np.array(amplitudes)
         self.tables = _tables(population, amplitudes)
         self.turns = np.array([known.turns(amplitude) for amplitude in amplitudes])
@@ -188,8 +228,11 @@ class _People:
         self.past = History(contact_s=np.zeros(shape))
         self.before = np.zeros(shape)
 
-    def rate(self, which: NDArray[np.int64]) -> Array:
-        """Return every participant's estimate of one surface, in % of their scale."""
+    def rate(self, which: NDArray[np.int64], condition: NDArray[np.int64]) -> Array:
+        """Return every participant's estimate of one surface, in % of their scale.
+
+        ``which`` and ``condition`` are indices of the amplitude and the condition.
+        """
         self._feel(which)
         noise = self.noise * self.rng.normal(size=self.shape)
         if self.habits.learning:
@@ -202,6 +245,9 @@ class _People:
         percent = np.asarray(lower + (place - below) * (upper - lower))
         if self.habits.misread:
             percent = np.where(self.misread, 100 - percent, percent)
+        for number, levels in enumerate(self.conditions if self.changing else ()):
+            changed = self.population.in_condition(percent, levels, self._own)
+            percent = np.where(condition == number, changed, percent)
         if self.distorts:
             percent = reported(percent, self.habits, self.past, self.frame)
         if self.habits.lapses:
@@ -221,7 +267,7 @@ class _People:
         self.before = amplitude
         if not self.habits.settling:
             return
-        rested = trials == self.practice or (self.block and trials % self.block == 0)
+        rested = trials % self.planned == self.practice or (self.block and trials % self.block == 0)
         contact_s = np.zeros(self.shape) if rested else self.past.contact_s
         people = self.population
         wish_s = people.exploration_s * self.pace
@@ -229,6 +275,12 @@ class _People:
             people.exploration_sigma * self.rng.normal(size=self.shape)
         )
         self.past = self.past.after_contact(contact_s)
+
+    def _own(self, purpose: str) -> Array:
+        """Return everybody's standard normal deviate for a purpose, which is drawn once."""
+        if purpose not in self.deviates:
+            self.deviates[purpose] = self.rng.normal(size=self.shape)
+        return self.deviates[purpose]
 
     def _anything(self) -> Array:
         return 100 * self.rng.uniform(size=self.shape)

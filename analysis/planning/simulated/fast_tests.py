@@ -8,6 +8,7 @@ ties, whereas the report uses permutations.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,7 +21,7 @@ from slipscale.analysis.statistics.holm import holm_rows
 from slipscale.analysis.statistics.regression import fit_lines
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -146,13 +147,44 @@ def _of_complete(values: Array, test: Callable[[Array], Array]) -> Array:
     return p
 
 
-def _anova(logs: Array) -> Array:
+def _anova(logs: Array, df: int | None = None) -> Array:
     from scipy.special import fdtrc  # noqa: PLC0415 - half a second
 
     n, k = logs.shape[1:]
-    epsilon = batched.greenhouse_geisser(logs)
+    df = df or k - 1
+    epsilon = batched.greenhouse_geisser(logs, df)
     f = batched.repeated_measures_f(logs)
-    return np.asarray(fdtrc((k - 1) * epsilon, (k - 1) * (n - 1) * epsilon, f))
+    return np.asarray(fdtrc(df * epsilon, df * (n - 1) * epsilon, f))
+
+
+def factor_p(logs: Array, sizes: Sequence[int]) -> Iterator[Array]:
+    """Yield p-values of each factor's effect on means and of its interaction with the amplitude.
+
+    As in the report, each factor is tested together with the amplitude, averaged over the others.
+
+    Parameters
+    ----------
+    logs : array, shape (studies, participants, conditions x amplitudes)
+    sizes : sequence of int
+        Number of levels of each factor.
+    """
+    studies, people = logs.shape[:2]
+    cells = logs.reshape(studies, people, *sizes, -1)
+    k = cells.shape[-1]
+    for place, size in enumerate(sizes):
+        of_factor = np.moveaxis(cells, 2 + place, -2).reshape(studies, people, -1, size, k)
+        two_way = means(np.moveaxis(of_factor, 2, 0)).reshape(studies, people, -1)
+        tests = (partial(_main_effect, k=k), partial(_interaction, k=k))
+        yield from (_of_complete(two_way, test) for test in tests)
+
+
+def _main_effect(logs: Array, k: int) -> Array:
+    return _anova(logs.reshape(*logs.shape[:2], -1, k).mean(axis=3))
+
+
+def _interaction(logs: Array, k: int) -> Array:
+    cells = logs.reshape(*logs.shape[:2], -1, k)
+    return _anova(batched.interactions(cells), (cells.shape[2] - 1) * (k - 1))
 
 
 class _Means(NamedTuple):

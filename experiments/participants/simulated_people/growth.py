@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.participants.simulated_people.population import (
     AMPLITUDE_UM_PP,
@@ -21,6 +21,9 @@ from slipscale.experiments.participants.simulated_people.population import (
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipscale.experiments.study.factors import Factor
     from slipscale.experiments.study.model import Study
     from slipscale.stimuli.quantity import Quantity
 
@@ -78,6 +81,17 @@ def growth_of(quantity: Quantity) -> Growth:
     return next((GROWTH[key] for key in keys if key in GROWTH), OTHER)
 
 
+def _effects(factors: Sequence[Factor]) -> dict[str, Any]:
+    """Return a population's keys for the simulated effects of a study's factors."""
+    return {
+        "effects": tuple((f.name, level, by) for f in factors for level, by in f.simulated.items()),
+        "growths": tuple(
+            (f.name, level, by) for f in factors for level, by in f.simulated_growth.items()
+        ),
+        "effect_sds": tuple((f.name, f.simulated_sd) for f in factors if f.simulated_sd),
+    }
+
+
 def people_for(study: Study, population: Population | None = None) -> Population:
     """Return the population for a pilot, with curves for the study's quantity.
 
@@ -87,13 +101,8 @@ def people_for(study: Study, population: Population | None = None) -> Population
         If the population's own curve is in another quantity.
     """
     people, quantity = population or Population(), study.quantity
-    effects = tuple(
-        (factor.name, level, share)
-        for factor in study.factors
-        for level, share in factor.simulated.items()
-    )
-    if effects and not people.effects:
-        people = people.model_copy(update={"effects": effects})
+    if not (people.effects or people.growths or people.effect_sds):
+        people = people.model_copy(update=_effects(study.factors))
     unit = "" if quantity.in_um_pp and not study.vary else quantity.unit_in_full
     if people.unit == unit and not study.simulated:
         return people

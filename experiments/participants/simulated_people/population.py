@@ -23,7 +23,7 @@ from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from statistics import NormalDist
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -45,7 +45,10 @@ from slipscale.faults.toml_file import parse_toml
 from slipscale.faults.validation import in_words
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
+
+    import numpy as np
+    from numpy.typing import NDArray
 
 # Biet 2007, Table III (page 2688 of the journal's volume 54).
 AMPLITUDE_UM_PP = (0.0, 0.5, 1.2, 2.3)
@@ -62,6 +65,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 AboveZero = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Percent = Annotated[float, Field(gt=0, lt=100)]
+Number = TypeVar("Number", float, "NDArray[np.float64]")
 
 
 class Population(BaseModel):
@@ -182,6 +186,16 @@ class Population(BaseModel):
         "a study factor; default: 1. Taken from the study's `simulated`, with its "
         "sources.",
     )
+    growths: tuple[tuple[str, str, AboveZero], ...] = Field(
+        default=(),
+        description="Factor by which the exponent of sensation is multiplied in a condition; "
+        "default: 1. Taken from the study's `simulated_growth`.",
+    )
+    effect_sds: tuple[tuple[str, NotNegative], ...] = Field(
+        default=(),
+        description="Between-person differences in a factor's effects: standard deviation of their "
+        "logarithm, by name of the factor. Taken from the study's `simulated_sd`.",
+    )
     behaviour: str = Field(
         default="",
         description="Name of a behaviour from a package (an entry point of "
@@ -198,7 +212,7 @@ class Population(BaseModel):
         return {
             name: value
             for name, value in told.items()
-            if value or name not in (OWN, "unit", "effects")
+            if value or name not in (OWN, "unit", "effects", "growths", "effect_sds")
         }
 
     @model_validator(mode="after")
@@ -224,6 +238,31 @@ class Population(BaseModel):
     def own(self) -> float:
         """The proportion of the variance due to the person's exponent."""
         return max(1 - self.shared - self.trial_to_trial, 0.0)
+
+    def in_condition(
+        self, percent: Number, levels: Mapping[str, str], own: Callable[[str], Number]
+    ) -> Number:
+        """Return a sensation, 0 to 100, as changed by the trial's condition.
+
+        Parameters
+        ----------
+        percent : float or array
+        levels : Mapping
+            Factor -> level.
+        own : callable
+            Returns the person's standard normal deviate for a purpose.
+        """
+
+        def product(known: tuple[tuple[str, str, float], ...]) -> float:
+            return math.prod(by for name, level, by in known if levels.get(name) == level)
+
+        growth = product(self.growths)
+        if growth != 1:
+            percent = 100 * (percent / 100) ** growth
+        for name, sd in self.effect_sds:
+            if name in levels:
+                percent = percent * math.e ** (sd * own(f"effect of {name} {levels[name]}"))
+        return percent * product(self.effects)
 
     def angle(self, level: float) -> float:
         """Return the angle of a person's curve between intercept and exponent, in radians.

@@ -210,11 +210,11 @@ class Respondent:
     @property
     def impressions(self) -> tuple[float, ...]:
         """The noisy strengths of these sensations; two of them give the noise of a difference."""
-        each, effect = self._threshold / math.sqrt(2), self._effect()
+        each = self._threshold / math.sqrt(2)
         turned = (self.turned,) if self.turned else ()
         again = ("felt again", self.felt_again) if self.felt_again else ()
         return tuple(
-            self._curves.mean(felt) * effect
+            self._in_condition(self._curves.mean(felt))
             + each * self.stream("impression", interval, *turned, *again).normal()
             for interval, felt in sorted(self.memory.of_trial.items())
         )
@@ -334,16 +334,13 @@ class Respondent:
         if self._people.habits.learning:
             noise *= max(self.memory.past.trials, 1) ** -self._people.habits.learning
         felt = self.memory.last_level
-        return self._sensation.percent(felt, noise) * self._effect()
+        return self._in_condition(self._sensation.percent(felt, noise))
 
-    def _effect(self) -> float:
-        """Return the multiplier of the sensation in the trial's condition."""
+    def _in_condition(self, percent: float) -> float:
+        """Return a sensation as changed by the trial's condition."""
         told = self.memory.trial.factors if self.memory.trial else {}
-        return math.prod(
-            share
-            for name, level, share in self._people.effects
-            if factor_level(told.get(name)) == level
-        )
+        levels = {name: factor_level(value) for name, value in told.items()}
+        return self._people.in_condition(percent, levels, self._own)
 
     def _of_standard(self) -> float:
         """Return the sensation for the standard, felt first in this trial or before it."""

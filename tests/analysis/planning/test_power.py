@@ -6,7 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
+from scipy import stats
 
 from slipscale import commands
 from slipscale.analysis.pipeline import analyse
@@ -18,7 +20,8 @@ from slipscale.analysis.planning.power.shard import Looks, Shard, at_once, exclu
 from slipscale.analysis.planning.power.terminal import summary
 from slipscale.analysis.planning.simulated.dataset import simulated_dataset
 from slipscale.analysis.planning.simulated.estimates import Ratings, Task, simulate_ratings
-from slipscale.analysis.planning.simulated.fast_tests import pairwise, tables
+from slipscale.analysis.planning.simulated.fast_tests import factor_p, pairwise, tables
+from slipscale.analysis.statistics.two_way import two_way
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.participants.simulated_people.habits import REALISTIC
 from slipscale.experiments.participants.simulated_people.population import Population
@@ -385,20 +388,93 @@ def test_the_choices_that_need_a_standard_are_refused():
         design_of(study, TEXT, Population(), 0.05)
 
 
-def test_factors_that_have_no_power_are_named():
-    crossed = (
-        f'{TEXT}\n[[factors]]\nname = "direction"\nlevels = ["left", "right"]\n'
-        '[factors.instructions.en]\nleft = "Stroke left."\nright = "Stroke right."\n'
-    )
+CROSSED = f"""{TEXT}
+[[factors]]
+name = "direction"
+levels = ["left", "right", "both"]
+simulated = {{ right = 0.5 }}
+[[factors]]
+name = "hand"
+levels = ["left", "right"]
+"""
+
+
+def test_the_effect_and_the_interaction_of_each_factor_have_a_power():
     wanted = [Condition(participants=6)]
-    made, outcomes = computed(wanted, studies=2)
-    found = rows(made, wanted, outcomes, looks=Looks())
-    assert not any("Not simulated" in line for line in summary(made, found, 0.8))
-    factors = design(text=crossed).factors
-    (line,) = (
-        each for each in summary(replace(made, factors=factors), found, 0.8) if "Not" in each
+    made = design(text=CROSSED)
+    found = rows(made, wanted, run_grid(shards(made, wanted, studies=40, seed=1)), looks=Looks())
+    power = {name: share.value for name, share in found[0].power.items()}
+    assert power["direction"] > 0.9
+    assert max(power["direction x amplitude"], power["hand"], power["hand x amplitude"]) < 0.2
+    assert "direction" in found[0].decisive
+    assert "hand" not in found[0].decisive
+    told = " ".join(summary(made, found, 0.8))
+    assert "for direction x amplitude, hand, hand x amplitude: these values are false" in told
+    assert "the same effect of direction, hand; if people differ" in told
+    assert found[0].condition.people(made.population).effects == (("direction", "right", 0.5),)
+    none = Condition(participants=6, effect=0).people(made.population)
+    assert none.effects == (("direction", "right", 1.0),)
+
+
+def test_without_factors_the_random_numbers_are_as_before_factors_had_power():
+    assert "factors" not in design().identity["task"]
+    assert "factors" in design(text=CROSSED).identity["task"]
+
+
+def test_simulated_people_have_the_conditions_of_the_session_and_its_effects():
+    """By name of the condition: exponents differ by the factor stated, and people by their SD."""
+    text = CROSSED.replace("0.5 }", "0.5 }\nsimulated_growth = { both = 1.5 }")
+    made = design(text=text.replace("right = 0.5", "right = 0.5, left = 0.8"))
+    made = replace(made, task=replace(made.task, practice=2))
+    ratings = simulated(made, Condition(participants=40), 5)
+    assert ratings.percent.shape == (5, 40, 24)
+    conditions, felt = made.task.conditions, {}
+    for number, each in enumerate(conditions):
+        for place, amplitude in enumerate(AMPLITUDES):
+            here = (ratings.condition == number) & (ratings.amplitude == place)
+            assert here.sum() == 5 * 40
+            felt[each["direction"], each["hand"], amplitude] = ratings.percent[here].mean()
+    assert felt["right", "left", 2.3] / felt["left", "left", 2.3] == pytest.approx(
+        0.5 / 0.8, rel=0.02
     )
-    assert "direction. Power is that of one condition" in line
+    # The mean of a power is near the power of the mean if people differ little.
+    assert felt["both", "right", 2.3] == pytest.approx(100 * 0.8133**1.5, abs=3)
+    people = made.population.model_copy(update={"effect_sds": (("hand", 0.3),)})
+    differing = simulated(replace(made, population=people), Condition(participants=400), 1)
+    logs = np.log(np.maximum(differing.by_amplitude(differing.percent, 4)[..., 2], 1))
+    hands = np.array([each["hand"] == "left" for each in conditions])[differing.condition]
+    left = differing.by_amplitude(hands, 4)[..., 2]
+    of_left, of_right = (np.where(left == it, logs, 0).sum(axis=0) / 3 for it in (True, False))
+    assert np.std(of_left - of_right) == pytest.approx(0.3 * 2**0.5, rel=0.2)
+
+
+def test_power_of_two_factors_is_that_of_the_noncentral_f_distribution():
+    """Two levels each, so no correction for sphericity: F(1, n - 1, n effect² / variance)."""
+    studies, n, shift, crossed = 4000, 10, 0.6, 1.0
+    rng = np.random.default_rng(5)
+    cells = rng.normal(size=(studies, n, 2, 2)) + rng.normal(size=(studies, n, 1, 1))
+    cells += np.array([[0.0, 0.0], [shift, shift + crossed]])
+    p_main, p_crossed = factor_p(cells.reshape(studies, n, 4), [2])
+    # The mean over the second factor differs by `shift + crossed / 2`, with a variance of 1; the
+    # difference of differences has a variance of 4.
+    for p, noncentrality in (
+        (p_main, n * (shift + crossed / 2) ** 2),
+        (p_crossed, n * crossed**2 / 4),
+    ):
+        power = stats.ncf.sf(stats.f.ppf(0.95, 1, n - 1), 1, n - 1, noncentrality)
+        assert (p < 0.05).mean() == pytest.approx(
+            power, abs=4 * (power * (1 - power) / studies) ** 0.5
+        )
+
+
+def test_a_factors_p_values_are_the_report_s():
+    cells = np.random.default_rng(6).normal(size=(1, 9, 3, 2, 4))
+    p = [float(each[0]) for each in factor_p(cells.reshape(1, 9, 24), [3, 2])]
+    for place, size in enumerate((3, 2)):
+        table = cells[0].mean(axis=2 - place).reshape(9, -1)
+        columns = pd.MultiIndex.from_product([range(size), range(4)])
+        effects = two_way(pd.DataFrame(table, columns=columns), 0.95, "every level")
+        assert p[2 * place : 2 * place + 2] == pytest.approx([effects[0].p, effects[2].p], rel=1e-6)
 
 
 def test_a_task_knows_what_comes_before_and_after_it():

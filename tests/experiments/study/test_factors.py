@@ -1,6 +1,7 @@
 """Factors that are crossed with the levels of a study."""
 
 import itertools
+import math
 from collections import Counter
 from dataclasses import replace
 
@@ -92,6 +93,24 @@ def test_simulated_people_feel_less_where_the_study_says_so(crossed_run):
     for (effects, direction, number), value in felt.items():
         share = 0.5 if effects and direction == "right" else 1.0
         assert value == pytest.approx(share * felt[(), direction, number], abs=0.51)
+
+
+def test_simulated_people_can_differ_in_growth_and_in_the_effect_itself(crossed_run):
+    text = STUDY.replace(
+        '"right"]', '"right"]\nsimulated_growth = { right = 2 }\nsimulated_sd = 0.3'
+    )
+    people = people_for(parse_study(text, "crossed.toml"))
+    alike = people.model_copy(update={"effect_sds": ()})
+    assert alike.in_condition(50.0, {"direction": "right"}, dict[str, float]().__getitem__) == 25
+    own = {"effect of direction left": 1.0, "effect of direction right": -1.0}
+    for level, percent in (("left", 50 * math.exp(0.3)), ("right", 25 * math.exp(-0.3))):
+        found = people.in_condition(50.0, {"direction": level}, own.__getitem__)
+        assert found == pytest.approx(percent)
+    felt = [
+        [step.answer for step in bare_run(crossed_run, each) if isinstance(step.step, Ask)]
+        for each in (people, alike)
+    ]
+    assert felt[0] != felt[1]
 
 
 def test_a_condition_is_told_before_it_and_changes_the_stimulus(crossed_run):
