@@ -373,8 +373,8 @@ def main() -> None:
     # statsmodels' Holm correction runs the garbage collector at each call, which takes longer
     # than the study.
     gc.freeze()
-    size = f"{args.studies} simulated studies per cell unless stated otherwise; seed {args.seed}."
-    lines = [size, ""]
+    size = f"{args.studies} simulated studies unless stated otherwise (seed {args.seed})"
+    lines = [f"Each cell is based on {size}.", ""]
     lines += table("Coverage of 95 % intervals", COVERAGE, args.studies, args.seed)
     lines += ["", *table("Error rate of tests at .05", ERRORS, args.studies, args.seed)]
     if args.write:

@@ -87,9 +87,9 @@ def main() -> None:
     found = pd.DataFrame(
         {design: share_flagged(design, args.participants, args.seed) for design in DESIGNS}
     )
-    people = f"{args.participants} simulated people per cell, in studies of {STUDY}"
+    people = f"{args.participants} simulated people in studies of {STUDY}"
     lines = [
-        f"{people}; columns: amplitudes × repetitions.",
+        f"Each cell describes {people}; the columns are designs (amplitudes × repetitions).",
         "",
         f"| Flag | {' | '.join(found.columns)} |",
         f"| --- |{' --- |' * len(found.columns)}",
@@ -98,7 +98,8 @@ def main() -> None:
     raised = found.any(axis="columns")
     for flag, shares in found[raised].iterrows():
         lines.append(f"| {flag} | {' | '.join(f'{share:.3f}' for share in shares)} |")
-    lines += ["", f"Never raised: {', '.join(f'`{flag}`' for flag in found.index[~raised])}."]
+    never = ", ".join(f"`{flag}`" for flag in found.index[~raised])
+    lines += ["", f"These flags were never raised: {never}."]
     print("\n".join(lines))
     if args.write:
         put("flags", lines)

@@ -215,7 +215,8 @@ def _tables(runs: int) -> list[str]:
         rows = _kept(case, runs)
         key = (protocol, *(each.what for each in rows))
         tables.setdefault(key, {})[rule or protocol] = rows
-    lines = [f"{runs} runs per case, seed {SEED}, {dt.datetime.now(dt.UTC):%Y-%m-%d}."]
+    day = f"{dt.datetime.now(dt.UTC):%Y-%m-%d}"
+    lines = [f"Each case was simulated in {runs} runs (seed {SEED}, {day})."]
     for (title, *_), rules in tables.items():
         lines += ["", *table_of(title, rules)]
     if missing := [case.title for case in cases() if case not in there]:

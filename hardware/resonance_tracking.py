@@ -1,6 +1,6 @@
 """Track a drifting resonance: three points around its last frequency, and a parabola's vertex.
 
-Near one resonance the amplitude at a drive of constant voltage is
+Near one resonance, the amplitude at constant drive voltage is
 
     A(f) = A0 / sqrt(1 + 4 Q² (f - f0)² / f0²),
 

@@ -1,9 +1,9 @@
 """Friction maps: surfaces whose amplitude is the grey value of an image at the finger's position.
 
 A one-row image is a profile along the stroke; without a sensor it is played for a finger of the
-assumed speed, from its left end. An image with several rows needs the finger's position along and
-across. The middle of the image is at the sensor's zero, the top of the image at positive y.
-Between pixels the amplitude is interpolated; beyond the image it is that of the nearest pixel.
+assumed speed, from its left end. An image with several rows needs the finger's position in both
+directions. The middle of the image is at the sensor's zero, and its top is at positive y. Between
+pixels, the amplitude is interpolated; beyond the image, the nearest pixel's amplitude is used.
 """
 
 from __future__ import annotations

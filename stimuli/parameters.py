@@ -1,4 +1,4 @@
-"""The parameters that a study can vary; each is declared only at its stimulus.
+"""The parameters that a study can vary; each is declared only once, in its stimulus class.
 
 A field of a texture (`slipscale.stimuli.textures`) with a `Parameter` in its annotation can be the
 level of every protocol (``vary`` in a study file). The declaration defines the key and range in

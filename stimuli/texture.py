@@ -1,8 +1,8 @@
 """Textures: surfaces with an amplitude that follows the finger, as ridges and grooves of friction.
 
-The paper's introduction and conclusion mention them: slipperiness modulated in space is perceived
-as relief. A grating is a function of position. For a finger of known speed, it becomes a sequence
-of commands, within what the plate and its line can follow.
+The paper's introduction and conclusion mention such textures: slipperiness modulated in space is
+perceived as relief. A grating is a function of position. For a finger of known speed, it becomes a
+sequence of commands, within what the plate and its line can follow.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Words for yes/no tasks: a plate goes down in steps; other data are judgements of stimuli."""
+"""Words for yes/no tasks: steps down for a plate, single stimuli for other data."""
 
 from __future__ import annotations
 

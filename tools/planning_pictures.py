@@ -26,9 +26,9 @@ MOST_BYTES = 150_000
 
 
 def commands(page: str) -> list[list[str]]:
-    """Return the page's commands in order, each as a list of words."""
-    lines = re.findall(r"^    (slipscale .*)$", page, flags=re.MULTILINE)
-    return [shlex.split(line, comments=True) for line in lines]
+    """Return the commands of the page's `sh` blocks in order, each as a list of words."""
+    blocks = re.findall(r"^```sh\n(.*?)^```", page, flags=re.MULTILINE | re.DOTALL)
+    return [shlex.split(line, comments=True) for block in blocks for line in block.splitlines()]
 
 
 def pictures(page: str) -> list[str]:

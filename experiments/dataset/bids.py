@@ -1,4 +1,4 @@
-"""Write a data set from its journals. It can be rebuilt at any time and is never edited."""
+"""Write a data set from its journals; it can be rebuilt at any time and is never edited."""
 
 from __future__ import annotations
 

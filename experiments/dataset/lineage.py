@@ -1,6 +1,6 @@
 """The sources of a merged data set, and the merged sets that include a data set.
 
-Both sides store this, because a withdrawal from one affects the other.
+Both data sets store this information, because a withdrawal from one affects the other.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 BIDS requires a constant sampling frequency, but sensors are read once per frame. Rules:
 
 - each task of a run has one file per source, from its first sample to its last;
-- the frequency is the median of the source's own, rounded to 1 Hz;
+- the frequency is the source's median sampling frequency, rounded to 1 Hz;
 - a row contains the last sample within half a period, otherwise n/a (no finger, or no step that
   is measured);
 - the journal keeps every sample with its time.

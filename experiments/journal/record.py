@@ -4,8 +4,8 @@ Each line is a JSON object. It contains the record's number ``n``, the session's
 seconds, its ``kind`` and its data. The last two entries verify it:
 
 - ``hash``: the first 32 hexadecimal digits of the SHA-256 of the previous record's hash and this
-  record's text. It no longer matches if a record is removed, moved, repeated or edited.
-- ``crc``: CRC-32 of everything before it in the line. It detects a torn or altered line
+  record's text. The hash no longer matches if a record is removed, moved, repeated or edited.
+- ``crc``: CRC-32 of everything before it in the line. The CRC detects a torn or altered line
   independently of the other lines, so that local damage leaves the rest readable.
 """
 

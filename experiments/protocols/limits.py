@@ -1,9 +1,10 @@
 """Method of limits: levels move towards or away from a standard until the answer changes.
 
-In each trial the participant feels the standard, then the surface of a level, and says whether they
-differ. An ascending series begins at the lowest level and ends with the first "yes", a descending
-one begins at the highest and ends with the first "no". The transition lies between the last two
-levels. Series begin at different levels, so that the number of trials gives no hint.
+In each trial the participant feels the standard, then a surface at some level, and answers whether
+they differ. An ascending series begins at the lowest level and ends with the first "yes"; a
+descending series begins at the highest level and ends with the first "no". The transition lies
+between the last two levels. Series begin at different levels, so that the number of trials gives
+no hint.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Questions answered by the operator: verbal reports by the participant, or decisions.
 
-The participant's screen shows the question meanwhile. The operator's entry is validated like a
+Meanwhile, the participant's screen shows the question. The operator's entry is validated like a
 participant's.
 """
 

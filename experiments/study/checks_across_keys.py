@@ -1,7 +1,7 @@
 """Check keys of a study against each other.
 
-Each check yields faults, with their places in the file. It receives the valid keys only, so it is
-skipped if a key that it needs is invalid.
+Each check yields faults, with their places in the file. A check receives only the valid keys, so
+it is skipped if a key that it needs is invalid.
 """
 
 from __future__ import annotations

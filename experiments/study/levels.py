@@ -1,8 +1,8 @@
 """The meaning of a study's levels, and which of them can be presented.
 
 A level is a value of the quantity that the plate produces, or of the varied ``[stimulus]``
-parameter. It can be presented if the parameter is in range, the plate limit is respected, and
-plate, line and film respond fast enough (`slipscale.stimuli.modulation.LEAST_FOLLOWED`).
+parameter. It can be presented if the parameter is in range, the plate limit is respected, and the
+plate, the line and the film respond fast enough (`slipscale.stimuli.modulation.LEAST_FOLLOWED`).
 """
 
 from __future__ import annotations

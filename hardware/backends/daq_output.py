@@ -1,7 +1,7 @@
-"""A sine from an analogue output of a National Instruments device, in the plate's own quantity.
+"""A sine wave from a National Instruments analogue output, in the plate's own quantity.
 
-For an electrovibration screen behind an amplifier (volts) and for a vibrotactile actuator
-(acceleration or displacement, below 1 kHz). SPEC: ``daq:Dev1/ao0,plate=desk,...`` with
+Use this backend for an electrovibration screen behind an amplifier (volts) or for a vibrotactile
+actuator (acceleration or displacement, below 1 kHz). SPEC: ``daq:Dev1/ao0,plate=desk,...`` with
 
 ==============  ==================================================================
 ``plate``       the plate file: quantity and limits; required

@@ -1,4 +1,4 @@
-"""Which sine at the plate produces a level, from the calibration or as stated in the SPEC.
+"""Determine the sine wave at the plate that produces a level, from the calibration or the SPEC.
 
 A plate in µm needs a calibration. For a plate file in another quantity, the SPEC has
 

@@ -1,7 +1,7 @@
 """Questions at the terminal while a plate vibrates; the plate is kept alive while a person types.
 
 A board silences itself if it receives nothing for its watchdog time, so `typed` repeatedly calls a
-function while it waits. It waits in short steps: otherwise a signal that arrives just as a
+function while it waits. `typed` waits in short steps: otherwise a signal that arrives just as a
 piped question appears would be noticed only after the next line.
 """
 

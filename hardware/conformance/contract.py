@@ -1,7 +1,8 @@
 """Test whether a backend fulfils the driver's contract, defined in `slipscale.hardware.driver`.
 
-For plug-ins: `slipscale plate conform SPEC`. The plate vibrates. Readbacks of the kind "commanded"
-or "none" are not evidence; for such a backend, the report lists the rules that prove nothing.
+Plug-in authors run these tests with `slipscale plate conform SPEC`. The plate vibrates. Readbacks
+of the kind "commanded" or "none" are not evidence; for such a backend, the report lists the rules
+that prove nothing.
 """
 
 from __future__ import annotations

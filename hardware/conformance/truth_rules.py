@@ -1,9 +1,9 @@
 """Rules for truthful reports: ramps, silence, drive and lists are as reported. The plate vibrates.
 
-They compare two of the board's own reports with each other: the sensor's amplitude with the drive
-voltage, and both with the command. For a board without a vibration sensor, only rules that need
-the voltage apply. What a board can fake in all of its reports at once is left to the guided part
-(`slipscale.hardware.conformance.guided`).
+These rules compare two of the board's own reports with each other: the sensor's amplitude with the
+drive voltage, and both with the command. For a board without a vibration sensor, only rules that
+need the voltage apply. What a board can fake in all of its reports at once is left to the guided
+part (`slipscale.hardware.conformance.guided`).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Measures of an exploration from its samples: speed, number of strokes, friction (pure functions).
 
-Speed and strokes are computed from positions about 50 ms apart; between neighbouring samples, a
-sensor's noise would be mistaken for movement.
+Speed and strokes are computed from positions about 50 ms apart; between neighbouring samples,
+sensor noise would be mistaken for movement.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Check whether an exploration's samples can come from a finger (pure functions).
 
 A wrong column, unit or wire also produces numbers. Each rule describes something that a finger
-never does. A trial that violates one is flagged; its samples are kept.
+never does. A trial that violates a rule is flagged; its samples are kept.
 """
 
 from __future__ import annotations

@@ -8,8 +8,8 @@ SPEC: ``mouse:mm_per_pixel=0.25`` with
 ``angle``         direction of the stroke on the screen, degrees (0: to the right)
 ================  ===============================================================
 
-It provides one sample per frame. A mouse reports only movement, so position 0 is the middle of the
-window; a touch panel is fixed to the plate.
+The pointer provides one sample per frame. A mouse reports only movement, so position 0 is the
+middle of the window; a touch panel is fixed to the plate.
 """
 
 from __future__ import annotations

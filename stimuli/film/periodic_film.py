@@ -1,9 +1,9 @@
 """Dimensionless periodic solution of Reynolds' equation (3).
 
-Finite volumes across the ridges (second order, conservative) and Fourier collocation in time: the
-states at all instants of one period are solved for together, without time stepping or transients.
-Newton's steps are block-tridiagonal, with one dense block of instants per cell. The film is
-symmetric about the middle of the contact, so only half of it is solved.
+The method combines finite volumes across the ridges (second order, conservative) with Fourier
+collocation in time. The states at all instants of one period are solved for together, without time
+stepping or transients. The Newton steps are block-tridiagonal, with one dense block of instants
+per cell. The film is symmetric about the middle of the contact, so only half of it is solved.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The squeeze film at any squeeze number: the full Reynolds equation in physical units.
 
-Equation (3) of Biet et al. (2007), with equation (4) corrected as in
-`slipscale.stimuli.film.squeeze_film.squeeze_number`, solved by
+The equation is (3) in Biet et al. (2007), with equation (4) corrected as in
+`slipscale.stimuli.film.squeeze_film.squeeze_number`. It is solved by
 `slipscale.stimuli.film.periodic_film`.
 """
 

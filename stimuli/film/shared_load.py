@@ -1,4 +1,4 @@
-"""Shared load: asperities and film carry the finger together. A second model of friction.
+"""Shared load: a second friction model, in which asperities and film carry the finger together.
 
 **Not validated.** It follows the observations of Wiertlewski, Friesen and Colgate (2016,
 doi:10.1073/pnas.1603908113) and of Sednaoui, Vezzoli and others (2017,

@@ -1,9 +1,9 @@
 """A person at a PsychoPy window.
 
-There is one file per concept. Independent of PsychoPy: the contents of a screen (`scene`), and the
-behaviour of each step (`screens`). Based on PsychoPy: the window that draws (`display`), the
-keyboard (`keyboard`), and `window`, which combines them into a participant. PsychoPy is imported
-when the window opens, not before.
+There is one file per concept. The contents of a screen (`scene`) and the behaviour of each step
+(`screens`) are independent of PsychoPy. The window that draws (`display`), the keyboard
+(`keyboard`) and `window`, which combines them into a participant, use PsychoPy. PsychoPy is
+imported when the window opens, not before.
 """
 
 from slipscale.experiments.participants.psychopy_window.display import check_screen, screens

@@ -2,8 +2,8 @@
 
 Data on the paper's participants exist for four amplitudes of one plate (`population`). In another
 quantity, the ends of a study's range are assumed to feel like the ends of the paper's range, and
-sensation between them follows this table. The equal ends and the spread between people are our
-assumptions.
+sensation between them follows this table. Both the matching ends and the spread between people are
+our assumptions.
 """
 
 from __future__ import annotations

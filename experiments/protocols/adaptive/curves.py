@@ -1,10 +1,10 @@
 """Psychometric functions: the proportion of correct (or "yes") answers at a level.
 
-All are ``guess + (1 - guess - lapse) G(slope (u(x) - u(threshold)))``, where ``u`` is the level or
-its natural logarithm and ``G`` is a cumulative distribution function (Wichmann and Hill 2001,
-Percept. Psychophys. 63, 1293-1313, equation 1). Slopes are per µm, or dimensionless for the
-logarithmic functions. At the threshold, ``G`` is 1 - 1/e for the Weibull function and one half for
-the others.
+All functions have the form ``guess + (1 - guess - lapse) G(slope (u(x) - u(threshold)))``, where
+``u`` is the level or its natural logarithm and ``G`` is a cumulative distribution function
+(Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313, equation 1). Slopes are per µm, or
+dimensionless for the logarithmic functions. At the threshold, ``G`` is 1 - 1/e for the Weibull
+function and one half for the others.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Have questions answered: with a sound, by the operator, again, or after returning to one.
+"""Ask questions: with a sound, through the operator, again, or after going back to one.
 
 A repeated question is recorded as a new answer, which replaces the old one in the data. The
 protocol does not receive it, so its earlier steps are unchanged. No shipped protocol bases

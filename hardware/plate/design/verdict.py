@@ -1,9 +1,9 @@
 """Check with finite elements whether a plate meets its requirements at the finger's position.
 
-The beam of equation (37) bends uniformly over its width and therefore overestimates the amplitude:
-the paper's plate reaches two thirds of that value at its edge and less than half in its middle.
-The beam model selects the plates worth solving. The solutions are judged here, on meshes that are
-refined until the amplitude changes by less than 4 %.
+The beam of equation (37) bends uniformly across its width and therefore overestimates the
+amplitude: the paper's plate reaches two thirds of that value at its edge and less than half in its
+middle. The beam model selects the plates worth solving. The solutions are judged here, on meshes
+that are refined until the amplitude changes by less than 4 %.
 """
 
 from __future__ import annotations
