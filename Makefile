@@ -29,10 +29,12 @@ pilot: set-pilot
 
 test:
 	@# Packages of system and Python are installed at the same time. Without bytecode, every process
-	@# that a test starts would compile all modules again.
+	@# that a test starts would compile all modules again; collecting the tests once compiles them,
+	@# while the system's packages arrive. Errors of that collection are those of missing packages.
 	@unset PYTHONDONTWRITEBYTECODE; \
 	$(PYTHON) tools/system_packages.py & packages=$$!; \
 	$(PYTHON) tools/setup.py test || exit; \
+	[ -d .pytest_cache ] || $(BIN)/python -m pytest --collect-only -qq >/dev/null 2>&1; \
 	wait $$packages || exit; \
 	$(BIN)/python tools/run_tests.py $(ARGS)
 

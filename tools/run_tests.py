@@ -3,9 +3,6 @@
 Tests marked `clock` wait in real time for a board, a window or a browser. They run one after
 another in their own process, before the other tests. The other tests have the lowest priority,
 so that a board answers in time on two busy cores, and no core is idle while a test waits.
-
-On a new machine the tests are first collected once, which compiles every module: the workers would
-all compile them at the same time.
 """
 
 import re
@@ -54,15 +51,12 @@ def main(options: list[str]) -> int:
         return subprocess.call([*pytest, *WORKERS], cwd=ROOT)
     apart = [each for each in (ROOT / "tests").rglob("test_*.py") if MARK in each.read_text()]
     last = ["nice", "-n", "19"] if shutil.which("nice") else []
-    compiling = [*last, sys.executable, "-m", "pytest", "--collect-only", "-qq"]
     clock = [*pytest, "-m", "clock", "-p", "no:cacheprovider", *map(str, apart)]
     computing = [*last, *pytest, "-m", "not clock", *WORKERS]
     with (
         tempfile.TemporaryFile("w+") as waited,
         subprocess.Popen(clock, cwd=ROOT, stdout=waited) as waiting,
     ):
-        if not (ROOT / ".pytest_cache").exists():
-            subprocess.run(compiling, cwd=ROOT, check=False, stdout=subprocess.DEVNULL)
         with subprocess.Popen(computing, cwd=ROOT, stdout=subprocess.PIPE, text=True) as others:
             summaries = [shown(others.stdout or ())]
         statuses = {others.wait(), waiting.wait()} - {NOTHING_CHOSEN}

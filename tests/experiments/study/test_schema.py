@@ -14,6 +14,7 @@ from slipscale.experiments.study.file import shipped_studies, study_text
 from slipscale.experiments.study.schema import study_schema
 
 SCHEMA = study_schema()
+Draft202012Validator.check_schema(SCHEMA)
 TABLES = {"study": SCHEMA, **SCHEMA["$defs"]}
 KEYS = [
     pytest.param(table["properties"][key], id=f"{name}.{key}")
@@ -24,7 +25,6 @@ MINIMAL = 'name = "a"\ntitle = "A"\namplitudes_um_pp = [1.0]\n[[tasks]]\n'
 
 
 def faults(text):
-    Draft202012Validator.check_schema(SCHEMA)
     found = Draft202012Validator(SCHEMA).iter_errors(tomllib.loads(text))
     return [fault.message for fault in found]
 
