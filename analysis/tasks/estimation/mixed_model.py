@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 #: With more participants, the mixed model takes minutes and agrees with the t interval of the
 #: slopes.
 AT_MOST = 200
-#: The statsmodels optimisers. All are tried, because each fails on some data or reports convergence
-#: although another finds a better fit (on the R reference data, lbfgs stops short of lme4's
-#: maximum).
+#: The statsmodels optimisers, tried until two have converged to the same maximum: each fails on
+#: some data or reports convergence although another finds a better fit (on the R reference data,
+#: lbfgs stops short of lme4's maximum).
 OPTIMISERS = ("bfgs", "lbfgs", "powell")
 #: Log likelihoods closer than this count as the same maximum.
 SAME_MAXIMUM = 1e-3
@@ -91,7 +91,7 @@ def mixed_model(data: Prepared) -> MixedModel | NotComputed:
     the slope uses the t distribution with n - 1 degrees of freedom; statsmodels uses the normal
     distribution, which gives intervals that are too narrow for a dozen people. Standard errors of
     variances are not given, because those from statsmodels are not usable. The fit is the one with
-    the highest likelihood over all `OPTIMISERS`.
+    the highest likelihood of the `OPTIMISERS` that were tried.
     """
     from scipy import stats  # noqa: PLC0415
 
@@ -191,6 +191,9 @@ def likeliest(
         if np.isfinite(fit.llf):
             said = sorted({str(w.message).splitlines()[0] for w in caught})
             attempts.append((fit, optimiser, said))
+        reached = [float(fit.llf) for fit, _, _ in attempts if fit.converged]
+        if len(reached) == 2 and abs(reached[0] - reached[1]) < SAME_MAXIMUM:  # noqa: PLR2004
+            break
     if not attempts:
         raise ValueError("no optimiser found a likelihood")
     highest = max(float(fit.llf) for fit, _, _ in attempts)

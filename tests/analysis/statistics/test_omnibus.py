@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy import stats
+from statsmodels.regression.mixed_linear_model import MixedLM
 
 from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.statistics import omnibus, power_law
@@ -116,6 +117,18 @@ def test_the_mixed_model_is_r_s_lme4_and_its_interval_is_student_s(reference):
 def test_in_balanced_data_the_mixed_model_s_exponent_is_the_mean_of_slopes(reference):
     slopes = power_law.exponents(reference.logs)["exponent"]
     assert mixed_model(reference).exponent == pytest.approx(slopes.mean(), rel=1e-5)
+
+
+def test_a_third_optimiser_is_tried_only_if_two_disagree(reference, monkeypatch):
+    used, fit = [], MixedLM.fit
+    monkeypatch.setattr(MixedLM, "fit", lambda *a, **k: used.extend(k["method"]) or fit(*a, **k))
+    assert mixed_model(reference).optimiser == used[0]
+    rng = np.random.default_rng(1)
+    slopes = (0.9 + 0.3 * rng.standard_normal((12, 1))) * np.log(AMPLITUDES[1:])
+    logs = 3 + 0.5 * rng.standard_normal((12, 1)) + slopes + 0.1 * rng.standard_normal((12, 3))
+    agreed = mixed_model(ready(np.exp(np.column_stack([np.full(12, 1.6), logs]))))
+    assert agreed.converged
+    assert used == ["bfgs", "lbfgs", "powell", "bfgs", "lbfgs"]
 
 
 @pytest.mark.parametrize("seed", [0, 4])
