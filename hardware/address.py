@@ -21,6 +21,27 @@ if TYPE_CHECKING:
     from slipscale.hardware.plate_file import PlateFile
 
 
+PAIR, SPLIT = "pair:", "+"  # of two backends, see `slipscale.hardware.backends.pair`
+
+
+def parts(spec: str) -> tuple[str, ...]:
+    """Return the SPECs in a SPEC: two for a pair of actuators, otherwise the SPEC itself.
+
+    >>> parts("pair:serial:COM3,plate=desk+mock"), parts("mock")
+    (('serial:COM3,plate=desk', 'mock'), ('mock',))
+    """
+    return tuple(spec.removeprefix(PAIR).split(SPLIT)) if spec.startswith(PAIR) else (spec,)
+
+
+def is_mock(spec: str) -> bool:
+    """Return whether a plate is simulated, so that a finger would feel nothing.
+
+    >>> is_mock("mock:q=50"), is_mock("pair:mock+mock"), is_mock("pair:serial:COM3+mock")
+    (True, True, False)
+    """
+    return all(each.partition(":")[0] == "mock" for each in parts(spec))
+
+
 def split_address(
     address: str, converters: Mapping[str, Callable[[str], Any]], *, what: str = "plate address"
 ) -> tuple[str, dict[str, Any]]:
@@ -165,12 +186,12 @@ def plate_file_of(spec: str) -> PlateFile | None:
 
 def _plates_in(spec: str) -> list[str]:
     """Return the plates named in a SPEC's options."""
-    words = spec.partition(":")[2].split(",")
+    words = parts(spec)[0].partition(":")[2].split(",")
     return [word.removeprefix("plate=") for word in words if word.startswith("plate=")]
 
 
 def with_plate_file(spec: str, wanted: str) -> str:
-    """Add a study's plate file (if it names one) to a SPEC.
+    """Add a study's plate file (if it names one) to a SPEC; of a pair, to the first.
 
     Raises
     ------
@@ -186,6 +207,9 @@ def with_plate_file(spec: str, wanted: str) -> str:
     """
     if not wanted:
         return spec
+    if spec.startswith(PAIR):
+        first, *second = parts(spec)
+        return PAIR + SPLIT.join([with_plate_file(first, wanted), *second])
     backend, _, address = spec.partition(":")
     named = _plates_in(spec)
     if not named:

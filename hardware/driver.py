@@ -77,6 +77,8 @@ class PlateDriver(GuardedOutput):
         tracked (`slipscale.hardware.resonance_tracking`). Other backends follow it automatically.
     tracked_hz : float or None
         The drive frequency after the resonance was tracked.
+    second_level : float
+        Level of a second actuator with the next surfaces (`slipscale.hardware.backends.pair`).
     simulated : bool
         Whether the plate is simulated; a calibration of another plate is then harmless and only
         noted.
@@ -105,6 +107,7 @@ class PlateDriver(GuardedOutput):
         self.plate_file = plate_file
         self.notes: tuple[str, ...] = ()
         self.identity: PlateIdentity | None = None
+        self.second_level = 0.0
         self._played: Loop | None = None
 
     def connect(self) -> PlateIdentity:
@@ -123,9 +126,7 @@ class PlateDriver(GuardedOutput):
         try:
             self.identity = self._connect()
             self._opened, self.output = True, Output.OFF
-            file = self.plate_file
-            wanted = file.identity.device_serial if file else ""
-            self.notes = check_device(self, self.identity, wanted=wanted)
+            self.notes = self._check_identity(self.identity)
         except BaseException:
             self.close()
             raise
@@ -217,7 +218,7 @@ class PlateDriver(GuardedOutput):
         level = loop.mean_level if loop else surface.level
         if level > 0:
             self._check_duty()
-        with self._commanding(vibrates=level > 0):
+        with self._commanding(vibrates=self._vibrates(level)):
             self._played = None
             presentation = self._drive(level)
             try:
@@ -373,6 +374,16 @@ class PlateDriver(GuardedOutput):
             return UNKNOWN_TIME_CONSTANT_S
         resonance = self.calibration.resonance
         return resonance.quality_factor / (math.pi * resonance.frequency_hz)
+
+    def _check_identity(self, identity: PlateIdentity) -> tuple[str, ...]:
+        """Return the notes on a device that has just answered; raise `WrongDevice`."""
+        file = self.plate_file
+        wanted = file.identity.device_serial if file else ""
+        return check_device(self, identity, wanted=wanted)
+
+    def _vibrates(self, level: float) -> bool:
+        """Return whether anything is driven at a level."""
+        return level > 0
 
     @abstractmethod
     def _connect(self) -> PlateIdentity:

@@ -60,6 +60,7 @@ class Presentation:
 
     ``predicted_v_peak`` is the voltage at the plate that the calibration predicts for the
     amplitude, None without a calibration; ``readback.voltage_v_peak`` is the reported one.
+    ``second_readback_level`` is the readback of a second actuator.
     """
 
     commanded_level: float
@@ -67,3 +68,4 @@ class Presentation:
     settled_by: Literal["readback", "wait"]
     settle_time_s: float
     predicted_v_peak: float | None = None
+    second_readback_level: float | None = None

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.journal import Journal
-from slipscale.experiments.running.begin_or_resume import run_plan
+from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.session.operator import UnattendedOperator
 from slipscale.experiments.study.run_plan import RunPlan
-from slipscale.hardware.registry import open_plate
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -109,16 +108,19 @@ def run_on_board(
     *,
     operator: Operator | None = None,
     connected: Callable[[], object] = lambda: None,
+    first: str = "",
 ) -> RunOutcome:
     """Run a session over the pseudo-terminal; ``connected`` is called once the plate is connected.
+
+    With ``first``, the SPEC of another plate, the board is the second of two actuators.
 
     Raises
     ------
     PlateFault
         If the plate could not be connected, or the operator gave up.
     """
-    spec = f"serial:{board.port}"
-    plate = open_plate(spec, clock=clock)
+    spec = f"pair:{first}+serial:{board.port}" if first else f"serial:{board.port}"
+    plate = plate_for(plan, spec, clock)
     with Journal.create(plan.journal_path(folder), clock) as journal, plate:
         connected()
         return run_plan(

@@ -128,8 +128,8 @@ def add_next(parser: ArgumentParser) -> None:
 def run_next(args: Namespace) -> int:
     """Show who is next, ask for confirmation, and run their session."""
     from slipscale.experiments.cli.sessions import begins_as_before, run_session  # noqa: PLC0415
-    from slipscale.experiments.journal.plan_and_progress import is_mock  # noqa: PLC0415
     from slipscale.faults import UserError  # noqa: PLC0415
+    from slipscale.hardware.address import is_mock  # noqa: PLC0415
 
     defaults, roster = _folder(pilot=args.pilot)
     if is_mock(defaults.plate) and not args.pilot:

@@ -178,8 +178,8 @@ def add_run(parser: ArgumentParser) -> None:
 
 def run_run(args: Namespace) -> int:
     """Run a participant's session."""
-    from slipscale.experiments.journal.plan_and_progress import is_mock  # noqa: PLC0415
     from slipscale.experiments.running.lab_session import make_plan  # noqa: PLC0415
+    from slipscale.hardware.address import is_mock  # noqa: PLC0415
 
     defaults = here()
     say(defaults)
@@ -385,8 +385,8 @@ def _tell_step(finding: Finding) -> None:
 
 def run_check(args: Namespace) -> int:
     """Run the checklist."""
-    from slipscale.experiments.journal.plan_and_progress import is_mock  # noqa: PLC0415
     from slipscale.experiments.running.preflight import PlannedSession, check  # noqa: PLC0415
+    from slipscale.hardware.address import is_mock  # noqa: PLC0415
 
     defaults = here()
     say(defaults)

@@ -30,7 +30,13 @@ SLIP_RATE, SLIP_DEPTH = "slip_rate_hz", "slip_depth_share"
 COEFFICIENT, NORMAL_FORCE = "friction_coefficient", "normal_force_n"
 # Column -> its name in a plate's answer.
 OF_INTERVAL = re.compile(r"interval([0-9]+)_")
-OF_THE_PLATE = {"drive_voltage_v_peak": "voltage_v_peak", "plate_temperature_c": "temperature_c"}
+#: As `Present.second`, this is not in the plate's quantity.
+SECOND_READBACK = "second_readback"
+OF_THE_PLATE = {
+    "drive_voltage_v_peak": "voltage_v_peak",
+    "plate_temperature_c": "temperature_c",
+    SECOND_READBACK: SECOND_READBACK,
+}
 
 
 def _value(name: str) -> Callable[[TrialRecord], Value]:
@@ -101,6 +107,13 @@ MEASURED: Mapping[str, Column] = {
         description="Temperature of the plate, or of its board, once the surface had settled",
         units="Cel",
     ),
+    SECOND_READBACK: Column(
+        value=_value(SECOND_READBACK),
+        kind="number",
+        description="{q.in_full_title} read back from the second actuator once the surface had "
+        "settled{q.behind}",
+        units="{q.bids}",
+    ),
 }
 
 UNREADABLE = 0.1  # fraction of the readings in an exploration
@@ -130,7 +143,7 @@ def of_interval(values: Mapping[str, Value], interval: int | None) -> Mapping[st
 
 def plate_measures(presented: Mapping[str, Any]) -> dict[str, Value]:
     """Return the plate's measurements, other than amplitude, from presenting a surface."""
-    told = {column: presented[name] for column, name in OF_THE_PLATE.items()}
+    told = {column: presented.get(name) for column, name in OF_THE_PLATE.items()}
     return {column: value for column, value in told.items() if value is not None}
 
 

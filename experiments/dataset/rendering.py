@@ -34,12 +34,13 @@ from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.study.file import study_hash
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
     from slipscale.experiments.dataset.files import Content
     from slipscale.experiments.dataset.journals import Run
     from slipscale.experiments.protocols.base import Column, Protocol
     from slipscale.experiments.steps.trial import Value
+    from slipscale.experiments.study.model import Study
     from slipscale.experiments.study.run_plan import RunPlan
 
 BIDS_VERSION = "1.10.0"
@@ -129,14 +130,18 @@ def stem_of(run: Run, task: str) -> PurePosixPath:
     return PurePosixPath(f"sub-{plan.participant}", *session, "beh", stem)
 
 
+def _columns(protocol: Protocol, measured: Iterable[str], study: Study) -> dict[str, Column]:
+    second = study.second_plate
+    made = second.quantity.quantity if second else None
+    return columns(protocol, measured, study.quantity, study.plate_quantity, made)
+
+
 def _run_files(
     run: Run, protocol: Protocol, labelled: str
 ) -> Iterator[tuple[PurePosixPath, Content]]:
     """Yield the table for a task in one run, and its sidecar."""
     plan, records, gathered = run.plan, run.records, run.gathered
-    described = columns(
-        protocol, gathered.measured(protocol.task), plan.study.quantity, plan.study.plate_quantity
-    )
+    described = _columns(protocol, gathered.measured(protocol.task), plan.study)
     rows = [
         [cell(column.value(trial)) for column in described.values()]
         for trial in gathered.trials[protocol.task]
@@ -246,9 +251,7 @@ def _top(
             "TaskName": task,
             "TaskDescription": filled(protocol.description, first.study.quantity),
             "Instructions": instructions,
-            **sidecar(
-                columns(protocol, measured[task], first.study.quantity, first.study.plate_quantity)
-            ),
+            **sidecar(_columns(protocol, measured[task], first.study)),
         }
         yield PurePosixPath(f"task-{task}_beh.json"), content
     for plan in plans:

@@ -12,7 +12,7 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from slipscale.experiments.dataset.measured import MEASURED, measured_columns
+from slipscale.experiments.dataset.measured import MEASURED, SECOND_READBACK, measured_columns
 from slipscale.experiments.protocols.base import Column
 from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.experiments.study.questionnaires import ROW
@@ -112,6 +112,7 @@ def columns(
     measured: Iterable[str] = (),
     quantity: Quantity = PLATE_AMPLITUDE,
     plate: Quantity | None = None,
+    second: Quantity | None = None,
 ) -> dict[str, Column]:
     """Return all columns of a protocol's table in order, with their names in the file.
 
@@ -124,6 +125,8 @@ def columns(
         Quantity of the levels; it determines names, units and descriptions.
     plate : Quantity, optional
         Quantity that the plate produces and reads back, if different.
+    second : Quantity, optional
+        Quantity of a second actuator.
 
     Raises
     ------
@@ -156,6 +159,9 @@ def columns(
     for name in order:
         of = (plate or quantity) if READBACK in name else quantity
         column = everything[name]
+        if second and name.endswith(SECOND_READBACK):
+            found[second.named(f"{name}_level")] = _in(column, second)
+            continue
         found[name if column.as_stated else of.key(in_um(name))] = _in(column, of)
     return found
 

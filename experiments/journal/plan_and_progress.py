@@ -100,11 +100,6 @@ def dataset_of(path: Path, plan: RunPlan) -> Path:
     )
 
 
-def is_mock(spec: str) -> bool:
-    """Return whether a plate is simulated, so that a finger would feel nothing."""
-    return spec.partition(":")[0] == "mock"
-
-
 def last_markers(records: list[Record]) -> tuple[str, ...]:
     """Return the run's latest marker outputs, as SPECs for ``--markers``."""
     told = [record.data["outputs"] for record in records if record.kind == "markers"]

@@ -8,7 +8,9 @@ from slipscale.experiments.journal.header import header, resume_data
 from slipscale.experiments.running.contact_sources import describe_contact
 from slipscale.experiments.session.session import Session
 from slipscale.faults import UserError
+from slipscale.hardware.address import is_mock, parts
 from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.backends.pair import PlatePair
 from slipscale.hardware.registry import open_plate
 
 if TYPE_CHECKING:
@@ -29,23 +31,50 @@ if TYPE_CHECKING:
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.contact.source import Kind
     from slipscale.hardware.driver import PlateDriver
+    from slipscale.stimuli.quantity import Quantity
 
 
 def plate_for(plan: RunPlan, spec: str, clock: Clock) -> PlateDriver:
-    """Return the plate for a SPEC, not yet connected, restricted to the study's tolerance."""
+    """Return the plate for a SPEC, not yet connected, restricted to the study's tolerance.
+
+    For a study with a second actuator, ``mock`` is a pair of simulated ones.
+    """
+    wanted, second = plan.study.plate, plan.study.second_plate
+    specs = parts(spec)
+    if second and len(specs) == 1 and is_mock(spec):
+        specs = (spec, "mock")
+    if second and len(specs) == 1:
+        raise UserError(
+            f"plate '{spec}': the study '{plan.study.name}' has a [second_plate]; expected "
+            "--plate pair:FIRST+SECOND"
+        )
+    if len(specs) > 1 and not second:
+        raise UserError(
+            f"plate '{spec}': the study '{plan.study.name}' has no [second_plate]; expected the "
+            "SPEC of one plate"
+        )
+    first = _opened(plan, specs[0], clock, plan.study.plate_quantity, wanted.level)
+    first.limits = first.limits.held_to(
+        tolerance=wanted.tolerance, deviation_level=wanted.tolerance_level
+    )
+    if not second:
+        return first
+    return PlatePair(first, _opened(plan, specs[1], clock, second.quantity.quantity, second.level))
+
+
+def _opened(
+    plan: RunPlan, spec: str, clock: Clock, quantity: Quantity, largest_level: float
+) -> PlateDriver:
+    """Return the plate for a SPEC; raise `UserError` unless it makes the study's quantity."""
     driver = open_plate(spec, clock=clock, seed=plan.seed)
-    wanted, quantity = plan.study.plate, plan.study.plate_quantity
     if isinstance(driver, MockPlate) and driver.plate_file is None:
-        driver.adopt(quantity, wanted.level)
+        driver.adopt(quantity, largest_level)
     if (made := driver.limits.quantity).makes != quantity.makes:
         raise UserError(
             f"plate '{spec}' makes {made.name} in {made.unit_in_full}, but the study's levels "
             f"are {quantity.name} in {quantity.unit_in_full}; expected a plate file and a "
             "study with the same [quantity]"
         )
-    driver.limits = driver.limits.held_to(
-        tolerance=wanted.tolerance, deviation_level=wanted.tolerance_level
-    )
     return driver
 
 

@@ -18,7 +18,6 @@ from slipscale.experiments.journal.journal import MOVED, Journal
 from slipscale.experiments.journal.plan_and_progress import (
     consent_was_taken_back,
     dataset_of,
-    is_mock,
     last_backup,
     last_plate,
     latest_s,
@@ -55,7 +54,7 @@ from slipscale.experiments.session.terminal import Keys, TerminalOperator
 from slipscale.experiments.study.file import read_study
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError, harmless
-from slipscale.hardware.address import with_plate_file
+from slipscale.hardware.address import is_mock, with_plate_file
 from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.contact.serial_columns import open_vibrometer
 from slipscale.hardware.contact.source import Surroundings

@@ -17,7 +17,6 @@ from slipscale.experiments.journal.plan_and_progress import (
     elapsed_s,
     holds_records,
     is_complete,
-    is_mock,
     read_plan,
 )
 from slipscale.experiments.participants.simulated_people.growth import people_for
@@ -43,7 +42,7 @@ from slipscale.experiments.session.question_sounds import ImaginedSounds
 from slipscale.experiments.study.file import parse_study, read_study
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
-from slipscale.hardware.address import with_plate_file
+from slipscale.hardware.address import is_mock, with_plate_file
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.contact.source import Surroundings
 from slipscale.hardware.limits import PlateLimits

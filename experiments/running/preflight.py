@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 from slipscale.experiments.dataset.backup import check_folder as check_backup
 from slipscale.experiments.dataset.journals import read_runs
 from slipscale.experiments.journal.locks import has_locks
-from slipscale.experiments.journal.plan_and_progress import is_mock
 from slipscale.experiments.languages.texts import ENGLISH, shipped_texts
 from slipscale.experiments.running.begin_or_resume import plate_for
 from slipscale.experiments.running.changed_since import changes
@@ -42,7 +41,7 @@ from slipscale.experiments.session.markers import Event
 from slipscale.experiments.study.file import read_study
 from slipscale.experiments.study.run_plan import RunPlan, check_labels, journal_path
 from slipscale.faults import RigError, UserError
-from slipscale.hardware.address import with_plate_file
+from slipscale.hardware.address import is_mock, with_plate_file
 from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.signals import silent_on_signals
 from slipscale.stimuli.surface import VirtualSurface
@@ -238,6 +237,7 @@ def check_plate(planned: PlannedSession) -> Finding:
         check_supported(plan, plate, planned.contact)
         # For a texture, the mean, at which it settles.
         largest = max((each.settled_level for each in surfaces(plan)), default=0.0)
+        plate.second_level = max(study.second_levels, default=0.0)
         made = plate.present(VirtualSurface(level=largest))
         notes = [*plate.notes, *_scatter(plate, study.plate_quantity)]
         plate.silence()
@@ -250,6 +250,10 @@ def check_plate(planned: PlannedSession) -> Finding:
         if reading is None
         else f"reads {reading:.2f} of {study.plate_quantity.short(largest)}"
     )
+    if study.second_plate and made.second_readback_level is not None:
+        short = study.second_plate.quantity.quantity.short
+        second = f"{made.second_readback_level:.2f} of {short(max(study.second_levels))}"
+        told += f"; the second actuator reads {second}"
     name = f"{who.manufacturer} {who.model} {who.serial}" if who else planned.plate
     return Finding(
         name="plate",

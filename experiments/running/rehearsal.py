@@ -7,6 +7,7 @@ answers, and a protocol declares which amplitudes it may present (`Protocol.poss
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from typing import TYPE_CHECKING, assert_never
 
 from slipscale.experiments.dataset.schema import columns
@@ -255,7 +256,7 @@ def check_supported(plan: RunPlan, plate: PlateDriver, contact: ContactSpecs = N
     ``contact`` are the sensors that the command names.
     """
     specs = of_run(contact, plan.study, plate.plate_file)
-    for surface in surfaces(plan):
+    for plate.second_level, surface in product((*plan.study.second_levels, 0.0), surfaces(plan)):
         plate.check_supported(surface.made, sensors=specs.used)
     for protocol, options in plan.tasks():
         if not protocol.needs_position(options):

@@ -337,6 +337,7 @@ class SurfaceState:
 
     def _make(self, step: Present) -> Presented:
         self._hushed = False
+        self._plate.second_level = step.second
         made = self._plate.present(self._following.presented_as(step.surface.made))
         self._wanted, self._held = step, True
         self._commanded_level = made.commanded_level
@@ -349,4 +350,5 @@ class SurfaceState:
             onset_s=self._clock.now(),
             voltage_v_peak=made.readback.voltage_v_peak,
             temperature_c=made.readback.temperature_c,
+            second_readback=made.second_readback_level,
         )

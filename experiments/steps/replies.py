@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from slipscale.experiments.steps.trial import Value  # noqa: TC001 - pydantic resolves it
 
@@ -70,9 +71,10 @@ class Presented:
 
     For a texture, both are the mean, at which the plate settles before it plays. ``readback_kind``
     describes the reliability of the readback (see `slipscale.hardware.records.Readback`). Plate
-    voltage and temperature are None if unknown.
+    voltage, temperature and the readback of a second actuator are None if unknown.
     """
 
+    LATER: ClassVar = frozenset({"second_readback"})
     commanded_level: float
     readback_level: float | None
     readback_kind: str
@@ -80,6 +82,7 @@ class Presented:
     onset_s: float
     voltage_v_peak: float | None = None
     temperature_c: float | None = None
+    second_readback: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

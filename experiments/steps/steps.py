@@ -104,12 +104,16 @@ class Present:
 
     ``lead_in`` is the surface to be felt first, with its exploration, if the question is about a
     difference. The session performs it unless the plate already presents that surface.
+    ``second`` is the level of a second actuator in its own quantity; ``_level`` in its name would
+    be the plate's quantity.
     """
 
+    LATER: ClassVar = frozenset({"second"})
     surface: Stimulus
     trial: Trial | None = None
     lead_in: tuple[Present, Explore] | None = None
     interval: int | None = None
+    second: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

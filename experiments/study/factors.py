@@ -26,12 +26,13 @@ from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.textures import PARAMETERS
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator, Mapping, Sequence
+    from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 
     from slipscale.experiments.protocols.base import Context, Options, Protocol
     from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.steps.steps import Step, Steps
     from slipscale.experiments.steps.trial import Trial, Value
+    from slipscale.experiments.study.tables import SecondPlate
     from slipscale.faults.toml_lines import Place
     from slipscale.faults.validation import Fault
     from slipscale.stimuli.quantity import Quantity
@@ -165,6 +166,24 @@ def _unplayable(
             yield from levels.beyond((*place, "levels"), *surfaces)
 
 
+def second_levels(second: SecondPlate | None, factors: Iterable[Factor]) -> tuple[float, ...]:
+    """Return the levels of a second actuator; empty if there is none."""
+    named = (each.levels for each in factors if second and each.name == second.factor)
+    return tuple(level for level in next(named, ()) if isinstance(level, float))
+
+
+def second_unset(second: SecondPlate, factors: Sequence[Factor]) -> Iterator[Fault]:
+    """Yield the errors in the factor that sets the level of a second actuator."""
+    named = [each for each in factors if each.name == second.factor]
+    levels = second_levels(second, named)
+    if not named:
+        yield ("factors",), {"msg": f"expected one named {second.factor}, for [second_plate]"}
+    elif len(levels) < len(named[0].levels) or not 0 <= min(levels) <= max(levels) <= second.level:
+        limit = second.quantity.quantity.short(second.level)
+        said = f"expected the levels of {second.factor} to be numbers from 0 to {limit}"
+        yield ("factors",), {"msg": said}
+
+
 def conditions_of(factors: Sequence[Factor]) -> list[Condition]:
     """Return all combinations of factor levels."""
     names = [factor.name for factor in factors]
@@ -175,7 +194,11 @@ def conditions_of(factors: Sequence[Factor]) -> list[Condition]:
 
 
 def crossed(
-    protocol: Protocol, factors: Sequence[Factor], plate: Quantity, language: str
+    protocol: Protocol,
+    factors: Sequence[Factor],
+    plate: Quantity,
+    language: str,
+    second: SecondPlate | None = None,
 ) -> Protocol:
     """Return a protocol that runs in every condition; without factors, the protocol itself."""
     if not factors:
@@ -195,7 +218,8 @@ def crossed(
                 yield Instruct(text="\n\n".join(told))
             inner = protocol.steps(options, condition.context(context, plate))
             left = total * (len(conditions) - number - 1)
-            done = yield from _renumbered(inner, _Shift(done, left, condition.values))
+            shift = _Shift(done, left, condition.values, second.factor if second else "")
+            done = yield from _renumbered(inner, shift)
 
     def times(count: int) -> int:
         return count * len(conditions)
@@ -205,7 +229,7 @@ def crossed(
         steps=steps,
         trials=lambda options, context: times(protocol.trials(options, context)),
         most_trials=lambda options, context: times(protocol.most(options, context)),
-        design={**{factor.name: _column(factor, plate) for factor in factors}, **protocol.design},
+        design={**{each.name: _column(each, plate, second) for each in factors}, **protocol.design},
     )
 
 
@@ -226,9 +250,11 @@ def _instruction(factor: Factor, level: Value, language: str) -> str:
     return texts.get(factor_level(level), "")
 
 
-def _column(factor: Factor, plate: Quantity) -> Column:
+def _column(factor: Factor, plate: Quantity, second: SecondPlate | None) -> Column:
     field = field_of(factor.name, plate, PARAMETERS)
     quantity = PARAMETERS[field].parameter.quantity(plate) if field else None
+    if second and factor.name == second.factor:
+        quantity = second.quantity.quantity
     words = [each for each in factor.levels if isinstance(each, str)]
     return Column(
         # Journals have the code's names.
@@ -251,11 +277,14 @@ class _Shift:
         Number of trials in the previous conditions, and expected number in the remaining ones.
     factors : Mapping
         The condition's column values.
+    second : str
+        The factor that sets the level of a second actuator; empty if there is none.
     """
 
     before: int
     after: int
     factors: Mapping[str, Value]
+    second: str
 
     def trial(self, trial: Trial) -> Trial:
         return replace(
@@ -268,6 +297,8 @@ class _Shift:
 
     def step(self, step: AnyStep) -> AnyStep:
         changed: dict[str, Any] = {"trial": self.trial(step.trial)} if step.trial else {}
+        if isinstance(step, Present) and self.second:
+            changed["second"] = self.factors[self.second]
         if isinstance(step, Present) and step.lead_in:
             changed["lead_in"] = tuple(self.step(each) for each in step.lead_in)
         elif isinstance(step, Adjust) and step.again:

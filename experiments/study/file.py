@@ -69,12 +69,14 @@ def file_names(table: dict[str, Any]) -> FileNames:
     fields = {field for model in models for field in model.model_fields}
     levels = frozenset(field for field in fields if in_um(field) != field)
     plate, vary = stated_quantity(table), table.get("vary")
+    second = table.get("second_plate")
+    other = {"second_plate": stated_quantity(second)} if isinstance(second, dict) else {}
     varied = field_of(vary, plate, PARAMETERS) if isinstance(vary, str) else None
     return FileNames(
         PARAMETERS[varied].parameter.quantity(plate) if varied else plate,
         levels,
-        frozenset({"tasks", *OF_PLATE}),
-        dict.fromkeys(OF_PLATE, plate),
+        frozenset({"tasks", *OF_PLATE, *other}),
+        dict.fromkeys(OF_PLATE, plate) | other,
     )
 
 

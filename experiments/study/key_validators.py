@@ -20,7 +20,13 @@ from slipscale.experiments.study.checks_across_keys import (
     unreadable,
     unspoken,
 )
-from slipscale.experiments.study.factors import MOST_CONDITIONS, Factor, conditions_of, uncrossable
+from slipscale.experiments.study.factors import (
+    MOST_CONDITIONS,
+    Factor,
+    conditions_of,
+    second_unset,
+    uncrossable,
+)
 from slipscale.experiments.study.levels import Levels
 from slipscale.faults.suggestions import expected_one_of
 from slipscale.faults.validation import faults_in, refuse
@@ -113,6 +119,8 @@ def valid_factors(value: tuple[Factor, ...], info: ValidationInfo) -> tuple[Fact
     faults = list(named_twice("factors", [factor.name for factor in value]))
     for number, factor in enumerate(value):
         faults += uncrossable(("factors", number), factor, info.data)
+    if second := info.data.get("second_plate"):
+        faults += second_unset(second, value)
     count = len(conditions_of(value)) if value else 1
     if count > MOST_CONDITIONS:
         said = f"expected at most {MOST_CONDITIONS} combinations, not {count}"

@@ -28,9 +28,7 @@ from slipscale.experiments.protocols.base import (
 )
 from slipscale.experiments.protocols.registry import load_protocol
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
-from slipscale.experiments.study.factors import (
-    Factor,
-)
+from slipscale.experiments.study.factors import Factor, second_levels
 from slipscale.experiments.study.headphone_test import HeadphoneTest
 from slipscale.experiments.study.key_validators import (
     valid_attribute_words,
@@ -54,6 +52,7 @@ from slipscale.experiments.study.tables import (
     Cost,
     MaskingNoise,
     PlateSettings,
+    SecondPlate,
     Simulated,
     StatedWords,
     StimulusTable,
@@ -147,6 +146,10 @@ class Study(FrozenTable):
         validate_default=True,
         description="Limits for all amplitudes in the study.",
     )
+    second_plate: SecondPlate | None = Field(
+        default=None,
+        description="A second actuator, for a plate `pair:FIRST+SECOND`; default: none.",
+    )
     levels: Annotated[
         tuple[Amplitude, ...], Field(max_length=MOST), AfterValidator(valid_levels)
     ] = Field(
@@ -164,6 +167,7 @@ class Study(FrozenTable):
     factors: Annotated[tuple[Factor, ...], Field(max_length=4), AfterValidator(valid_factors)] = (
         Field(
             default=(),
+            validate_default=True,
             description="Factors that are crossed with the levels: each task is run in every "
             "combination of factor levels, in orders balanced across participants.",
         )
@@ -296,6 +300,11 @@ class Study(FrozenTable):
     def plate_quantity(self) -> Quantity:
         """The quantity that the plate produces."""
         return self._levels.made
+
+    @property
+    def second_levels(self) -> tuple[float, ...]:
+        """The levels of the second actuator; empty if there is none."""
+        return second_levels(self.second_plate, self.factors)
 
     def quantity_notes(self, name: str) -> dict[str, dict[str, str]]:
         """Return the quantity notes for records; empty for the default quantity."""

@@ -218,6 +218,7 @@ class RunPlan:
                     study.factors,
                     study.plate_quantity,
                     self.language,
+                    study.second_plate,
                 ),
                 options,
             )

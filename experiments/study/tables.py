@@ -14,6 +14,7 @@ from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.validation import refuse
 from slipscale.hardware.limits import PlateLimits
 from slipscale.stimuli.parameters import declared
+from slipscale.stimuli.quantity_table import QuantityTable
 from slipscale.stimuli.textures import KINDS, PARAMETERS
 from slipscale.stimuli.transient import Shape  # noqa: TC001 - pydantic evaluates it
 from slipscale.stimuli.varied import Varied
@@ -133,6 +134,21 @@ class PlateSettings(FrozenTable):
         "load_cells:/dev/ttyUSB2; default: forces are not measured. Pilots simulate "
         "them; `--force` overrides it.",
     )
+
+
+class SecondPlate(FrozenTable):
+    """A second actuator on the plate, driven together with every surface."""
+
+    quantity: QuantityTable = Field(description="Quantity of the second actuator's levels.")
+    level: Positive = Field(
+        description="Largest level. A factor named `second_` and this key, such as "
+        "second_voltage_v_peak, sets the level of each condition.",
+    )
+
+    @property
+    def factor(self) -> str:
+        """The name of the factor that sets the level."""
+        return f"second_{self.quantity.quantity.named('level')}"
 
 
 class StatedWords(FrozenTable):

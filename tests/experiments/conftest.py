@@ -14,13 +14,12 @@ from slipscale.experiments.journal.plan_and_progress import elapsed_s, read_plan
 from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.participants.simulated_people.respondent import respondent_of
-from slipscale.experiments.running.begin_or_resume import run_plan
+from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.session.operator import UnattendedOperator
 from slipscale.experiments.session.question_sounds import ImaginedSounds
 from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.hardware.clock import VirtualClock
-from slipscale.hardware.registry import open_plate
 
 # Also where a place of the same kind is tried already; minutes.
 EVERY_PLACE = "SLIPSCALE_EVERY_PLACE" in os.environ
@@ -92,7 +91,7 @@ class Laboratory:
         else:
             self.clock = VirtualClock()
             journal = Journal.create(path, self.clock)
-        self.plate = open_plate(spec or self.spec, clock=self.clock, seed=plan.seed)
+        self.plate = plate_for(plan, spec or self.spec, self.clock)
         with journal, self.plate:
             self.person = (person or self.simulated)(plan)
             simulated = isinstance(self.person, SimulatedParticipant)

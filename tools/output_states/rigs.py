@@ -17,6 +17,7 @@ from slipscale.hardware.backends.daq_device import TERMINALS
 from slipscale.hardware.backends.daq_output import DaqOutput
 from slipscale.hardware.backends.function_generator import FunctionGenerator
 from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.backends.pair import PlatePair
 from slipscale.hardware.backends.serial_board import supervision as watch
 from slipscale.hardware.backends.serial_board.driver import SerialBoard
 from slipscale.hardware.backends.serial_board.link import BoardLink
@@ -35,11 +36,13 @@ from tools.rehearsal.local_line import LocalLine
 from tools.wrong_boards.virtual_line import VirtualLine
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
     from threading import Thread
 
     from slipscale.hardware.calibration.record import Calibration
     from slipscale.hardware.driver import PlateDriver
+    from slipscale.stimuli.modulation import Loop
+    from slipscale.stimuli.surface import Sensor, Surface
 
 
 HISTORIES, EVENTS = 10_000, 12
@@ -332,8 +335,37 @@ class DaqRig(Rig):
         return LEVEL_PER_V * max(map(abs, TERMINALS.output_v))
 
 
+class Alike(PlatePair):
+    """A pair whose second actuator always gets the first's level, so that both can be compared."""
+
+    def check_supported(self, surface: Surface, *, sensors: Collection[Sensor] = ()) -> Loop | None:
+        """Set the second's level before both are checked."""
+        self.second_level = surface.level
+        return super().check_supported(surface, sensors=sensors)
+
+
+class PairRig(Rig):
+    """An emulated board and a mock as two actuators, with the faults of both."""
+
+    def __init__(self) -> None:
+        self.rigs = (BoardRig(), MockRig())
+        self.plate = Alike(*(each.plate for each in self.rigs))
+        self.happenings = {
+            f"{number}: {name}": happening
+            for number, rig in enumerate(self.rigs, start=1)
+            for name, happening in rig.happenings.items()
+        }
+
+    def true_um_pp(self) -> float:
+        """Return the amplitude of both; their sum, which nobody commanded, if they differ."""
+        both = [rig.true_um_pp() for rig in self.rigs]
+        alike = max(both) - min(both) <= self.plate.limits.allowed_level(max(both))
+        return max(both) if alike else sum(both)
+
+
 RIGS: dict[str, Callable[[], Rig]] = {
     "mock": MockRig,
+    "pair": PairRig,
     "serial": BoardRig,
     "sound": SoundRig,
     "daq": DaqRig,

@@ -109,11 +109,41 @@ class Participant(ScriptedParticipant):
         return reply
 
 
-def run_session(board, fault, phase, folder, *, study=STUDY, seed=1):
+def run_session(board, fault, phase, folder, *, study=STUDY, seed=1, **plates):
     plan, clock = board_plan(study, seed=seed), VirtualClock()
     person = Participant(board, fault, phase, clock)
-    outcome = run_on_board(board, plan, folder, person, clock, operator=PatientOperator(BACK_S))
+    operator = PatientOperator(BACK_S)
+    outcome = run_on_board(board, plan, folder, person, clock, operator=operator, **plates)
     return outcome, person, read_plan(plan.journal_path(folder))[1], rows_of(folder)
+
+
+PAIRED = STUDY.replace(
+    "[[tasks]]",
+    """[second_plate]
+quantity = {}
+amplitude_um_pp = 2.0
+
+[[factors]]
+name = "second_amplitude_um_pp"
+levels = [0.7, 1.5]
+
+[[tasks]]""",
+).replace("[0.5, 1.2, 2.3]", "[0.5, 1.2]")
+
+
+def test_a_board_that_is_the_second_actuator_fails_and_comes_back(board, tmp_path):
+    outcome, person, records, rows = run_session(
+        board, "unplug", "exploring", tmp_path, study=PAIRED, first="mock"
+    )
+    assert (outcome, person.fault) == ("complete", None)
+    assert [r.data["code"] for r in records if r.kind == "fault"] == ["lost"]
+    assert [row["flag"] for row in rows] == ["n/a", "fault;represented", "n/a", "n/a"]
+    for row in rows:
+        second = float(row["second_amplitude_um_pp"])
+        assert float(row["estimate"]) == pytest.approx(10 * second, abs=0.1)
+        readback = float(row["second_readback_um_pp"])
+        assert readback == pytest.approx(second, abs=0.05)
+    assert not board.state()["vibrates"]
 
 
 def check_data(board, person, records, rows):

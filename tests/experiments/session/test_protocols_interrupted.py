@@ -75,6 +75,10 @@ SHORT = {
         "repetitions = 3": "repetitions = 1",
         "practice = 1": "practice = 0",
     },
+    "vezzoli2015": {  # two actuators
+        "[0.6, 1.0, 1.5, 2.3]": "[0.6, 2.3]",
+        "repetitions = 2": "repetitions = 1\npractice = 0",
+    },
 }
 # Those that are paused and lose their plate as well: a choice of three, and an adjustment.
 DISTURBED = ("difference_threshold", "matching")
@@ -224,6 +228,28 @@ def test_wherever_the_rig_fails_all_intervals_are_felt_before_the_answer(
         failed = bool(laboratory.records(disturbed, kind="fault"))
         command += stride
     assert command > 8
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_wherever_one_of_two_actuators_fails_both_are_driven_again(
+    laboratory, plan, tmp_path, number
+):
+    made = plan(shortened("vezzoli2015"), seed=3)
+    specs = ["mock", "mock"]
+    for command in (3, 8, 15):
+        laboratory.folder = tmp_path / f"fault{command}"
+        specs[number - 1] = f"mock:fault=lost@{command}"
+        assert laboratory.run(made, spec=f"pair:{'+'.join(specs)}") == "complete"
+        assert laboratory.records(made, kind="fault")
+        (table,) = (text for name, text in tables(laboratory.folder).items() if "beh" in name.parts)
+        header, *rows = (line.split("\t") for line in table.splitlines())
+        found = [dict(zip(header, row, strict=True)) for row in rows]
+        assert len(found) == 4
+        assert all(
+            float(row["second_readback_v_peak"])
+            == pytest.approx(float(row["second_voltage_v_peak"]), abs=5)
+            for row in found
+        )
 
 
 def test_the_first_short_study_has_every_kind_of_trial(laboratory, plan):

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import re
 from collections import Counter
 from dataclasses import replace
 
@@ -11,12 +12,14 @@ from slipscale.analysis.load import load
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.participants.simulated_people.growth import people_for
+from slipscale.experiments.running.begin_or_resume import plate_for
 from slipscale.experiments.running.rehearsal import _answer
 from slipscale.experiments.steps.replies import Voided
 from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Present
 from slipscale.experiments.study.factors import conditions_of, ordered
-from slipscale.experiments.study.file import parse_study
+from slipscale.experiments.study.file import parse_study, study_text
 from slipscale.faults import UserError
+from slipscale.hardware.clock import VirtualClock
 
 STUDY = """
 name = "crossed"
@@ -184,3 +187,29 @@ def test_factors_that_contradict_the_study_are_refused(old, new, said):
     assert old in STUDY
     with pytest.raises(UserError, match=said):
         parse_study(STUDY.replace(old, new), "crossed.toml")
+
+
+@pytest.mark.parametrize(
+    "old, new, said",
+    [
+        ("second_voltage_v_peak", "voltage", "expected one named second_voltage_v_peak"),
+        ("[0.0, 100.0]", "[0.0, 151.0]", "to be numbers from 0 to 150 V peak"),
+        ("[0.0, 100.0]", '["off", "on"]', "to be numbers from 0 to 150 V peak"),
+    ],
+)
+def test_a_second_actuator_has_a_factor_with_levels_within_its_limit(old, new, said):
+    text = study_text("vezzoli2015").replace(old, new).replace("{ 100 = 0.7 }", "{}")
+    with pytest.raises(UserError, match=re.escape(said)):
+        parse_study(text, "vezzoli2015")
+
+
+@pytest.mark.parametrize(
+    "study, spec, said",
+    [("vezzoli2015", "scpi:COM1", "has a [second_plate]"), ("biet2007", "pair:mock+mock", "no [")],
+)
+def test_a_study_with_a_second_actuator_needs_a_pair_and_no_other_study_does(
+    study, spec, said, plan
+):
+    made = plan(study_text(study), study_name=study)
+    with pytest.raises(UserError, match=re.escape(said)):
+        plate_for(made, spec, VirtualClock())

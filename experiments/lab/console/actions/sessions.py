@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from slipscale.experiments.journal.plan_and_progress import is_mock
 from slipscale.experiments.lab.console.actions.data import check_meant
 from slipscale.experiments.lab.console.actions.forms import Form, Label, Nothing, Words
 from slipscale.experiments.session.mailbox import LiveRequest, TrialName, post
 from slipscale.faults import UserError
+from slipscale.hardware.address import is_mock
 
 if TYPE_CHECKING:
     from slipscale.experiments.lab.console.actions.desk import Actions, Desk

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from slipscale.experiments.journal.plan_and_progress import is_mock
 from slipscale.experiments.lab.blind_summary import summary
 from slipscale.experiments.lab.console.pages.history import deviations, history
 from slipscale.experiments.lab.console.pages.view import (
@@ -17,6 +16,7 @@ from slipscale.experiments.lab.console.pages.view import (
     when_over,
 )
 from slipscale.experiments.lab.console.state import changed_ns, findings
+from slipscale.hardware.address import is_mock
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

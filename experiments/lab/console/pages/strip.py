@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.journal.plan_and_progress import is_mock
+from slipscale.hardware.address import is_mock
 
 if TYPE_CHECKING:
     from slipscale.experiments.lab.console.page_texts import Words

@@ -1,0 +1,151 @@
+"""Two actuators on one plate, such as ultrasonic vibration and electrovibration.
+
+SPEC: ``pair:FIRST+SECOND``, the SPECs of two backends. Sessions treat the first as the plate:
+surfaces, readback and limits are the first's. The second holds `PlateDriver.second_level` with
+every surface, in its own quantity and within its own limits. Two rules:
+
+- each actuator keeps its own limits, watchdog and guard, because both are complete drivers;
+- a fault of either switches off both, and *confirmed off* requires both confirmations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from slipscale.faults import UserError
+from slipscale.hardware import registry
+from slipscale.hardware.address import SPLIT, parts
+from slipscale.hardware.driver import PlateDriver
+from slipscale.hardware.errors import ConnectionLost, StillVibrating
+from slipscale.hardware.records import Output
+from slipscale.stimuli.surface import VirtualSurface
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection
+
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.records import PlateIdentity, Presentation, Readback
+    from slipscale.stimuli.modulation import Loop
+    from slipscale.stimuli.surface import Sensor, Surface
+
+
+class PlatePair(PlateDriver):
+    """Two drivers that are commanded, checked and switched off together.
+
+    Parameters
+    ----------
+    first, second : PlateDriver
+        Not yet connected, with the same clock.
+    """
+
+    name = "pair"
+
+    def __init__(self, first: PlateDriver, second: PlateDriver) -> None:
+        super().__init__(clock=first.clock, limits=first.limits, plate_file=first.plate_file)
+        self.first, self.second = first, second
+        self.calibration = first.calibration
+        self._follow_the_first()
+
+    def _follow_the_first(self) -> None:
+        first = self.first
+        self.modulator, self.follow_lag_s = first.modulator, first.follow_lag_s
+        self.why_not_modulated, self.amplifier_gain = first.why_not_modulated, first.amplifier_gain
+
+    @property
+    def unfelt(self) -> bool:
+        """Whether a finger would not feel one of the actuators."""
+        return self.first.unfelt or self.second.unfelt
+
+    def check_supported(self, surface: Surface, *, sensors: Collection[Sensor] = ()) -> Loop | None:
+        """Check the level of the second actuator, then the surface as for a single plate."""
+        self.second.check_supported(VirtualSurface(level=self.second_level))
+        return super().check_supported(surface, sensors=sensors)
+
+    def vibration_level(self) -> float:
+        """Return the level of the first actuator that a finger on the plate feels now."""
+        return self.first.vibration_level()
+
+    def describe(self) -> dict[str, Any]:
+        """Return the first actuator's entry in the session's record, with the second's in it."""
+        second = self.second.describe()
+        named = self.second.limits.quantity.named
+        limits = {named(name): value for name, value in second["limits"].items()}
+        return {**self.first.describe(), "second": {**second, "limits": limits}}
+
+    def _connect(self) -> PlateIdentity:
+        first = self.first.connect()
+        self.second.connect()
+        self._follow_the_first()
+        return first
+
+    def _check_identity(self, _identity: PlateIdentity) -> tuple[str, ...]:
+        return (*self.first.notes, *(f"second actuator: {each}" for each in self.second.notes))
+
+    def _vibrates(self, level: float) -> bool:
+        return level > 0 or self.second_level > 0
+
+    def _drive(self, level: float) -> Presentation:
+        second = self.second.present(VirtualSurface(level=self.second_level))
+        made = self.first.present(VirtualSurface(level=level))
+        return replace(made, second_readback_level=second.readback.level)
+
+    def _read_back(self) -> Readback:
+        self.second.confirm(self.second_level, self.second.read_back())
+        return self.first.read_back()
+
+    def _check(self) -> None:
+        self.first.check()
+        self.second.check()
+
+    def _play(self, loop: Loop) -> None:
+        self.first._play(loop)  # noqa: SLF001 - `_drive` has settled it
+
+    def _change(self, change: Loop) -> None:
+        self.first.play(change)
+
+    def _follow(self, level: float) -> None:
+        self.first.follow(level)
+
+    def _silence(self) -> None:
+        self._both(lambda plate: plate.silence())
+        # A driver that reported a fault before does not report it again.
+        for plate in (self.first, self.second):
+            if self._opened and plate.output is not Output.OFF:
+                raise ConnectionLost(f"plate '{plate.name}': did not confirm that it is off")
+
+    def _close(self) -> None:
+        self._both(lambda plate: plate.close())
+
+    def _both(self, action: Callable[[PlateDriver], None]) -> None:
+        """Perform an action on both actuators, whatever the first raises; then raise the worst."""
+        raised: list[BaseException] = []
+        for plate in (self.first, self.second):
+            try:
+                action(plate)
+            except BaseException as error:  # noqa: BLE001 - a signal must not leave the second on
+                raised.append(error)
+        if raised:
+            raise max(raised, key=_severity)
+
+
+def _severity(error: BaseException) -> int:
+    return 2 if not isinstance(error, Exception) else isinstance(error, StillVibrating)
+
+
+def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
+    """Return two actuators (entry point ``pair``).
+
+    Raises
+    ------
+    UserError
+        If the address does not contain two SPECs.
+    """
+    specs = parts(f"{PlatePair.name}:{address}")
+    if len(specs) != 2 or not all(specs):  # noqa: PLR2004 - a pair
+        raise UserError(
+            f"plate 'pair:{address}': expected two SPECs with {SPLIT} between them, such as "
+            f"pair:serial:PORT{SPLIT}daq:CHANNEL"
+        )
+    first, second = (registry.open_plate(spec, clock=clock, seed=seed) for spec in specs)
+    return PlatePair(first, second)

@@ -1,0 +1,113 @@
+"""Two actuators as one plate: both are driven, and a fault of either switches off both."""
+
+import pytest
+
+from slipscale.faults import UserError
+from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.backends.pair import PlatePair
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.errors import NotReached, OverLimit, PlateFault, StillVibrating
+from slipscale.hardware.limits import PlateLimits
+from slipscale.hardware.plate.twin import Drive, Twin
+from slipscale.hardware.records import Output
+from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.quantity import made_by_plate
+from slipscale.stimuli.surface import VirtualSurface
+
+VOLTS = PlateLimits(
+    quantity=made_by_plate("voltage", "V", "peak"), level=150.0, deviation_level=3.0
+)
+ON = VirtualSurface(level=1.2)
+
+
+@pytest.fixture
+def pair():
+    clock = VirtualClock()
+    first, second = (
+        MockPlate(clock=clock, limits=limits, twin=Twin(noise_um=0)) for limits in (None, VOLTS)
+    )
+    with PlatePair(first, second) as pair:
+        pair.second_level = 100.0
+        yield pair
+
+
+def levels(pair):
+    pair.clock.sleep(0.1)
+    return tuple(round(each.vibration_level(), 3) for each in (pair.first, pair.second))
+
+
+def test_both_are_driven_each_in_its_own_quantity_and_silenced_together(pair):
+    made = pair.present(ON)
+    assert (made.commanded_level, made.second_readback_level) == (1.2, pytest.approx(100))
+    assert levels(pair) == (1.2, 100)
+    pair.silence()
+    assert levels(pair) == (0, 0)
+    assert pair.output is Output.OFF
+
+
+def test_the_first_at_rest_is_not_off_while_the_second_is_driven(pair):
+    pair.present(VirtualSurface(level=0.0))
+    assert levels(pair) == (0, 100)
+    assert pair.output is Output.MAY_BE_ON
+
+
+@pytest.mark.parametrize("faulty", ["first", "second"])
+@pytest.mark.parametrize("fault", ["lost", "time_out", "still_vibrating"])
+@pytest.mark.parametrize("phase", ["present", "read_back", "check", "silence"])
+def test_a_fault_of_either_switches_off_the_other(pair, faulty, fault, phase):
+    pair.present(ON)
+    getattr(pair, faulty).inject(fault, phase=phase)
+    act = (lambda: pair.present(ON)) if phase == "present" else getattr(pair, phase)
+    with pytest.raises(PlateFault):
+        act()
+    # The twin of the faulty one keeps vibrating if its silence failed.
+    other = pair.second if faulty == "first" else pair.first
+    assert other.twin.drive.target_um_pp is None
+    assert pair.output is not Output.MAY_BE_ON
+    if phase == "silence" or fault == "lost":
+        assert pair.output is Output.UNREACHABLE
+        with pytest.raises(PlateFault, match="nothing can be presented"):
+            pair.present(ON)
+
+
+def test_a_signal_while_the_first_is_silenced_does_not_leave_the_second_on(pair, monkeypatch):
+    def interrupted():
+        raise KeyboardInterrupt
+
+    pair.present(ON)
+    monkeypatch.setattr(pair.first, "_silence", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        pair.silence()
+    assert pair.second.output is Output.OFF
+    monkeypatch.undo()
+
+
+def test_that_one_may_still_vibrate_is_not_hidden_by_a_fault_of_the_other(pair):
+    pair.present(ON)
+    pair.first.inject("lost", phase="silence")
+    pair.second.inject("still_vibrating", phase="silence")
+    with pytest.raises(StillVibrating):
+        pair.silence()
+
+
+def test_a_second_actuator_that_drifts_is_a_fault(pair):
+    pair.present(ON)
+    pair.second.twin.set_drive(Drive(target_um_pp=1.0), pair.clock.now())
+    pair.clock.sleep(0.1)
+    with pytest.raises(NotReached, match="100 V peak was commanded"):
+        pair.read_back()
+    assert levels(pair) == (0, 0)
+
+
+def test_a_level_beyond_the_second_s_limit_is_refused_before_anything_moves(pair):
+    pair.present(ON)
+    pair.second_level = 151.0
+    with pytest.raises(OverLimit, match="voltage 151 V peak is outside 0 to 150"):
+        pair.present(ON)
+    assert levels(pair) == (1.2, 100)
+
+
+@pytest.mark.parametrize("address", ["mock", "mock+mock+mock", "mock+", ""])
+def test_a_pair_has_two_specs(address):
+    with pytest.raises(UserError, match=r"expected two SPECs with [+] between them"):
+        open_plate(f"pair:{address}", clock=VirtualClock())
