@@ -1,4 +1,7 @@
-"""Implement ``slipscale power --protocols``: compare protocols at equal sample size and time."""
+"""Compare protocols at equal sample size and time, and thresholds between conditions.
+
+Both belong to ``slipscale power``: ``--protocols``, and studies of thresholds with factors.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,13 @@ import json
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.cli.population_options import chosen_population
-from slipscale.faults import DONE, UserError
+from slipscale.faults import ANSWER_IS_NO, DONE, UserError
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
+    from collections.abc import Sequence
+
+    from slipscale.experiments.study.model import Study
 
 #: Number of simulated studies per protocol; low, because answers are simulated step by step.
 STUDIES = 50
@@ -43,10 +49,6 @@ def add_comparison(parser: ArgumentParser) -> None:
 
 def compare_protocols(args: Namespace) -> int:
     """Compare the precision of studies and print the result."""
-    from rich import box  # noqa: PLC0415 - `slipscale --help` stays instant
-    from rich.console import Console  # noqa: PLC0415
-    from rich.table import Table  # noqa: PLC0415
-
     from slipscale.analysis.planning.power.grid import values_of  # noqa: PLC0415
     from slipscale.analysis.planning.protocols.output import (  # noqa: PLC0415
         as_json,
@@ -57,7 +59,7 @@ def compare_protocols(args: Namespace) -> int:
     from slipscale.analysis.planning.protocols.precision import protocol_precision  # noqa: PLC0415
     from slipscale.analysis.planning.protocols.studies import filling, protocol_study  # noqa: PLC0415
 
-    _refuse_others(args)
+    _refuse_others(args, "--protocols")
     sizes = values_of("participants", args.participants or SIZES)
     population, fitted = chosen_population(args)
     known = [protocol_study(name) for name in dict.fromkeys([args.study, *args.protocols])]
@@ -80,18 +82,7 @@ def compare_protocols(args: Namespace) -> int:
     else:
         for line in fitted.sentences if fitted else ():
             print(line)
-        head, *rows = table(found)
-        shown = Table(box=box.SIMPLE_HEAD)
-        for title in head:
-            shown.add_column(title, no_wrap=True)
-        for row in rows:
-            shown.add_row(*row)
-        console = Console()
-        # Truncated numbers would be misleading, so lines wrap on a narrow terminal.
-        console.width = max(console.width, WIDTH)
-        console.print(shown)
-        for line in sentences(found, minutes, population.name):
-            console.print(line, highlight=False, markup=False)
+        _show(table(found), sentences(found, minutes, population.name))
     if args.out:
         figure = write_comparison(args.out, found, minutes)
         if not args.json:
@@ -99,11 +90,73 @@ def compare_protocols(args: Namespace) -> int:
     return DONE
 
 
-def _refuse_others(args: Namespace) -> None:
+def compare_conditions(args: Namespace, study: Study) -> int:
+    """Print the power to find differences in thresholds between levels of the study's factors."""
+    from slipscale.analysis.planning.power.grid import values_of  # noqa: PLC0415
+    from slipscale.analysis.planning.protocols.conditions import (  # noqa: PLC0415
+        HEAD,
+        cells,
+        condition_power,
+        enough,
+        sentences,
+    )
+    from slipscale.analysis.planning.protocols.output import write_rows  # noqa: PLC0415
+    from slipscale.analysis.planning.protocols.studies import protocol_study  # noqa: PLC0415
+    from slipscale.experiments.participants.simulated_people.growth import people_for  # noqa: PLC0415
+
+    _refuse_others(args, "the thresholds of a study's conditions")
+    population, fitted = chosen_population(args)
+    people = people_for(study, population)
+    found = condition_power(
+        protocol_study(args.study),
+        values_of("participants", args.participants or SIZES),
+        studies=args.studies or STUDIES,
+        seed=args.seed,
+        population=people,
+        alpha=args.alpha,
+        jobs=args.jobs,
+    )
+    rows = list(map(cells, found))
+    if args.json:
+        print(json.dumps([dict(zip(HEAD, row, strict=True)) for row in rows], indent=2))
+    else:
+        texts = [
+            [f"{each:.3g}" if isinstance(each, float) else str(each) for each in row]
+            for row in rows
+        ]
+        told = (*(fitted.sentences if fitted else ()), *sentences(found, people, args.target))
+        _show([HEAD, *texts], told)
+    if args.out:
+        write_rows(args.out, "conditions", HEAD, rows)
+    sizes = enough(found, people, args.target).values()
+    return DONE if sizes and all(sizes) else ANSWER_IS_NO
+
+
+def _show(table: Sequence[Sequence[str]], sentences: Sequence[str]) -> None:
+    """Print a table, headings first, and the sentences on it."""
+    from rich import box  # noqa: PLC0415 - `slipscale --help` stays instant
+    from rich.console import Console  # noqa: PLC0415
+    from rich.table import Table  # noqa: PLC0415
+
+    head, *rows = table
+    shown = Table(box=box.SIMPLE_HEAD)
+    for title in head:
+        shown.add_column(title, no_wrap=True)
+    for row in rows:
+        shown.add_row(*row)
+    console = Console()
+    # Truncated numbers would be misleading, so lines wrap on a narrow terminal.
+    console.width = max(console.width, WIDTH)
+    console.print(shown)
+    for line in sentences:
+        console.print(line, highlight=False, markup=False)
+
+
+def _refuse_others(args: Namespace, what: str) -> None:
     """Reject options that would have no effect in a comparison."""
     given = [name for name, default in OTHERS.items() if getattr(args, name) != default]
     if given:
         raise UserError(
-            f"--{given[0].replace('_', '-')} cannot be combined with --protocols; expected "
+            f"--{given[0].replace('_', '-')} cannot be combined with {what}; expected "
             "only participants, minutes, population, studies and seed"
         )

@@ -9,7 +9,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipscale.analysis.cli.compare_protocols import add_comparison, compare_protocols
+from slipscale.analysis.cli.compare_protocols import (
+    add_comparison,
+    compare_conditions,
+    compare_protocols,
+)
 from slipscale.analysis.cli.population_options import add_population, chosen_population
 from slipscale.analysis.cli.progress_line import add_steps, telling
 from slipscale.experiments.lab.defaults import here, say
@@ -69,7 +73,8 @@ def add_power(parser: ArgumentParser) -> None:
         "--studies",
         type=int,
         metavar="N",
-        help="number of simulated studies per condition (default: 1000; with --protocols 50)",
+        help="number of simulated studies per condition (default: 1000; for protocols, and for "
+        "thresholds by condition, 50)",
     )
     parser.add_argument(
         "--seed", type=int, default=2007, metavar="N", help="random seed (default: 2007)"
@@ -213,7 +218,7 @@ def assurance_of(text: str | None) -> Assurance | None:
 def run_power(args: Namespace) -> int:
     """Simulate a grid of studies; return 1 if no size reaches the required power."""
     from slipscale.analysis.planning.power.answers import as_json, fewest, largest_effect, rows  # noqa: PLC0415
-    from slipscale.analysis.planning.power.design import design_of  # noqa: PLC0415
+    from slipscale.analysis.planning.power.design import design_of, estimation_of  # noqa: PLC0415
     from slipscale.analysis.planning.power.grid import conditions, without_effect  # noqa: PLC0415
     from slipscale.analysis.planning.power.page import write_power  # noqa: PLC0415
     from slipscale.analysis.planning.power.run_grid import missing, run_grid, shards  # noqa: PLC0415
@@ -224,11 +229,11 @@ def run_power(args: Namespace) -> int:
 
     refuse_nonsense(args)
     say(here())
-    if args.protocols:
-        return compare_protocols(args)
+    study, text = read_study(args.study)
+    if args.protocols or (study.factors and not estimation_of(study)):
+        return compare_protocols(args) if args.protocols else compare_conditions(args, study)
     args.studies = args.studies or STUDIES
     assurance = assurance_of(args.assurance)
-    study, text = read_study(args.study)
     population, fitted = chosen_population(args)
     if population.behaviour:
         raise UserError(

@@ -162,11 +162,11 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
     )
     context = plan.context()
     counts = [(options, protocol.trials(options, context)) for protocol, options in plan.tasks()]
-    places = [n for n, (each, _) in enumerate(counts) if isinstance(each, MagnitudeEstimation)]
+    places = estimation_of(study)
     if not places:
         raise UserError(
-            f"{study.name}: no task uses magnitude_estimation, the only protocol for which power "
-            "can be computed"
+            f"{study.name}: no task uses magnitude_estimation; without it, slipscale power only "
+            "compares thresholds between the levels of [[factors]]"
         )
     if len(study.levels) < 2:  # noqa: PLR2004
         raise UserError(f"{study.name}: has one amplitude; expected two or more")
@@ -195,6 +195,11 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
         alpha=alpha,
         varied=study.quantity.name,
     )
+
+
+def estimation_of(study: Study) -> list[int]:
+    """Return the indices of the study's magnitude-estimation tasks."""
+    return [n for n, each in enumerate(study.tasks) if isinstance(each, MagnitudeEstimation)]
 
 
 def _around(counts: Sequence[tuple[Options, int]], place: int) -> tuple[int, int]:

@@ -54,6 +54,14 @@ def answers_of(
     study: ProtocolStudy, participants: int, seed: int, population: Population
 ) -> StudyAnswers:
     """Return the answers from one simulated study."""
+    rows, minutes = rows_of(study, participants, seed, population)
+    return StudyAnswers([read_answers(study, own) for own in rows], minutes)
+
+
+def rows_of(
+    study: ProtocolStudy, participants: int, seed: int, population: Population
+) -> tuple[list[pd.DataFrame], list[float]]:
+    """Return each person's main trials in one simulated study, and the minutes taken."""
     rows: dict[str, list[pd.DataFrame]] = {}
     minutes: dict[str, float] = {}
     for plan in study.plans(participants, seed, population):
@@ -63,8 +71,8 @@ def answers_of(
         who = plan.participant
         minutes[who] = minutes.get(who, 0.0) + minutes_of(steps)
         rows.setdefault(who, []).append(_rows(study, plan, steps))
-    everybody = [read_answers(study, pd.concat(own, ignore_index=True)) for own in rows.values()]
-    return StudyAnswers(everybody, list(minutes.values()))
+    everybody = [pd.concat(own, ignore_index=True) for own in rows.values()]
+    return everybody, list(minutes.values())
 
 
 def _rows(study: ProtocolStudy, plan: RunPlan, steps: list[BareStep]) -> pd.DataFrame:

@@ -14,7 +14,7 @@ from slipscale.faults import UserError
 from slipscale.figure_style import CYCLE, INK, canvas, save, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
     from pathlib import Path
 
     from matplotlib.figure import Figure
@@ -135,21 +135,35 @@ def write_comparison(folder: Path, found: Sequence[ProtocolPrecision], minutes: 
     UserError
         If the folder cannot be written.
     """
-    lines = io.StringIO()
-    writer = csv.writer(lines, lineterminator="\n")
-    writer.writerow(HEAD)
-    writer.writerows(
-        ["" if each is None else each for each in _cells(row)] for row in ranked(found)
-    )
+    write_rows(folder, "protocols", HEAD, [_cells(row) for row in ranked(found)])
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         told = json.dumps(as_json(found, minutes), indent=2)
         (folder / "protocols.json").write_text(told, encoding="utf-8")
-        (folder / "protocols.csv").write_text(lines.getvalue(), encoding="utf-8")
         save(protocols_figure(found, minutes), folder / "protocols", (".svg", ".png"))
     except OSError as error:
         raise UserError(f"--out {folder}: {error.strerror}") from None
     return folder / "protocols.svg"
+
+
+def write_rows(
+    folder: Path, name: str, head: Sequence[str], rows: Iterable[Sequence[str | float | None]]
+) -> None:
+    """Write a CSV file to a folder, which is created if necessary.
+
+    Raises
+    ------
+    UserError
+        If the folder cannot be written.
+    """
+    lines = io.StringIO()
+    writer = csv.writer(lines, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows(["" if each is None else each for each in row] for row in rows)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / f"{name}.csv").write_text(lines.getvalue(), encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"--out {folder}: {error.strerror}") from None
 
 
 @styled

@@ -179,8 +179,11 @@ def _exponents(
     return np.where(found.usable[:, None], exponents(found), np.nan)
 
 
-def thresholds_of(people: Sequence[Answered | None]) -> Array:
-    """Return all thresholds in µm peak to peak; NaN for participants without a threshold."""
+def thresholds_of(people: Sequence[Answered | None], *, points: bool = False) -> Array:
+    """Return all thresholds in µm peak to peak; NaN for participants without a threshold.
+
+    With ``points``, comparisons give the point of subjective equality.
+    """
     found = np.full(len(people), np.nan)
     for method in sorted({each.method for each in people if each}):
         own = {
@@ -192,6 +195,6 @@ def thresholds_of(people: Sequence[Answered | None]) -> Array:
             list(own.values()),
             method=method,
             curve=CURVE_OF.get(method, "weibull"),
-            half_width=method == COMPARED,
+            half_width=method == COMPARED and not points,
         )
     return found

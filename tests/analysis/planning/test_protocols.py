@@ -7,10 +7,12 @@ from functools import cache
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 from slipscale import commands
 from slipscale.analysis.load import load
 from slipscale.analysis.planning.protocols.answers import answers_of, read_answers
+from slipscale.analysis.planning.protocols.conditions import _rows
 from slipscale.analysis.planning.protocols.output import sentences
 from slipscale.analysis.planning.protocols.precision import protocol_precision, thresholds_of
 from slipscale.analysis.planning.protocols.studies import filling, protocol_study
@@ -20,6 +22,7 @@ from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
 from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.experiments.study.factors import Factor
 from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
@@ -172,3 +175,57 @@ def test_an_exponent_of_ratios_is_the_slope_of_logarithms_without_catch_trials()
     answered = read_answers(study("ratio_to_standard"), rows)
     assert answered.exponent == pytest.approx(0.8)
     assert study("ratio_to_standard").quantity == "exponent"
+
+
+BY_CONDITION = """
+name = "hands"
+title = "Hands"
+seed = 1
+participants = 4
+amplitudes_um_pp = [0.0, 1.2, 2.3]
+[[factors]]
+name = "speed"
+levels = [5.0, 10.0]
+[[factors]]
+name = "hand"
+levels = ["left", "right"]
+simulated = { left = 3.0 }
+[[tasks]]
+protocol = "constant_stimuli"
+standard_um_pp = 1.2
+comparisons_um_pp = [1.21, 1.23, 1.26, 1.32, 1.4, 1.6]
+repetitions = 8
+"""
+
+
+def test_thresholds_by_condition_have_a_power(tmp_path, capsys):
+    """A sensation three times as strong: thresholds are lower on the left, for everybody."""
+    (tmp_path / "hands.toml").write_text(BY_CONDITION)
+    command = ["power", str(tmp_path / "hands.toml"), "--participants", "6", "--studies", "1"]
+    assert commands.main([*command, "--out", str(tmp_path / "out")]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "hand: 6 participants or more reach 0.8." in said
+    assert "speed: no effect is simulated" in said
+    rows = list(csv.DictReader((tmp_path / "out" / "conditions.csv").read_text().splitlines()))
+    assert [(row["factor"], row["first"], row["second"]) for row in rows] == [
+        ("speed", "5", "10"),
+        ("hand", "left", "right"),
+    ]
+    assert float(rows[1]["change"]) == pytest.approx(3, rel=0.5)
+    assert commands.main([*command, "--repetitions", "3"]) == 2
+    assert "--repetitions cannot be combined with the thresholds" in capsys.readouterr().err
+
+
+def test_conditions_are_compared_by_paired_t_tests_averaged_over_other_factors():
+    values = np.random.default_rng(3).normal(size=(300, 6, 2, 3))
+    values[..., 1] += 1
+    values[0, 0, 0, 0] = np.nan
+    factors = [Factor(name="a", levels=("x", "y")), Factor(name="b", levels=("p", "q", "r"))]
+    found = {
+        (row.factor, row.first, row.second): row
+        for row in _rows(values, factors, 0.05, logarithmic=True)
+    }
+    p = stats.ttest_rel(values[1:, :, 0].mean(axis=2), values[1:, :, 1].mean(axis=2), axis=1).pvalue
+    assert found["a", "x", "y"].power.value == pytest.approx((p < 0.05).mean(), abs=1 / 300)
+    assert found["b", "p", "q"].power.value > found["b", "p", "r"].power.value
+    assert found["b", "p", "q"].change == pytest.approx(np.e, rel=0.15)

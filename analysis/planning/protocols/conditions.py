@@ -1,0 +1,234 @@
+"""Estimate the power to find that thresholds differ between the levels of a study's factors.
+
+Simulated people answer the real protocol in every condition. The report compares conditions in one
+hierarchical model, which takes too long for hundreds of studies. Here, the maximum-likelihood
+thresholds of each participant are compared by paired t tests with Holm's correction, averaged over
+other factors. Thresholds are compared as logarithms, unless the curve is a function of the level.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.planning.power.outcome import Share
+from slipscale.analysis.planning.protocols.answers import read_answers, rows_of
+from slipscale.analysis.planning.protocols.precision import thresholds_of
+from slipscale.analysis.planning.protocols.studies import EXPONENT, seed_of
+from slipscale.analysis.planning.simulated.estimates import means
+from slipscale.analysis.planning.simulated.fast_tests import Tables, pairwise
+from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF
+from slipscale.experiments.participants.simulated_people.growth import people_for
+from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.steps.trial import factor_level
+from slipscale.experiments.study.factors import conditions_of
+from slipscale.experiments.study.file import parse_study
+from slipscale.faults import UserError
+from slipscale.stimuli.field_names import in_um
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from slipscale.analysis.planning.protocols.studies import ProtocolStudy
+    from slipscale.experiments.participants.simulated_people.population import Population
+    from slipscale.experiments.study.factors import Factor
+
+    Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConditionPower:
+    """Power of one comparison between two levels of a factor.
+
+    Parameters
+    ----------
+    participants : int
+    factor, first, second : str
+    change : float
+        Median over studies of the second threshold divided by the first; for a curve on a linear
+        axis, minus the first.
+    power : Share
+        Proportion of studies in which the thresholds differ significantly.
+    without : float
+        Proportion of participants who have no threshold in at least one of the two levels.
+    """
+
+    participants: int
+    factor: str
+    first: str
+    second: str
+    change: float
+    power: Share
+    without: float
+
+
+def condition_power(
+    study: ProtocolStudy,
+    sizes: Sequence[int],
+    *,
+    studies: int,
+    seed: int,
+    population: Population,
+    alpha: float,
+    jobs: int = 1,
+) -> list[ConditionPower]:
+    """Return the power of each comparison, for each number of participants.
+
+    Parameters
+    ----------
+    studies : int
+        Number of simulated studies; smaller sizes use the first participants of the largest size.
+
+    Raises
+    ------
+    UserError
+        If the task does not measure a threshold.
+    """
+    if study.quantity == EXPONENT:
+        raise UserError(
+            f"{study.name}: {study.task} measures exponents; expected magnitude estimation, or a "
+            "task that measures thresholds"
+        )
+    parsed = parse_study(study.text, study.name)
+    from joblib import Parallel, delayed  # noqa: PLC0415 - only if requested
+
+    people = people_for(parsed, population)
+    found: list[tuple[Array, bool]] = Parallel(n_jobs=jobs)(
+        delayed(_axis_values)(
+            study, parsed.factors, max(sizes), seed_of(seed, study.name, number), people
+        )
+        for number in range(studies)
+    )
+    values = np.stack([each for each, _ in found])
+    return [
+        row
+        for size in sorted(sizes)
+        for row in _rows(values[:, :size], parsed.factors, alpha, logarithmic=found[0][1])
+    ]
+
+
+def _axis_values(
+    study: ProtocolStudy,
+    factors: Sequence[Factor],
+    participants: int,
+    seed: int,
+    population: Population,
+) -> tuple[Array, bool]:
+    """Return thresholds on the axis of their curve, and whether it is logarithmic.
+
+    Returns
+    -------
+    array, shape (participants, first factor, second factor, ...)
+        NaN without a threshold.
+    """
+    conditions = [
+        {in_um(name): factor_level(value) for name, value in values.items()}
+        for values in (condition.values for condition in conditions_of(factors))  # noqa: PD011
+    ]
+    rows, _ = rows_of(study, participants, seed, population)
+    told = []
+    for own in rows:
+        labels = own[list(conditions[0])].map(factor_level)
+        told += [
+            read_answers(study, own[labels.eq(pd.Series(each)).all(axis=1)].reset_index(drop=True))
+            for each in conditions
+        ]
+    method = next((each.method for each in told if each), "")
+    logarithmic = CURVES[CURVE_OF.get(method, "weibull")].logarithmic
+    found = thresholds_of(told, points=True)
+    shape = (participants, *(len(factor.levels) for factor in factors))
+    return (np.log(found) if logarithmic else found).reshape(shape), logarithmic
+
+
+def _rows(
+    values: Array, factors: Sequence[Factor], alpha: float, *, logarithmic: bool
+) -> Iterator[ConditionPower]:
+    """Yield the power of every pair of levels; values have shape (studies, participants, ...)."""
+    studies, people = values.shape[:2]
+    for place, factor in enumerate(factors):
+        names = [factor_level(level) for level in factor.levels]
+        last = np.moveaxis(values, 2 + place, -1).reshape(studies, people, -1, len(names))
+        thresholds = means(np.moveaxis(last, 2, 0))
+        places = tuple(map(float, range(len(names))))
+        everything = np.ones(studies, dtype=np.bool_)
+        tables = Tables(
+            amplitudes_um_pp=places, cells=thresholds, logs=thresholds, usable=everything
+        )
+        p = pairwise(tables, "logarithms")
+        for pair, (first, second) in enumerate(combinations(range(len(names)), 2)):
+            change = thresholds[..., second] - thresholds[..., first]
+            there = np.isfinite(change)
+            typical = float(np.median(change[there])) if there.any() else float("nan")
+            yield ConditionPower(
+                participants=people,
+                factor=factor.name,
+                first=names[first],
+                second=names[second],
+                change=float(np.exp(typical)) if logarithmic else typical,
+                power=Share.of(int((p[:, pair] < alpha).sum()), studies),
+                without=float(1 - there.mean()),
+            )
+
+
+HEAD = (
+    *("participants", "factor", "first", "second", "change", "power", "low", "high"),
+    *("without", "studies"),
+)
+
+
+def cells(row: ConditionPower) -> tuple[str | int | float, ...]:
+    """Return a row's values under `HEAD`."""
+    power = row.power
+    return (
+        *(row.participants, row.factor, row.first, row.second, row.change),
+        *(power.value, power.low, power.high, row.without, power.studies),
+    )
+
+
+def enough(
+    found: Sequence[ConditionPower], population: Population, target: float
+) -> dict[str, int | None]:
+    """Return the smallest sufficient number of participants for each factor with an effect.
+
+    From this number, the most powerful comparison of the factor always reaches the target. None if
+    no number does.
+    """
+    simulated = {name for name, _, by in (*population.effects, *population.growths) if by != 1}
+    sizes: dict[str, int | None] = {}
+    for factor in dict.fromkeys(row.factor for row in found if row.factor in simulated):
+        best: dict[int, float] = {}
+        for row in found:
+            if row.factor == factor:
+                best[row.participants] = max(best.get(row.participants, 0.0), row.power.value)
+        missed = max((size for size, power in best.items() if power < target), default=0)
+        sizes[factor] = min((size for size in best if size > missed), default=None)
+    return sizes
+
+
+def sentences(found: Sequence[ConditionPower], population: Population, target: float) -> list[str]:
+    """Return sentences on the tests, and on the sizes that reach the target."""
+    said = [
+        (
+            "Individual thresholds are compared by paired t tests with Holm's correction; the "
+            "report compares them in one hierarchical model. Change: the second threshold divided "
+            "by the first (for a curve on a linear axis, minus the first)."
+        )
+    ]
+    sizes = enough(found, population, target)
+    for factor in dict.fromkeys(row.factor for row in found):
+        size = sizes.get(factor)
+        said.append(
+            f"{factor}: no effect is simulated, so these values are false alarms. Set simulated or "
+            "simulated_growth in [[factors]]."
+            if factor not in sizes
+            else f"{factor}: {size} participants or more reach {target:g}."
+            if size
+            else f"{factor}: none of these sizes reaches {target:g}."
+        )
+    return said
