@@ -22,6 +22,7 @@ from slipscale.faults import UserError
 from slipscale.hardware.calibration.device_check import check_device
 from slipscale.hardware.errors import (
     ConnectionLost,
+    Late,
     NotReached,
     PlateRefused,
 )
@@ -109,6 +110,7 @@ class PlateDriver(GuardedOutput):
         self.identity: PlateIdentity | None = None
         self.second_level = 0.0
         self._played: Loop | None = None
+        self._repeats_s = math.inf  # when a change that is being played would repeat
 
     def connect(self) -> PlateIdentity:
         """Open the line, identify the device, and leave the plate silent.
@@ -219,7 +221,7 @@ class PlateDriver(GuardedOutput):
         if level > 0:
             self._check_duty()
         with self._commanding(vibrates=self._vibrates(level)):
-            self._played = None
+            self._played, self._repeats_s = None, math.inf
             presentation = self._drive(level)
             try:
                 self.confirm(level, presentation.readback)
@@ -276,11 +278,14 @@ class PlateDriver(GuardedOutput):
             raise PlateRefused(f"plate '{self.name}': it is {self.output}, so it cannot follow")
         with self._silent_on_fault():
             self._follow(level)
+            self._check_in_time()
+            self._repeats_s = math.inf
 
     def play(self, change: Loop) -> None:
         """Leave the settled amplitude along a change that the finger has triggered.
 
         The plate repeats the list after its end: command another amplitude (`follow`) by then.
+        If the computer is late, that command or the next `check` raises `Late`.
 
         Raises
         ------
@@ -296,7 +301,23 @@ class PlateDriver(GuardedOutput):
         if self.modulator is None or self.output is not Output.MAY_BE_ON:
             raise PlateRefused(f"plate '{self.name}': it is {self.output}, so it cannot change")
         with self._silent_on_fault():
+            self._repeats_s = self.clock.now() + change.period_s
             self._change(change)
+
+    def check(self) -> None:
+        """Raise the pending `PlateFault`, or `Late` if the plate repeats a change."""
+        super().check()
+        if self.output is Output.MAY_BE_ON:
+            with self._silent_on_fault():
+                self._check_in_time()
+
+    def _check_in_time(self) -> None:
+        late_s = self.clock.now() - self._repeats_s
+        if late_s > 0:
+            raise Late(
+                f"plate '{self.name}': the computer was {late_s:.2f} s late, so the plate repeated "
+                "a change"
+            )
 
     def excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
         """Drive at one frequency and one voltage, settle and read back; for calibration.

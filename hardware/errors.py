@@ -91,6 +91,13 @@ class ConnectionLost(PlateFault):
     remedy = "Plug the plate in again; the session can reconnect."
 
 
+class Late(PlateFault):
+    """The computer was late, so the plate repeated a change that is to be played once."""
+
+    code = "late"
+    remedy = "Close the other programs on this computer, then try again."
+
+
 class StillVibrating(PlateFault):
     """The plate could not be silenced, and no watchdog will silence it."""
 
@@ -157,6 +164,6 @@ FAULTS: dict[str, type[PlateFault]] = {
     for kind in (
         PlateNotFound, NoPermission, WrongDevice, PlateBusy, PlateTimeout, GarbledReply,
         ProtocolViolation, PlateRefused, ConnectionLost, StillVibrating, OverLimit, NotReached,
-        OffCalibration,
+        OffCalibration, Late,
     )
 }  # fmt: skip

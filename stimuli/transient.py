@@ -238,7 +238,7 @@ class Transient(Parametric):
         """Return the list of amplitudes that a plate plays from the trigger on.
 
         Its last amplitude is held for `HELD_S` or more. Then the list would be repeated, unless
-        `final_level` is commanded by then.
+        `final_level` is commanded by then; a repetition is a fault of the plate.
 
         Raises
         ------

@@ -45,6 +45,16 @@ STUDIES = {
     "bernard2020": ("detectionthreshold", {"most_trials = 30": f"most_trials = 1\n{ALONE}"}, 2),
     "meyer2015": ("samedifferent", {"repetitions = 8": f"repetitions = 1\n{ALONE}"}, 6),
     "hollins1993": ("sorting", {"groups = 7": "groups = 7\nrepetitions = 1"}, 7),
+    "gueorguiev2017": (  # a change at a position
+        "differencethreshold",
+        {"most_trials = 30": f"most_trials = 2\n{ALONE}"},
+        4,
+    ),
+    "monnoyer2016": (  # a change at a force
+        "magnitudeestimation",
+        {"repetitions = 3": "repetitions = 1\npractice = 0"},
+        6,
+    ),
     "pointing2023": (
         "pointing",
         {
@@ -162,6 +172,10 @@ def test_a_published_study_is_run_killed_resumed_and_whole(name, start, emulate,
         assert_the_stroke_decides(rows)
     else:
         assert not any(record.kind == "void" for record in records)
+    if name in ("gueorguiev2017", "monnoyer2016"):
+        changes = rows[[column for column in rows if column.endswith("changes")]].astype(float)
+        assert changes.size >= len(rows)
+        assert (changes > 0).all(axis=None)
     if pointed:
         assert set(rows["selection"]) == {"target"}
     else:

@@ -11,6 +11,8 @@ from slipscale.faults import UserError
 from slipscale.hardware.backends.mock import MockPlate
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.contact.source import Sample
+from slipscale.hardware.errors import Late
+from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.transient import Transient
 
 FRAME_S = 0.01
@@ -80,6 +82,29 @@ def test_an_edge_changes_the_plate_where_it_is_and_changes_back_behind_it():
         assert level_at(found, begun_s + part * 0.01) == pytest.approx(level, abs=0.1)
     assert level_at(found, 0.28) == pytest.approx(2.0, abs=0.05)
     assert level_at(found, 0.34) == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("command", ["check", "follow"])
+def test_a_change_that_the_plate_repeats_because_the_computer_was_late_is_a_fault(command):
+    clock = VirtualClock()
+    plate = MockPlate(clock=clock)
+    plate.connect()
+    change = transient(position_mm=10.0).change(plate.modulator)
+    act = plate.check if command == "check" else lambda: plate.follow(2.0)
+    for late_s in (-0.001, 0.001):
+        plate.present(VirtualSurface(level=1.0))
+        plate.play(change)
+        clock.sleep(change.period_s + late_s)
+        if late_s < 0:
+            act()
+            assert plate.vibration_level() == pytest.approx(2.0, abs=0.01)
+            continue
+        with pytest.raises(Late, match="the plate repeated a change"):
+            act()
+        clock.sleep(0.1)
+        assert plate.vibration_level() < 0.01
+    plate.present(VirtualSurface(level=1.0))
+    plate.check()
 
 
 def test_a_change_with_a_duration_ends_by_itself_and_comes_once_each_time_over():
