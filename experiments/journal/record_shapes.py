@@ -77,6 +77,7 @@ class _Void(_Shape):
     task: str
     trial: int
     reason: str
+    repeated: bool = True
 
 
 class _Note(_Shape):

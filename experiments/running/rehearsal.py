@@ -264,7 +264,7 @@ def check_supported(plan: RunPlan, plate: PlateDriver, contact: ContactSpecs = N
         if "position" not in specs.used:
             raise UserError(
                 f"task '{protocol.task}' changes the plate's level at a place, so the finger's "
-                "position must be measured; set position in the study's [plate] table"
+                "position must be measured; name a sensor ([plate] position, or --position)"
             )
         if plate.follow_lag_s is None:
             raise UserError(

@@ -6,6 +6,7 @@ them after a pause or once the rig works again.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.journal.serialisation import same_step, step_record
@@ -135,7 +136,7 @@ class Interruptions:
 
     def take_voids(self) -> Voided:
         """Return the trials voided since the last call, and clear the list."""
-        voided, self._voids = Voided(trials=tuple(self._voids)), []
+        voided, self._voids = self._voids, Voided()
         return voided
 
     def take_questions(self) -> list[Ask]:
@@ -175,9 +176,10 @@ class Interruptions:
         """Void a trial, unless it is voided already; the protocol repeats it if requested."""
         if (trial.task, trial.number) in self._voided():
             return
-        self._journal.write("void", task=trial.task, trial=trial.number, reason=reason)
+        void = {"task": trial.task, "trial": trial.number, "reason": reason}
+        self._journal.write("void", **void, **({} if repeated else {"repeated": False}))
+        self._voids = _with(self._voids, trial.number, repeated=repeated)
         if repeated:
-            self._voids.append(trial.number)
             self._progress.void()
             self._progress.say(f"trial {trial.number} will be repeated")
         else:
@@ -275,12 +277,19 @@ def _pending_questions(records: list[Record]) -> list[dict[str, Any]]:
     return waiting
 
 
-def _pending_voids(records: list[Record]) -> list[int]:
+def _with(voided: Voided, trial: int, *, repeated: bool) -> Voided:
+    if repeated:
+        return replace(voided, trials=(*voided.trials, trial))
+    return replace(voided, dropped=(*voided.dropped, trial))
+
+
+def _pending_voids(records: list[Record]) -> Voided:
     """Return the voided trials that have not been passed to the protocol yet."""
-    waiting: list[int] = []
+    waiting = Voided()
     for record in records:
         if record.kind == "void":
-            waiting.append(record.data["trial"])
+            repeated = record.data.get("repeated", True)
+            waiting = _with(waiting, record.data["trial"], repeated=repeated)
         elif record.kind == "done" and (record.data["answer"] or {}).get("type") == "Voided":
-            waiting = []
+            waiting = Voided()
     return waiting

@@ -87,9 +87,14 @@ class Presented:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Voided:
-    """The numbers of the trials voided since the last `Voided`; the protocol repeats them."""
+    """The numbers of the trials voided since the last `Voided`.
 
+    The protocol repeats ``trials``. It does not repeat ``dropped`` ones, and ignores their answers.
+    """
+
+    LATER: ClassVar = frozenset({"dropped"})
     trials: tuple[int, ...] = ()
+    dropped: tuple[int, ...] = ()
 
 
 Answer = Reply | Presented | Voided | None

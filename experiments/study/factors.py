@@ -325,4 +325,8 @@ def _renumbered(steps: Steps, shift: _Shift) -> Generator[Step, Answer, int]:
             last = max(last, step.trial.number)
         answer = yield step
         if isinstance(answer, Voided):
-            answer = Voided(trials=tuple(number - shift.before for number in answer.trials))
+            trials, dropped = (
+                tuple(number - shift.before for number in numbers)
+                for numbers in (answer.trials, answer.dropped)
+            )
+            answer = Voided(trials=trials, dropped=dropped)

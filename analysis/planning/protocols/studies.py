@@ -121,7 +121,7 @@ def protocol_study(name: str) -> ProtocolStudy:
                 text=text,
                 place=place,
                 task=protocol.task,
-                title=protocol.titled(),
+                title=protocol.titled(study.quantity),
                 quantity=quantity,
                 marks=marks,
                 amount=amount,

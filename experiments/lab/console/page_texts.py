@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from slipscale.experiments.protocols.base import Options, Protocol
+    from slipscale.experiments.study.model import Study
 
 PACKAGE = "slipscale.experiments.lab.console"
 LANGUAGES = ("en", "fr")
@@ -120,9 +121,11 @@ class Words:
         """Return one of Slipscale's sentences in this language; return other text unchanged."""
         return sentences(self.language).get(words, words)
 
-    def task(self, options: Options, protocol: Protocol) -> str:
+    def task(self, options: Options, protocol: Protocol, study: Study) -> str:
         """Return a task's title, which is the same in every language for external protocols."""
-        return self.known(f"task_title.{options.protocol}", protocol.titled())
+        title = self.known(f"task_title.{options.protocol}", protocol.titled(study.quantity))
+        words = study.words_of(self.language)
+        return title.replace("{noun}", words.noun if words else study.quantity.judged)
 
     def known(self, key: str, otherwise: str) -> str:
         """Return a text, or ``otherwise`` if the key has no text."""

@@ -222,13 +222,15 @@ class ForcedChoice(IntervalTask[Choice]):
             now = now.answered(correct=correct)
         # Whether this trial is the last is known only after its answer.
         told = yield EndTrial(trial=replace(trial, total=self._total(now)))
-        voided = told.trials if isinstance(told, Voided) else ()
-        missed = chosen is None and number not in voided
+        told = told if isinstance(told, Voided) else Voided()
+        voided, dropped = told.trials, number in told.dropped
+        missed = (chosen is None or dropped) and number not in voided
         self._missed += missed
-        if condition.track is not None and chosen is not None and number not in voided:
+        if condition.track is not None and not missed and number not in voided:
             self.tracks.answer(number, correct=correct)
         # If nobody answers, a track ends at its limit; other trials are repeated once.
-        comes_again = missed and (condition.track is not None or trial.repeats is None)
+        comes_again = missed and not dropped
+        comes_again &= condition.track is not None or trial.repeats is None
         return (*voided, number) if comes_again else voided
 
 

@@ -16,6 +16,7 @@ from slipscale.experiments.protocols.pointing import (
     Pointing,
     target_surface,
 )
+from slipscale.experiments.running.contact_sources import ContactSpecs
 from slipscale.experiments.running.rehearsal import check_supported, dry_run
 from slipscale.experiments.steps.questions import PointingQuestion, Selection
 from slipscale.experiments.steps.replies import Reply, Voided
@@ -83,10 +84,11 @@ def test_what_cannot_be_shown_or_felt_is_rejected(plan, old, new, message):
         list(dry_run(plan(POINTING_2023.replace(old, new))))
 
 
-def test_feedback_needs_the_fingers_position(plan):
-    made = plan(POINTING_2023.replace("position = ", "# position = "))
-    with pytest.raises(UserError, match="position must be measured; set position"):
-        check_supported(made, MockPlate(clock=VirtualClock()))
+@pytest.mark.parametrize("of_study, of_command", [("# position = ", None), ("position = ", "none")])
+def test_feedback_needs_the_fingers_position(plan, of_study, of_command):
+    made = plan(POINTING_2023.replace("position = ", of_study))
+    with pytest.raises(UserError, match="position must be measured; name a sensor"):
+        check_supported(made, MockPlate(clock=VirtualClock()), ContactSpecs(position=of_command))
 
 
 @pytest.fixture

@@ -152,7 +152,8 @@ def test_a_session_killed_around_a_rejection_goes_on_to_the_same_data(whole, mad
     outside = next(
         n for n, line in enumerate(lines) if kinds[n] == "stroke" and json.loads(line)["outside"]
     )
-    for cut in (outside + 1, kinds.index("void") + 1):
+    dropped = next(n for n, line in enumerate(lines) if b'"repeated":false' in line)
+    for cut in (outside + 1, kinds.index("void") + 1, dropped + 1):
         folder = tmp_path / str(cut)
         path = made_plan.journal_path(folder)
         path.parent.mkdir(parents=True)

@@ -54,7 +54,7 @@ def editor(view: View, text: str, template: str) -> dict[str, Any]:
         plan = plan_of(replace(view.found, study=study, study_text=whole), "01")
         context = plan.context()
         shown["timeline"] = [
-            (view.t.task(options, protocol), protocol.trials(options, context))
+            (view.t.task(options, protocol, study), protocol.trials(options, context))
             for protocol, options in plan.tasks()
         ]
     return shown
@@ -80,7 +80,7 @@ def follow_up(view: View, text: str, template: str) -> dict[str, Any]:
         # Not during a session, whose frames have priority.
         "minutes": None if view.found.live else simulated_minutes(whole, source),
         "orders": [
-            (plan.participant, plan.row + 1, [view.t.task(o, p) for p, o in plan.tasks()])
+            (plan.participant, plan.row + 1, [view.t.task(o, p, study) for p, o in plan.tasks()])
             for plan in plans
         ],
         "balance": balance(source, study, whole),

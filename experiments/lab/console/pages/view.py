@@ -85,4 +85,4 @@ def titles_of(found: Snapshot, t: Words) -> dict[str, str]:
     if found.study is None:
         return {}
     tasks = plan_of(found, "01").tasks()
-    return {protocol.task: t.task(options, protocol) for protocol, options in tasks}
+    return {protocol.task: t.task(options, protocol, found.study) for protocol, options in tasks}

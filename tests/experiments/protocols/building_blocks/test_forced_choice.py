@@ -38,7 +38,7 @@ def options(**changes):
     )
 
 
-def play(made, answer=lambda _trial: True, voids=None):
+def play(made, answer=lambda _trial: True, voids=None, dropped=()):
     """Run a task; return its trials as their last steps have them, and the screens after blocks.
 
     Parameters
@@ -47,6 +47,8 @@ def play(made, answer=lambda _trial: True, voids=None):
         Whether a trial is answered right; None for no answer.
     voids : dict
         Trials that are voided at the end of a trial, or at "screen 1", "screen 2", ...
+    dropped : tuple
+        Trials that are rejected at their end, and not repeated.
     """
     voids = dict(voids or {})
     run = ForcedChoice(made, CONTEXT, texts="difference_threshold.more", standard_level=1.2)
@@ -61,7 +63,8 @@ def play(made, answer=lambda _trial: True, voids=None):
             reply = Reply(value=value, timed_out=right is None)
         elif isinstance(step, EndTrial):
             trials.append(step.trial)
-            reply = Voided(trials=voids.pop(step.trial.number, ()))
+            rejected = tuple({step.trial.number} & {*dropped})
+            reply = Voided(trials=voids.pop(step.trial.number, ()), dropped=rejected)
         elif isinstance(step, EndBlock):
             screens += 1
             reply = Voided(trials=voids.pop(f"screen {screens}", ()))
@@ -99,6 +102,15 @@ def test_a_trial_voided_while_it_runs_comes_again_with_its_track_and_level():
     for track in (1, 2):
         kept = [t for t in trials if t.number != at]
         assert of_track(kept, track) == of_track(undisturbed, track)
+
+
+def test_a_rejected_trial_that_is_not_repeated_does_not_move_its_track():
+    made = options(tracks=1, practice=0, catch_trials=0)
+    undisturbed, _ = play(made)
+    trials, _ = play(made, dropped=(3,))
+    assert [trial.repeats for trial in trials] == [None] * len(trials)
+    assert trials[3].factors["track_level"] == trials[2].factors["track_level"]
+    assert of_track([t for t in trials if t.number != 3], 1) == of_track(undisturbed, 1)
 
 
 def test_an_answer_taken_back_later_is_as_if_it_had_not_been_given():
