@@ -222,7 +222,7 @@ def with_plate_file(spec: str, wanted: str) -> str:
 def without_session_watchdog(spec: str) -> str:
     """Disable a SPEC's session watchdog, which silences a plate that the session does not check.
 
-    For calibration, during which a person reads an instrument, and for external scripts.
+    This is needed for calibration, during which a person reads an instrument, and for scripts.
 
     >>> without_session_watchdog("serial:COM3")
     'serial:COM3,attention=0'

@@ -260,9 +260,9 @@ class PlateDriver(GuardedOutput):
     def follow(self, level: float) -> None:
         """Change to another amplitude without waiting: a texture that follows the finger.
 
-        For a plate that vibrates and has a `follow_lag_s`. Readbacks in the meantime are
-        momentary; `present` settles again. This does not count as a new command: the limit of the
-        time for which a plate may vibrate unattended continues to apply.
+        The plate must be vibrating and have a `follow_lag_s`. Readbacks in the meantime are
+        momentary; `present` settles again. This does not count as a new command: the limit on
+        unattended vibration time continues to apply.
 
         Raises
         ------

@@ -40,7 +40,7 @@ class PlateIdentity:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Readback:
-    """The plate's reported state; ``kind`` states how reliable it is.
+    """The plate's reported state; ``kind`` states how reliable the readback is.
 
     "measured": by a sensor; "applied": computed from the active drive; "commanded": only an echo;
     "none": ``level`` is None. ``time_s`` is the host's clock. The drive voltage at the plate (the

@@ -87,7 +87,7 @@ def vertex(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
 
 
 def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
-    """Find the current resonance and drive there from now on; the plate is silent afterwards.
+    """Find the current resonance and use it for later drives; the plate is silent afterwards.
 
     Parameters
     ----------

@@ -42,7 +42,7 @@ def packed(rows: Greys) -> str:
 
 @cache
 def _unpacked(pixels: str, columns: int) -> Greys:
-    """Return the rows of an image. Raises `ValueError` if the text is not one."""
+    """Return the rows of an image. Raises `ValueError` if the text is not an image."""
     decoder = zlib.decompressobj()
     greys = decoder.decompress(base64.b64decode(pixels, validate=True), MOST_PIXELS + 1)
     if not 0 < len(greys) <= MOST_PIXELS or not columns > 0 or len(greys) % columns:
@@ -129,7 +129,7 @@ class FrictionMap(Parametric):
 
     @property
     def sensor(self) -> Sensor | None:
-        """The position, unless all amplitudes are the same."""
+        """The sensor that the map follows: the position, unless all amplitudes are the same."""
         return "position" if self._changes else None
 
     @property
@@ -243,5 +243,5 @@ class FrictionMap(Parametric):
 
 
 def _between(place: float, count: int) -> float:
-    """Return a pixel's number, in fractions, for a place in pixels from the middle."""
+    """Return the fractional pixel index for a position in pixels from the middle."""
     return min(max(place + (count - 1) / 2, 0.0), float(count - 1))

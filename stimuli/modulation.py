@@ -184,7 +184,7 @@ class Modulator:
     def friction_passed(self, modulation_hz: float) -> float:
         """Return the fraction of a sinusoidal modulation's depth that the friction follows.
 
-        According to the squeeze-film model of 2007, in which the finger does not move; for later
+        This follows the 2007 squeeze-film model, in which the finger does not move; for later
         measurements see docs/explanation/squeeze-film.md.
         """
         film_hz = 1 / (2 * math.pi * self.film_time_constant_s)
@@ -210,7 +210,7 @@ class Modulator:
     def friction_rise_s(self, transition_s: float) -> float:
         """Return the approximate time in which friction goes from 10 to 90 % of a change.
 
-        The root of the sum of squares of the transition's, the plate's and the film's rise times.
+        It is the root sum of squares of the rise times of the transition, the plate and the film.
         """
         return math.hypot(
             STEEP_PART * transition_s,

@@ -94,7 +94,7 @@ class Quantity:
 
     @property
     def stepped(self) -> bool:
-        """Whether a plate makes it, so that a descending difference goes down in steps of it."""
+        """Whether a plate produces it, so that a descending difference has steps in it."""
         return bool(self.suffix)
 
     @property
@@ -104,7 +104,7 @@ class Quantity:
 
     @property
     def a_level(self) -> str:
-        """One of its values with the article: "an amplitude", "a voltage"."""
+        """A single value with its article: "an amplitude", "a voltage"."""
         return f"{'an' if self.level[0] in 'aeiou' else 'a'} {self.level}"
 
     @property
@@ -140,12 +140,12 @@ class Quantity:
 
     @property
     def grow(self) -> str:
-        """What judgements do as the level grows: "grow", or "fall"."""
+        """How judgements change as the level grows: "grow", or "fall"."""
         return "fall" if self.falls else "grow"
 
     @property
     def shrink(self) -> str:
-        """What judgements do as the level is reduced: "fall", or "grow"."""
+        """How judgements change as the level is reduced: "fall", or "grow"."""
         return "grow" if self.falls else "fall"
 
     @property

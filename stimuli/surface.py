@@ -84,7 +84,7 @@ class Surface(Stimulus, Protocol):
         """Whether the surface cannot be presented without that sensor."""
 
     def shown(self, share: float) -> float:
-        """Return the height of a picture of the surface at a point, 0 to 1."""
+        """Return the height at a point (0 to 1) in a picture of the surface."""
 
     def change(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
         """Return what is played when the finger reaches a trigger; None without a trigger."""
@@ -130,12 +130,12 @@ class VirtualSurface:
 
     @property
     def sensor(self) -> Sensor | None:
-        """None: the surface does not follow the finger."""
+        """None, because the surface does not follow the finger."""
         return None
 
     @property
     def needs_sensor(self) -> bool:
-        """False: nothing has to be measured."""
+        """False, because nothing has to be measured."""
         return False
 
     @property
@@ -158,7 +158,7 @@ class VirtualSurface:
         return peak_from_pp(self.level)
 
     def shown(self, share: float) -> float:
-        """Return the height of a picture of the vibration at a point, 0 to 1."""
+        """Return the height at a point (0 to 1) in a picture of the vibration."""
         return self.level * math.sin(2 * math.pi * PERIODS_SHOWN * share)
 
     def loop(

@@ -229,7 +229,7 @@ class Grating(Parametric):
 
     @property
     def needs_sensor(self) -> bool:
-        """False: without a sensor, a finger speed is assumed."""
+        """False, because a finger speed is assumed if there is no sensor."""
         return False
 
     @property
@@ -246,7 +246,7 @@ class Grating(Parametric):
         )
 
     def shown(self, share: float) -> float:
-        """Return the amplitude at a point, 0 to 1, of a picture of three periods."""
+        """Return the amplitude at a point (0 to 1) in a picture of three periods."""
         return self.level_in(3 * share)
 
     def level_at(self, position_mm: float, _across_mm: float = 0.0) -> float:

@@ -37,7 +37,7 @@ class Varied:
 
     @property
     def name(self) -> str:
-        """Empty: the level identifies the stimulus."""
+        """Empty, because the level identifies the stimulus."""
         return ""
 
     @property

@@ -340,8 +340,8 @@ class Journal:
 def fallback_folders() -> list[Path]:
     """Return new folders, in order of preference, for a journal that lost its original location.
 
-    Each has the structure of a data set, so that `slipscale resume` and `slipscale data` work
-    there.
+    Each folder has the structure of a data set, so that `slipscale resume` and `slipscale data`
+    work there.
     """
     found = []
     for parent in (Path.home() / FALLBACK, Path(tempfile.gettempdir()) / FALLBACK):

@@ -120,8 +120,8 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
     """Create our lock file, unless there is a plausible one from another session.
 
     Two sessions that start simultaneously must not both find no lock file, or both replace one
-    left behind by a crash. Each therefore first creates a second file, which only one of them can
-    do, checks the lock file, and then renames the second file to the lock file name.
+    left behind by a crash. Each session therefore first creates a second file, which only one of
+    them can do, checks the lock file, and then renames the second file to the lock file name.
     """
     lock = lock_file(journal)
     claim = lock.with_name(f"{lock.name}.new")

@@ -44,7 +44,7 @@ def step_record(step: Step) -> dict[str, Any]:
     Entries that earlier versions did not have are omitted if they have their default value: the
     interval of a step outside intervals, a question's sound, who answers a question (if the
     participant enters the answer), whether the participant can return to the previous question,
-    and whether a surface can be felt again during an `Adjust`. Journals of those versions can
+    and whether a surface can be felt again during an `Adjust`. Journals from earlier versions can
     therefore be resumed.
     """
     record: dict[str, Any] = _plain(step)

@@ -59,7 +59,7 @@ class SimulatedPerson(Protocol):
 
     @property
     def turned(self) -> int:
-        """The number of notches by which the surface was turned, in an `Adjust`."""
+        """The number of notches by which the surface was adjusted, in an `Adjust`."""
 
     @property
     def felt_again(self) -> int:
@@ -139,7 +139,7 @@ def notices_difference(_step: Ask, person: SimulatedPerson) -> bool:
 
 
 def any_choice(step: Ask, person: SimulatedPerson) -> Value:
-    """Answer a `ChoiceQuestion` with a random option. For questions without a correct answer."""
+    """Answer a `ChoiceQuestion` that has no correct answer with a random option."""
     if isinstance(step.question, ComparisonQuestion):
         raise UserError(f"'{step.name}' compares surfaces: a pilot cannot answer it by chance")
     options = getattr(step.question, "options", ())

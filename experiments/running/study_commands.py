@@ -134,7 +134,8 @@ def _textures(study: Study) -> Iterator[str]:
 def show(name: str, participant: str, session: str = "", run: str = "01") -> str:
     """Describe a study and the order of surfaces for a participant.
 
-    The description unblinds its reader. It is for planning, not for the operator of a session.
+    The description unblinds its reader. The description is for planning, not for the operator of a
+    session.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @styled
 def timeline_figure(found: Timeline) -> Figure:
-    """Draw the minutes per part, how far the plate's limits are used and, if known, the cost."""
+    """Draw the minutes per part, how much of the plate's limits is used and, if known, the cost."""
     minutes = [*found.parts, ("in all", found.total_min), ("plate vibrating", found.plate_on_min)]
     heights = [len(minutes), 2.0, *([4.5] if found.cost_total else [])]
     figure, panels = canvas(

@@ -59,7 +59,7 @@ class Following:
         return VirtualSurface(level=surface.settled_level, label=surface.label)
 
     def see(self, kind: Kind, samples: list[Sample]) -> list[float] | None:
-        """Command what is due at the finger's current state.
+        """Command the amplitude that is due for the finger's current state.
 
         Returns
         -------

@@ -152,16 +152,16 @@ class Operators:
 
     @property
     def busy(self) -> bool:
-        """Whether one of them is typing a request."""
+        """Whether an operator is typing a request."""
         return any(operator.busy for operator in self._operators)
 
     def tell(self, status: SessionStatus) -> None:
-        """Show the state to all of them."""
+        """Show the state to all operators."""
         for operator in self._operators:
             operator.tell(status)
 
     def poll(self) -> Request | None:
-        """Return the first request from any of them."""
+        """Return the first request from any operator."""
         return next((asked for each in self._operators if (asked := each.poll())), None)
 
 

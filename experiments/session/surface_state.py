@@ -191,7 +191,7 @@ class SurfaceState:
     def restore(self, at: Callable[[float], None]) -> list[tuple[Present, Presented]]:
         """Perform the script again, from its first step to the point of interruption.
 
-        Call it when `must_be_felt_again` returns True.
+        Call this method when `must_be_felt_again` returns True.
 
         Parameters
         ----------
@@ -246,7 +246,7 @@ class SurfaceState:
             self._plate.check()
 
     def follow(self, kind: Kind, samples: list[Sample]) -> list[float] | None:
-        """Command what is due while a texture follows the finger; as `Following.see`."""
+        """Command the amplitude due while a texture follows the finger; see `Following.see`."""
         if self._wanted is None or not self._held:
             return None
         return self._following.see(kind, samples)

@@ -75,7 +75,7 @@ def impossible(
 
 
 def unpresented(tasks: list[Options], data: Mapping[str, Any]) -> Iterator[Fault]:
-    """Yield a texture if no task presents textures."""
+    """Yield an error if a study has textures but no task presents them."""
     presented = any(load_protocol(task.protocol).textures for task in tasks)
     if data.get("textures") and not presented:
         yield ("textures", 0), {"msg": "no task presents them; magnitude_estimation would"}

@@ -246,8 +246,8 @@ class Study(FrozenTable):
     )
     simulated: Simulated | None = Field(
         default=None,
-        description="What the study assumes of simulated people; default: the shipped population, "
-        "or the assumption listed for the quantity.",
+        description="What the study assumes about simulated people; default: the shipped "
+        "population, or the assumption listed for the quantity.",
     )
     cost: Cost | None = Field(
         default=None, description="Costs of the study; default: no cost is computed."

@@ -156,8 +156,8 @@ def _leaves(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, A
 def check_words(study: Study, source: str) -> None:
     """Raise `UserError` unless every text that the study adds can be shown on the screen.
 
-    Call it only for studies that are about to be used. A recorded study keeps its texts, even if
-    text keys have been added or removed since.
+    Call this function only for studies that are about to be used. A recorded study keeps its
+    texts, even if text keys have been added or removed since.
     """
     told = [
         (0, f"texts.{language}{f'.{key}' if key else ''}: {sentence}")

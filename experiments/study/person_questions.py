@@ -32,7 +32,7 @@ Translated = Annotated[dict[str, Words], Field(min_length=1)]
 def distinct(
     value: tuple[str, ...] | dict[str, dict[str, str]] | None,
 ) -> tuple[str, ...] | dict[str, dict[str, str]] | None:
-    """Return the options. Raises ValueError unless they are all different in every language."""
+    """Return the options; raise ValueError unless they all differ in every language."""
     if isinstance(value, dict):
         spoken = {language for words in value.values() for language in words}
         lists = [[words.get(each) for words in value.values()] for each in sorted(spoken)]

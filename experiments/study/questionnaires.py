@@ -61,7 +61,7 @@ class Item(FrozenTable):
 
 
 class Questionnaire(FrozenTable):
-    """A questionnaire. Its items are asked one at a time, in the given order."""
+    """A questionnaire, with items that are asked one at a time in the given order."""
 
     name: Label = Field(description="Name of the questionnaire's table, phenotype/<name>.tsv.")
     description: Words = Field(

@@ -119,7 +119,7 @@ class Stroke(FrozenTable):
             yield ("stroke", "normal_force_n"), {"msg": "expected force in [plate]"}
 
     def guide(self, factors: Mapping[str, Value]) -> Guide:
-        """Return the stroke that the participant is asked for in a condition."""
+        """Return the stroke that the participant is asked to make in a condition."""
         return Guide(
             speed_mm_s=_number(factors, SPEED, self.speed_mm_s),
             normal_force_n=_number(factors, FORCE, self.normal_force_n),

@@ -72,12 +72,12 @@ class Cost(FrozenTable):
 
 
 class Simulated(FrozenTable):
-    """How what simulated people feel grows with the levels, where the study assumes it."""
+    """How the sensations of simulated people grow with the levels, if the study assumes this."""
 
     weber: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = Field(
         default=None,
-        description="Smallest change, as a share of the level, that 75 % of forced choices find; "
-        "the sensation grows with the logarithm of the level.",
+        description="Smallest change, as a proportion of the level, that is detected in 75 % of "
+        "forced choices; the sensation grows with the logarithm of the level.",
         json_schema_extra={"unit": "share, 0 to 1"},
     )
     exponent: Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)] = Field(

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def agreed_gain(
     given: float | None, wired: float | None, calibration: Calibration | None, *, unknown: str
 ) -> float:
-    """Return the gain. It is never guessed, because it multiplies the volts at the plate.
+    """Return the gain. The gain is never guessed, because it multiplies the volts at the plate.
 
     Parameters
     ----------

@@ -160,7 +160,7 @@ def number(text: str) -> float:
 
 
 def _bswv(parameter: str) -> Item:
-    """Return an item of Siglent's basic wave, for which the answer contains all parameters."""
+    """Return an item of Siglent's basic wave; the answer contains all of the wave's parameters."""
     return Item(
         write=f"C{{channel}}:BSWV {parameter},{{value}}",
         ask="C{channel}:BSWV?",

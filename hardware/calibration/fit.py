@@ -157,7 +157,8 @@ def _weights(
 
     A vibrometer's noise has a constant part and a part proportional to the reading: variance = a +
     b·reading², fitted to the squared residuals with a and b not negative. If the noise (2 % of the
-    reading) were treated as constant, a 95 % interval of the gain would cover only 86 %.
+    reading) were treated as constant, a 95 % interval for the gain would have a coverage of
+    only 86 %.
 
     Parameters
     ----------

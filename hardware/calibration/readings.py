@@ -84,9 +84,9 @@ def um_pp_from_velocity(velocity_mm_s_peak: float, frequency_hz: float) -> float
 def read_trace(path: Path) -> Trace:
     """Read an oscilloscope's CSV file.
 
-    Makes differ in the header and in the columns before the samples. The reader relies on what
-    they share: each sample's line ends in time and voltage, and all lines before the first such
-    line are a header.
+    Oscilloscope makes differ in the header and in the columns before the samples. The reader
+    relies on what they share: each sample's line ends in time and voltage, and all lines before
+    the first such line are a header.
 
     Raises
     ------

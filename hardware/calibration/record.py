@@ -37,7 +37,7 @@ VoltageConvention = Literal["V peak", "V peak-to-peak", "V RMS"]
 
 
 class Device(FrozenTable):
-    """The plate's device: answers of backend and ``*IDN?``, and the plate's own number (if any).
+    """The plate's device: the backend, its answer to ``*IDN?``, and any number of the plate.
 
     A board and its plate are one unit. Plates behind a generator can be exchanged, and only
     `plate` distinguishes them.
@@ -52,7 +52,7 @@ class Device(FrozenTable):
 
 
 class Provenance(FrozenTable):
-    """When, by whom, with what and under which conditions the calibration was made."""
+    """The date, person, instrument and conditions of the calibration."""
 
     date: date
     by: str

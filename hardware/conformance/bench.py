@@ -186,7 +186,7 @@ class Bench:
 
     @property
     def some_level(self) -> float:
-        """Amplitude for checks: 1 µm peak to peak of 2.5, or as much of another limit."""
+        """Amplitude for checks: 40 % of the limit, so 1 µm peak to peak of 2.5."""
         return round(0.4 * self.limits.level, 4)
 
     def lists(self) -> wire.ListLimits:

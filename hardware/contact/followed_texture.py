@@ -180,7 +180,7 @@ class FollowedTransient:
 def followed_texture(
     surface: Surface, plate: PlateDriver, sensors: frozenset[Kind]
 ) -> Follower | None:
-    """Return an object that follows the finger; None if surface, plate or sensors do not."""
+    """Return an object that follows the finger; None if surface, plate or sensors cannot."""
     if surface.sensor not in sensors or plate.follow_lag_s is None:
         return None
     if isinstance(surface, Grating | FrictionMap):

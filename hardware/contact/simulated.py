@@ -186,7 +186,7 @@ class SimulatedForce(_Simulated):
 
 @cache
 def _film_force_n(amplitude_um_pp: float, roughness_um: float) -> float:
-    """Return the force with which Reynolds' film carries the finger, whatever its weight."""
+    """Return the force with which the Reynolds film carries the finger, whatever its weight."""
     if amplitude_um_pp == 0:
         return 0.0
     relative = VirtualSurface(level=amplitude_um_pp).predicted_relative_friction(

@@ -215,7 +215,7 @@ class BeamSection:
     def frequency_hz(self, half_wave_mm: npt.ArrayLike) -> Array:
         """Return the resonance of the simply supported half wave, Hz.
 
-        Equation (38) divided by 2π, because the printed f_n is the angular frequency.
+        This is equation (38) divided by 2π, because the printed f_n is the angular frequency.
         """
         q = np.pi / (positive("half_wave_mm", half_wave_mm, "mm") * MILLI)
         return np.asarray(q**2 * np.sqrt(self.rigidity_n_m / self.mass_kg_m2) / (2 * np.pi))
@@ -249,9 +249,9 @@ class BeamSection:
     def timoshenko_frequency_hz(self, half_wave_mm: npt.ArrayLike) -> Array:
         """Return the resonance of the half wave with shear and rotary inertia, Hz.
 
-        The lower root of Timoshenko's dispersion relation at q = π/(λ/2), which is not in the
-        paper. For long waves it approaches `frequency_hz`. The small coupling between stretching
-        and rotation (mass line off the neutral line) is neglected.
+        It is the lower root of Timoshenko's dispersion relation at q = π/(λ/2), which is not in
+        the paper. For long waves it approaches `frequency_hz`. The small coupling between
+        stretching and rotation (mass line off the neutral line) is neglected.
         """
         q = np.pi / (positive("half_wave_mm", half_wave_mm, "mm") * MILLI)
         bending, shear = self.rigidity_n_m, self.shear_rigidity_n_m

@@ -231,7 +231,7 @@ def _bricks(layout: Layout, density: Density, *, quarter: bool) -> _Bricks:
 def _cut(
     region: Region, x: Array, y: Array, rule: npt.NDArray[np.int_], chords: list[Array]
 ) -> npt.NDArray[np.bool_]:
-    """Enter the rule of each of the grid's cells that a region fills or cuts; return which.
+    """Enter the rule of each grid cell that a region fills or cuts; return a mask of these cells.
 
     A new rule is appended to ``chords``: where the region begins and ends along y in the unit
     square, shape (2, points along x).

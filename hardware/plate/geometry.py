@@ -77,7 +77,7 @@ class Region:
         return np.asarray(within[0] & within[1])
 
     def rim_mm(self) -> Array:
-        """Return points of the rim that decide whether another region holds it, shape (2, n)."""
+        """Return points of the rim that decide whether another region contains it, shape (2, n)."""
         angle = np.arange(360) * np.pi / 180 if self.disc else np.pi / 4 * np.array([1, 3, 5, 7])
         reach = 0.5 if self.disc else math.sqrt(0.5)
         turned = np.stack([np.cos(angle), np.sin(angle)]) * reach
@@ -169,14 +169,14 @@ class Layout:
 
     @property
     def ceramic_length_mm(self) -> float:
-        """Length along x of one ceramic, of the shortest if they are drawn."""
+        """Length of one ceramic along x; if the ceramics are drawn, of the shortest one."""
         if self.drawn:
             return min(each.region.size_mm[0] for each in self.drawn)
         return _piece(self.length_mm, self.columns, self.gap_mm, self.border_mm[0])
 
     @property
     def ceramic_width_mm(self) -> float:
-        """Width along y of one ceramic, of the narrowest if they are drawn."""
+        """Width of one ceramic along y; if the ceramics are drawn, of the narrowest one."""
         if self.drawn:
             return min(each.region.size_mm[1] for each in self.drawn)
         return _piece(self.width_mm, self.rows, self.gap_mm, self.border_mm[1])
@@ -188,7 +188,7 @@ class Layout:
 
     @property
     def patches(self) -> tuple[Patch, ...]:
-        """The ceramics, drawn or in rows; in rows, the middle or the one right of it is +1."""
+        """The ceramics, drawn or in rows; in rows, the middle one or the one to its right is +1."""
         return self.drawn or _rows(self)
 
     @property

@@ -138,7 +138,7 @@ class Piezoceramic:
 
     @property
     def reduced_e31_c_m2(self) -> float:
-        """Stress along x in a thin layer per field, e31* = e31 - e33 c13/c33, C/m²."""
+        """Stress along x in a thin layer per unit field, e31* = e31 - e33 c13/c33, C/m²."""
         c, e = self.stiffness, self.coupling
         return float(e[2, 0] - e[2, 2] * c[0, 2] / c[2, 2])
 

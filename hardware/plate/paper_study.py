@@ -43,8 +43,8 @@ def half_wave_modes(layout: Layout, density: Density = HALF_WAVE) -> Modes:
 def half_wave_frequency_hz(layout: Layout, density: Density = HALF_WAVE) -> float:
     """Return the bending resonance of a half-wave section (a square of Fig. 9), Hz.
 
-    The mode is identified by its shape, cos(πx/l) uniform in width: at 9 and 10 mm, the stretching
-    mode of the width (36.7 kHz for 49 mm) has a lower frequency, and near 11 mm the two mix.
+    The mode is identified by its shape, cos(πx/l), uniform across the width: at 9 and 10 mm, the
+    width-stretching mode (36.7 kHz for 49 mm) has a lower frequency, and near 11 mm the two mix.
     """
     found = half_wave_modes(layout, density)
     top = found.parts.at(z=found.parts.thickness_m)

@@ -57,8 +57,8 @@ class Drive:
     For an amplitude, ``volts_per_um`` volts per µm are applied; if None, the voltage that the
     plate requires now, as an ideal control loop would apply. Neither exceeds the plate's voltage
     limit. If ``frequency_hz`` is None, the drive follows the resonance. ``played`` modulates the
-    amplitude around ``target_um_pp``. It began at ``since_s``; if None, it is assumed to have
-    played forever, so that its phase depends only on the time.
+    amplitude around ``target_um_pp``. The loop began at ``since_s``; if None, it is assumed to
+    have played forever, so that its phase depends only on the time.
     """
 
     frequency_hz: float | None = None

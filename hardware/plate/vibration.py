@@ -141,7 +141,7 @@ class Modes:
 
     @property
     def driven(self) -> int:
-        """Index of the mode of the band with the most energy from a voltage: largest (force/ω)²."""
+        """Index of the mode in the band that a voltage drives most strongly: largest (force/ω)²."""
         low_hz = max(self.band_hz[0], _RIGID_BELOW * self.frequency_hz[-1])
         inside = (self.frequency_hz > low_hz) & (self.frequency_hz <= self.band_hz[1])
         return int(np.argmax(np.abs(self.force) / np.where(inside, self.frequency_hz, np.inf)))

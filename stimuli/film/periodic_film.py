@@ -110,9 +110,9 @@ class FilmState:
     def decay_rate(self) -> float:
         """Decay rate of a small disturbance of the film, per radian of the vibration.
 
-        The smallest Floquet exponent of equation (3), linearised about the periodic state. It
-        belongs to a disturbance that changes by a constant factor from period to period, and is
-        found by inverse iteration with Newton's matrix.
+        The smallest Floquet exponent of equation (3), linearised about the periodic state. This
+        exponent belongs to a disturbance that changes by a constant factor from period to period,
+        and is found by inverse iteration with Newton's matrix.
         """
         m = self.storage_exponent
         storage = (
@@ -232,7 +232,7 @@ def _stages(sigma: float) -> int:
 def _block_tridiagonal_step(
     conductance: Array, storage_slope: Array, mobility: Array, rate: Array, residual: Array
 ) -> Array:
-    """Return Newton's step from a band matrix with the instants of one cell after another.
+    """Return the Newton step from a band matrix in which each cell's instants are consecutive.
 
     Neighbouring cells are coupled only at equal instants, by the outermost diagonals. The instants
     of one cell are coupled by the time derivative (a dense block).

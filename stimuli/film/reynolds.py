@@ -83,10 +83,10 @@ _TO_63_PERCENT = 1 + float(np.log(8 / np.pi**2))
 def time_constant_s(point: WorkingPoint, resolution: Resolution | None = None) -> float:
     """Return the time in which the film's overpressure covers 63 % of a small step.
 
-    From equation (3), linearised about the periodic state (`FilmState.decay_rate`). Use it to
-    estimate how fast friction can follow a change in amplitude; the plate's own time constant
-    is shorter (`slipscale.stimuli.modulation`). It increases steeply as the amplitude falls,
-    because gas leaves a narrow gap slowly.
+    The time follows from equation (3), linearised about the periodic state
+    (`FilmState.decay_rate`). Use it to estimate how fast friction can follow a change in
+    amplitude; the plate's own time constant is shorter (`slipscale.stimuli.modulation`). The time
+    increases steeply as the amplitude falls, because gas leaves a narrow gap slowly.
 
     Raises
     ------

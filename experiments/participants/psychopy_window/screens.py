@@ -36,7 +36,7 @@ class Screen(Protocol):
     """One screen.
 
     If ``single_key`` is True, a key still held from the previous screen could end it by mistake.
-    If ``pointed`` is True, it needs the mouse.
+    If ``pointed`` is True, the screen needs the mouse.
     """
 
     single_key: bool

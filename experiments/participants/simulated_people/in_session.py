@@ -120,7 +120,7 @@ class SimulatedParticipant:
         )
 
     def adjust(self, step: Adjust, turn: Turn, watch: Watch, *, again: int = 0) -> Reply:
-        """Turn the surface until the answering function is satisfied or requests the reference."""
+        """Adjust until the answering function is satisfied or requests the reference."""
         watch()
         self._stop_if_enough()
 
@@ -197,7 +197,7 @@ def turned_until_content(
     *,
     again: int = 0,
 ) -> Reply:
-    """Turn the surface notch by notch until the answering function is satisfied.
+    """Adjust the surface notch by notch until the answering function is satisfied.
 
     Parameters
     ----------

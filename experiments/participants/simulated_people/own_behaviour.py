@@ -64,7 +64,7 @@ class Behaviour:
 
     @property
     def turned(self) -> int:
-        """The number of notches by which the surface was turned, in an `Adjust`."""
+        """The number of notches by which the surface was adjusted, in an `Adjust`."""
         return self.person.turned
 
     @property

@@ -194,7 +194,7 @@ class Respondent:
 
     @property
     def turned(self) -> int:
-        """The number of notches by which the surface was turned."""
+        """The number of notches by which the surface was adjusted."""
         return self.memory.turned
 
     @property

@@ -41,7 +41,7 @@ FOLLOWS = "FOLLOWS"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActivePresentation:
-    """The presentation that the heartbeat checks. A new object is made for each one."""
+    """The presentation that the heartbeat checks. A new object is made for each presentation."""
 
     level: float  # mean, for a texture
     state: str = "HOLD"

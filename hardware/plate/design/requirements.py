@@ -91,7 +91,7 @@ class PassivePlate(FrozenTable):
 
 
 class _Outline(FrozenTable):
-    """A rectangle, by its size, or a disc, by its diameter."""
+    """A rectangle, given by its size, or a disc, given by its diameter."""
 
     size_mm: tuple[Length, Length] | None = None
     diameter_mm: Length | None = None
@@ -134,7 +134,7 @@ class DrawnPlate(_Outline):
 
 
 class Brief(FrozenTable):
-    """The complete brief; without entries, the paper's plate."""
+    """The complete brief; an empty brief describes the paper's plate."""
 
     title: str = "Biet 2007"
     requirements: Requirements = Requirements()

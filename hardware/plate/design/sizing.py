@@ -260,7 +260,7 @@ def drawn_layout(brief: Brief, plate: DrawnPlate) -> Layout:
 
 
 def _layers(brief: Brief) -> dict[str, Any]:
-    """Return what all layouts of a brief share."""
+    """Return the properties that all layouts of a brief share."""
     return {
         "ceramic_thickness_mm": brief.ceramic.thickness_mm,
         "resonator_thickness_mm": brief.resonator.thickness_mm,

@@ -179,7 +179,7 @@ def judge_drawn(brief: Brief, plate: DrawnPlate, frequency_min_hz: float) -> Jud
 
 
 def placed(brief: Brief, plate: DrawnPlate) -> Layout:
-    """Return a drawn plate's layout. Raises UserError unless patches and finger are on it."""
+    """Return a drawn plate's layout. Raises UserError if a patch or the finger is off the plate."""
     layout = drawn_layout(brief, plate)
     if not layout.outline.holds(*np.array(plate.finger_at_mm)[:, None])[0]:
         raise UserError(
