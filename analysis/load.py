@@ -116,7 +116,8 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
     files = _files(kinds, found, task, folder, problems)
     if not (others or any(found.values())):
         raise UserError(
-            f"{folder}: contains journals but no tables; slipscale data build {folder} makes them"
+            f"{folder}: contains journals but no tables; to create them, run slipscale data build "
+            f"{folder}"
             if journals(folder)
             else f"{folder}: no data found; expected files like "
             f"sub-01/beh/sub-01_task-{ESTIMATION.task}_run-01_beh.tsv, or one table (CSV or TSV) "

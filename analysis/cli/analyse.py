@@ -37,7 +37,7 @@ COLUMN_OPTIONS = {
     "group": ("COLUMN", "the column with a group that stays the same for each participant"),
     "factor": (
         "COLUMN",
-        "the column with a condition that each participant meets with every stimulus",
+        "the column with a within-participant condition, crossed with the stimuli",
     ),
     "session": ("COLUMN", "the column with the session"),
     "run": ("COLUMN", "the column with the run"),
@@ -106,7 +106,7 @@ def add_data(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--in-session",
         metavar="LABEL",
-        help="analyse only the trials from one session (default: all sessions together)",
+        help="analyse only the trials from one session (default: all sessions combined)",
     )
     parser.add_argument(
         "--task",
@@ -118,7 +118,7 @@ def add_data(parser: ArgumentParser) -> None:
         "--normalise",
         metavar="RULE",
         choices=rules,
-        help=f"how estimates are brought to a common scale: {', '.join(rules)}",
+        help=f"how estimates are put on a common scale: {', '.join(rules)}",
     )
     parser.add_argument(
         "--equivalence",
@@ -146,14 +146,14 @@ def add_mapping(parser: ArgumentParser) -> None:
     group.add_argument(
         "--in-unit",
         metavar="UNIT",
-        help="the unit of the report, if it has another prefix, such as mPa for µPa",
+        help="the unit used in the report, if its prefix differs, such as mPa for µPa",
     )
     group.add_argument(
         "--levels",
         metavar="COLUMN=LEVEL",
         nargs="+",
-        help="for a wide table: the columns with responses, and their levels; without =LEVEL, "
-        "the level is the number at the end of the column's name",
+        help="for a wide table: the columns with responses, and their levels; without =LEVEL, the "
+        "level is the number at the end of the column name",
     )
     group.add_argument(
         "--only",
@@ -171,7 +171,8 @@ def add_mapping(parser: ArgumentParser) -> None:
         type=int,
         choices=(2, 3),
         help=(
-            "answers come from a forced choice between this many alternatives, and yes means right"
+            "answers come from a forced choice between this many alternatives, and yes means "
+            "correct"
         ),
     )
     group.add_argument(

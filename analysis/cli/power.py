@@ -63,7 +63,7 @@ def add_power(parser: ArgumentParser) -> None:
         metavar="RULES",
         nargs="+",
         help=(
-            "rules of the surfaces' order (default: the study's), for example "
+            "rules for the order of surfaces (default: the study's), for example "
             "blocked,simple,williams"
         ),
     )

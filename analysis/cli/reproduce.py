@@ -20,8 +20,7 @@ def add_reproduce(parser: ArgumentParser) -> None:
         metavar="ITEM",
         nargs="*",
         help=(
-            "an item, or the first part of several items' names: table3, fig9.fe, ... "
-            "(default: all)"
+            "an item, or the beginning of several item names: table3, fig9.fe, ... (default: all)"
         ),
     )
     parser.add_argument(

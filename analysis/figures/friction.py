@@ -97,7 +97,7 @@ def perception_figure(
         axes.text(
             0.99,
             0.02,
-            "bars: ± 1 standard deviation between participants",
+            "bars: ± 1 standard deviation across participants",
             transform=axes.transAxes,
             ha="right",
             color=GREY,

@@ -44,7 +44,7 @@ def squeeze_number_figure() -> Figure:
     axes.plot(frequency, number, color=BLUE)
     axes.axhline(10, color=GREY, linestyle="--", linewidth=1)
     axes.plot([25], squeeze_film.squeeze_number([25e3], *WORST_CASE), "o", color=VERMILION)
-    note(axes, "criterion of the paper: 25 kHz, σ = 11.7", (28, 6.5), (25, 11.5))
+    note(axes, "the paper's criterion: 25 kHz, σ = 11.7", (28, 6.5), (25, 11.5))
     note(axes, f"σ = 10 is reached at {reached:.1f} kHz", (3, 15), (reached, 10))
     axes.set(
         xlabel="Frequency (kHz)",
@@ -71,7 +71,11 @@ def film_figure() -> Figure:
     upper.text(0.02, 60, "film", ha="center", color=INK)
     upper.text(0.35 / 2, 108, "finger", ha="center", color=INK)
     note(upper, "h_r + h_vib", (-0.98, 32), (-0.9, floor))
-    upper.set(ylabel="Film thickness (µm)", ylim=(0, 115), title="Film when the plate is highest")
+    upper.set(
+        ylabel="Film thickness (µm)",
+        ylim=(0, 115),
+        title="Film with the plate at its highest point",
+    )
 
     finger_pressure = squeeze_film.NORMAL_FORCE_N / (FINGER.contact_length_mm * 1e-3) ** 2 / 1e5
     closed = squeeze_film.mean_pressure(x, vibration, roughness)
@@ -79,7 +83,7 @@ def film_figure() -> Figure:
         WorkingPoint(amplitude_um_peak=vibration, roughness_um=roughness, frequency_hz=40_000)
     )
     at = state.position * FINGER.contact_length_mm
-    lower.plot(x, closed, color=BLUE, label="closed form, equation (11): the paper's")
+    lower.plot(x, closed, color=BLUE, label="closed form, equation (11), from the paper")
     lower.plot(
         np.concatenate([-at[::-1], at]),
         np.concatenate([state.mean_pressure[::-1], state.mean_pressure]),
@@ -98,7 +102,7 @@ def film_figure() -> Figure:
         bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85},
     )
     lower.set(
-        xlabel="Position under the finger, from its middle (mm)",
+        xlabel="Position under the finger, from its centre (mm)",
         ylabel="Mean pressure / p0",
         xlim=(-1.05, 1.05),
         title="Pressure, mean over a period",
@@ -183,7 +187,7 @@ def closed_form_figure() -> Figure:
         ylabel="Relative friction µ'/µ",
         xlim=(0, 2.35),
         ylim=(0, 1.02),
-        title="At the plate's working point",
+        title="At the plate's operating point",
     )
     left.legend(loc="lower left", bbox_to_anchor=(0, 0.12), fontsize=8)
 

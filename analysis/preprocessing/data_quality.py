@@ -40,11 +40,11 @@ MEANINGS = {
     "constant": "very few distinct numbers",
     "zeros": "many estimates of zero",
     "timed_out": "many trials without an answer in time",
-    "fast": "answers too fast to be considered",
+    "fast": "answers too fast to be deliberate",
     "outlying": "estimates far from the participant's own pattern",
-    "unreliable": "first and second half of the repetitions disagree",
+    "unreliable": "the first and second halves of the repetitions disagree",
     "drift": "estimates grow or shrink over the session",
-    "false_alarms": '"yes" where nothing changed',
+    "false_alarms": '"yes" when nothing changed',
     "faults": "plate faults, or repeated presentations of {q.stimuli}",
 }
 

@@ -35,7 +35,7 @@ def absent(data: Dataset) -> list[str]:
         )
     if doubled := sorted(set(names[names.duplicated()])):
         notes.append(
-            f"participants.tsv lists {listed(doubled)} more than once; the first row counts."
+            f"participants.tsv lists {listed(doubled)} more than once; the first row is used."
         )
     if "complete" in about:
         unfinished = names[about["complete"].astype(str).str.lower() == "no"]
@@ -116,9 +116,9 @@ def too_few_data(cells: pd.DataFrame, quantity: Quantity) -> list[str]:
     missing = cells.index[cells.isna().any(axis=1)].astype(str)
     if len(missing):
         notes.append(
-            f"Participants without an estimate at some {quantity.level}: {len(missing)} of "
-            f"{participants} ({listed(missing)}). Means use all participants; within-participant "
-            "intervals and tests use only complete ones."
+            f"Participants without an estimate for at least one {quantity.level}: {len(missing)} "
+            f"of {participants} ({listed(missing)}). Means use all participants; "
+            "within-participant intervals and tests use only complete ones."
         )
     return notes
 
@@ -127,8 +127,8 @@ def scales(cells: pd.DataFrame, rule: str) -> list[str]:
     """Report if the rule leaves participants on different scales, or removes real differences."""
     if rule == "modulus_equalisation" and len(cells) >= FEWEST:
         without = (
-            "Modulus equalisation removes differences in level between participants: "
-            "t-based intervals of means exclude them, and groups' levels cannot be compared."
+            "Modulus equalisation removes differences in level between participants: t-based "
+            "intervals for means exclude them, and groups' levels cannot be compared."
         )
         return [without]
     largest = cells.max(axis=1)

@@ -46,8 +46,8 @@ def _refuse(values: pd.Series[float]) -> PositiveEstimates:
     count = int((values <= 0).sum())
     return PositiveEstimates(
         values=values.where(values > 0),
-        sentence=f"Estimates of zero: {count}. The zero rule is 'refuse': nothing is computed on "
-        "logarithms.",
+        sentence=f"Estimates of zero: {count}. The zero rule is 'refuse': so no results are "
+        "computed on logarithms.",
         refused=True,
     )
 

@@ -53,7 +53,7 @@ class Rule:
     zeros: str = "stay zero"
     table3: str
     source: str
-    needs: str = "a positive estimate of each participant"
+    needs: str = "a positive estimate from each participant"
     unit: str = "% of the scale"
 
 
@@ -165,23 +165,23 @@ RULES: dict[str, Rule] = {
         formula="each participant's mean at the largest {q.level} becomes 100",
         table3="impossible: the standard deviation at 2.3 µm would be 0, not 10.76",
         source="referencing to the strongest stimulus",
-        needs="a positive mean of each participant at the largest amplitude",
+        needs="a positive mean for each participant at the largest amplitude",
         unit="% of the estimate at the largest {q.level}",
     ),
     "modulus_equalisation": Rule(
         divisor=_modulus_equalisation,
         top=1.0,
-        formula="logarithm minus the participant's mean logarithm plus the grand mean "
-        "logarithm; the group's geometric means stay as they are",
+        formula="logarithm minus the participant's mean logarithm plus the grand mean logarithm; "
+        "the group's geometric means do not change",
         zeros="remain zero; they are excluded from the mean logarithms",
-        table3="not decided by the table: it gives no geometric means",
+        table3="cannot be decided from the table, which gives no geometric means",
         source="Lane, Catania and Stevens (1961), J. Acoust. Soc. Am. 33, 160-167",
         unit="equalised modulus",
     ),
     "standard_referenced": Rule(
         divisor=lambda trials: trials["modulus"],
         formula="each estimate divided by the number given to the standard, times 100",
-        table3="not the paper's procedure, which names no standard",
+        table3="not the paper's procedure: the paper mentions no standard",
         source="Stevens (1956), Am. J. Psychol. 69, 1-25; ASTM E1697, external modulus",
         needs="the standard's given number above 0 in every trial (column modulus)",
         unit="% of the standard",

@@ -167,7 +167,7 @@ def _of_hand(_: Bundle, analysis: Analysis) -> Iterator[str]:
     for who, reasons in sorted(analysis.excluded.items()):
         for reason in reasons:
             if reason.startswith(BY_HAND):
-                yield f"{who} was excluded {reason}. No plan names participants."
+                yield f"{who} was excluded {reason}. A plan cannot name participants."
 
 
 def _of_dates(bundle: Bundle, analysis: Analysis) -> Iterator[str]:

@@ -64,7 +64,7 @@ def plan_blocks(analysis: Analysis, software: Mapping[str, str]) -> list[Markup]
 
 def _exclusions(choices: AnalysisChoices, quantity: Quantity) -> str:
     if not choices.exclusions:
-        return "No rule excludes participants; flags of data quality are for information only."
+        return "No rule excludes participants; data-quality flags are for information only."
     rules = "; ".join(
         f"{flag.replace('_', ' ')}: {MEANINGS[flag].format(q=quantity)}"
         f"{_limits(flag, choices.thresholds)}"

@@ -96,5 +96,5 @@ def _families(analysis: Analysis) -> tuple[str, str]:
         for primary in (True, False)
     ]
     return (f"{named[0]}." if named[0] else "No test."), (
-        f"{named[1]}; and every result without a p value." if named[1] else "Everything else."
+        f"{named[1]}; and every result without a p-value." if named[1] else "Everything else."
     )

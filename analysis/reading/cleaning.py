@@ -190,7 +190,7 @@ def _hint(value: object) -> str:
     text = str(value)
     if "," not in text:
         return ""
-    return " without marks between thousands" if "." in text else " with a decimal point"
+    return " without thousands separators" if "." in text else " with a decimal point"
 
 
 def _optional_numbers(
@@ -219,7 +219,7 @@ def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd
         for sentence, wrong in (
             ("catch steps change the amplitude; they count as steps", said.isin(TRUE) & ~unchanged),
             (
-                "steps leave the amplitude as it was; they count as catch steps",
+                "steps do not change the amplitude; they count as catch steps",
                 ~said.isin(TRUE) & unchanged,
             ),
         ):

@@ -129,9 +129,9 @@ def of_one_label(
     label = wanted if wanted is not None and wanted in tasks else usual
     if left := sorted(set(tasks) - {label}):
         problems.add(
-            f"{kind.title} was done under several labels: '{label}' is analysed, "
-            f"{' and '.join(repr(each) for each in left)} left out; to analyse that one: "
-            f"slipscale analyse --task {left[0]}"
+            f"{kind.title} occurs under several labels: '{label}' is analysed, "
+            f"{' and '.join(repr(each) for each in left)} left out; to analyse that one: slipscale "
+            f"analyse --task {left[0]}"
         )
     return tasks.get(label, [])
 

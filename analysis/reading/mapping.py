@@ -181,7 +181,7 @@ class TableMapping(FrozenTable):
             ),
             (
                 len(set(self.levels.values())) < len(self.levels),
-                "expected different levels for the columns of levels",
+                "expected a different level for each level column",
             ),
         )
 

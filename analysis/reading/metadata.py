@@ -156,8 +156,8 @@ def choices(
         )
     if len(ran_with) > 1:
         problems.add(
-            f"Sessions used {len(ran_with)} different study files; the analysis choices are "
-            "those of code/study.toml"
+            f"Sessions used {len(ran_with)} different study files; the analysis choices come from "
+            "code/study.toml"
         )
     return choices, tuple(sorted(table)), unchanged, text
 

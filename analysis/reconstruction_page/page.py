@@ -150,7 +150,7 @@ def _column(source: Source, place: int) -> html.ReportSection:
                     (str(row.rank), f"{row.minimum:g}", f"{row.mean:.2f}", f"{row.maximum:g}")
                     for row in answer.order_statistics
                 ],
-                "Sorted ratings over all data sets, exact; rank 1 is the smallest.",
+                "Exact ranges of sorted ratings across all data sets; rank 1 is the smallest.",
             )
         )
     return section
@@ -233,7 +233,7 @@ def _printed_tests(found: Sequence[PrintedTestAnswer]) -> html.ReportSection:
         html.table(
             html.columns("Test", "Printed", "Verdict", left=3),
             [(one.question, one.printed, one.verdict) for one in found],
-            "Whether some data set, and some pairing, gives the printed value of each test.",
+            "Whether any data set and pairing give the printed value of each test.",
         )
     )
     details = [

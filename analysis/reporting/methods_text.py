@@ -24,7 +24,7 @@ ZEROS: dict[ZeroRule, str] = {
     "exclude": "Estimates of zero were excluded from computations on logarithms.",
     "half_minimum": "For logarithms, estimates of zero were replaced by half the smallest "
     "positive normalised estimate.",
-    "refuse": "Data with estimates of zero were to be rejected.",
+    "refuse": "Data with estimates of zero would have been rejected.",
 }
 #: Primary analysis -> its sentence, for a quantity ``q``.
 PRIMARY: dict[Primary, str] = {

@@ -175,7 +175,7 @@ def _no_ranks(table: pd.DataFrame, quantity: Quantity) -> str | None:
     """Return why a complete participants-by-conditions table allows no rank test, or None."""
     why = lacking(table, 3, quantity)
     if why is None and (np.ptp(table.to_numpy(float), axis=1) == 0).all():
-        why = "every participant's estimates are all the same"
+        why = "the estimates of each participant are all the same"
     return why
 
 

@@ -107,7 +107,7 @@ def test_what_the_user_typed_cannot_become_markup(dataset, page):
         ("a,0,0\na,1,0\nb,0,0\nb,1,0\n", "All estimates are zero"),
         (
             "a,0,1\na,1,5\nb,0,2\nb,1,3\nc,1,4\n",
-            "Participants without an estimate at some amplitude: 1 of 3",
+            "Participants without an estimate for at least one amplitude: 1 of 3",
         ),
     ],
 )

@@ -142,8 +142,8 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
         table.blocks += [
             html.figure(
                 svg(figures["table3"], salt="table3"),
-                "Each cell of Table III: median, and the range from 5 to 95 % of the studies. "
-                "Diamonds: the paper, from its own study.",
+                "Median and 5 to 95 % range across studies for each cell of Table III. Diamonds: "
+                "the values in the paper.",
                 "Median and range of means, maximum deviations and standard deviations",
             ),
             _cells(found),
@@ -160,7 +160,7 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
                 svg(figures["results"], salt="results"),
                 f"Number of studies that gave each value, for at most the first {PANELS} "
                 "results: the line is the median, the band contains 5 to 95 %.",
-                "Histograms of results over studies",
+                "Histograms of results across studies",
             )
         )
         other.blocks.append(_spreads([(w, *values(s)) for s, w in found.headlines], "Chief"))
@@ -178,7 +178,7 @@ def _cells(found: Distribution) -> Markup:
     for amplitude in found.amplitudes_um_pp:
         cells = [found.cell(amplitude, statistic) for statistic in STATISTICS]
         rows.append([f"{amplitude:g}", *(_range(*values(cell)) if cell else "–" for cell in cells)])
-    return html.table(columns, rows, "Table III over the simulated studies.")
+    return html.table(columns, rows, "Table III across the simulated studies.")
 
 
 def _range(studies: str, median: str, p5: str, p95: str) -> str:  # noqa: ARG001 - as in the tables
@@ -187,7 +187,7 @@ def _range(studies: str, median: str, p5: str, p95: str) -> str:  # noqa: ARG001
 
 def _spreads(rows: Sequence[tuple[str, ...]], which: str) -> Markup:
     columns = html.columns("Number", "Studies", "Median", "5 %", "95 %", left=1)
-    return html.table(columns, rows, f"{which} numbers over the studies that have them.")
+    return html.table(columns, rows, f"{which} numbers across the studies that have them.")
 
 
 def _conclusions(found: Distribution) -> html.ReportSection:
@@ -200,8 +200,9 @@ def _conclusions(found: Distribution) -> html.ReportSection:
     ]
     columns = html.columns("Conclusion", "Studies", "95 % Monte Carlo interval", left=1)
     caption = (
-        "Proportion of studies in which each conclusion holds: p is below the study's level "
-        "after the stated correction. Studies that could not be analysed count as not meeting it."
+        "Proportion of studies in which each conclusion holds: p is below the study's significance "
+        "level after the stated correction. No conclusion counts as holding in a study that could "
+        "not be analysed."
     )
     section.blocks.append(html.table(columns, rows, caption))
     return section

@@ -36,7 +36,7 @@ def sentences(found: Distribution) -> list[str]:
     """Return sentences on what was simulated and how to view one of the studies."""
     number = len(found.results)
     how = f"as full sessions, since {found.sessions}" if found.sessions else "question by question"
-    whose = f"of people like population “{found.population}”"
+    whose = f"of people from population “{found.population}”"
     first = found.results[0].seed
     lines = [
         (

@@ -198,18 +198,17 @@ def fewest(found: Sequence[Row], target: float) -> dict[Condition, int | None]:
 def sentence(design: Design, row: Row) -> str:
     """Return a sentence about a condition for a grant application."""
     condition, weak = row.condition, row.weakest
-    people = "" if condition.effect == 1 else f", with {condition.effect:g} times their effect"
+    people = "" if condition.effect == 1 else f" and {condition.effect:g} times the effect"
     ratings = "rating" if condition.repetitions == 1 else "ratings"
     tests = PRIMARY_TESTS[design.choices.primary]
     if any(design.factor_tests.values()):
         tests += "; repeated-measures ANOVA for effects of factors"
     first = (
         f"With {condition.participants} participants and {condition.repetitions} {ratings} of each "
-        f"of {len(design.task.amplitudes_um_pp)} surfaces, every planned comparison "
-        f"({tests}; two-sided, alpha = {design.alpha:g}) was significant in at least "
-        f"{weak.value:.0%} of {weak.studies:,} simulated studies (95 % Monte Carlo interval "
-        f"{weak.low:.1%} to {weak.high:.1%}) of people like population "
-        f"'{design.population.name}'{people}"
+        f"of {len(design.task.amplitudes_um_pp)} surfaces, every planned comparison ({tests}; "
+        f"two-sided, alpha = {design.alpha:g}) was significant in at least {weak.value:.0%} of "
+        f"{weak.studies:,} simulated studies (95 % Monte Carlo interval {weak.low:.1%} to "
+        f"{weak.high:.1%}) with people from population '{design.population.name}'{people}"
     )
     parts = [first]
     if condition.lapses or condition.dropout:
@@ -230,10 +229,10 @@ def sentence(design: Design, row: Row) -> str:
 
 
 PRIMARY_TESTS = {
-    "ranks": "Friedman's test, and Wilcoxon's signed-rank tests between neighbours, Holm-corrected "
-    "over all pairs",
-    "logarithms": "repeated-measures ANOVA of logarithms with Greenhouse and Geisser's correction, "
-    "and paired t tests between neighbours, Holm-corrected over all pairs",
+    "ranks": "Friedman's test, and Wilcoxon signed-rank tests between neighbouring levels, "
+    "Holm-corrected across all pairs",
+    "logarithms": "repeated-measures ANOVA of logarithms with the Greenhouse–Geisser correction, "
+    "and paired t tests between neighbouring levels, Holm-corrected across all pairs",
 }
 
 

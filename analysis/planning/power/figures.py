@@ -74,7 +74,7 @@ def catch_figure(found: Sequence[Row]) -> Figure:
     ]
     sizes = sorted({row.condition.participants for row in same})[:CURVES]
     titles = {
-        CATCH_WIDTH: 'Half-width of the interval of\nthe proportion of "yes" at catch steps',
+        CATCH_WIDTH: 'Half-width of the interval for\nthe proportion of "yes" at catch steps',
         D_PRIME_LOW: "Lower bound of d'",
     }
     for axes, (name, title) in zip(panels, titles.items(), strict=True):

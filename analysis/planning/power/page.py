@@ -99,7 +99,7 @@ def _page(design: Design, found: Sequence[Row], target: float) -> str:
                 "Effect of catch steps: how precisely the false-alarm rate is known, and the "
                 "smallest d' that can be claimed. Bands: 95 % Monte Carlo intervals of the "
                 "means.",
-                "Two panels of curves over the number of catch steps",
+                "Two panels of curves against the number of catch steps",
             )
         )
     blocks.append(_table(found))

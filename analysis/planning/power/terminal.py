@@ -137,7 +137,7 @@ def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
     if found[0].steps:
         lines.append(
             "Catch steps: half-width of the interval for the proportion of yes, and the "
-            "lower bound of d', each averaged over studies."
+            "lower bound of d', each averaged across studies."
         )
     best = next((row for row in found if row.weakest.value >= target), found[-1])
     lines.append(f"For the application: {sentence(design, best)}")

@@ -52,7 +52,7 @@ def read(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     if len(chosen) != 1:
         named = ", ".join(name or "the vectors" for name in tables) or "none"
         raise UserError(
-            f"{path}: tables are {named}; expected one, or the variable named (--sheet); {SAVE}"
+            f"{path}: tables are {named}; expected one, or the variable name (--sheet); {SAVE}"
         )
     (table,) = chosen
     length = len(next(iter(table.values())))

@@ -161,8 +161,8 @@ def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> 
         need_gib = guess_gib if guess_gib > 2 * memory_gib else task.bytes * moduli / 2**30
         if need_gib > memory_gib:
             raise UserError(
-                f"the table of states needs about {need_gib:.1f} GiB, more than the "
-                f"{memory_gib:g} GiB allowed: {NARROW} or allow more with --memory-gib"
+                f"the state table needs about {need_gib:.1f} GiB, more than the {memory_gib:g} GiB "
+                f"allowed: {NARROW} or allow more with --memory-gib"
             )
 
 

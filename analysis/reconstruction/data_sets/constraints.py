@@ -264,7 +264,7 @@ class _Extremes:
         if self.listed > MOST_VALUES:
             raise _TooManyValues(
                 f"more than {MOST_VALUES:,} ratings may be the printed extremes or the middle "
-                f"ones: too few decimals for steps of {self.column.scale.step}"
+                f"ratings: too few decimals for steps of {self.column.scale.step}"
             )
 
     def _listed(self, values: range) -> frozenset[int]:

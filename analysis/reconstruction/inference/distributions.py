@@ -151,7 +151,7 @@ def _questions(columns: list[Sampler]) -> list[_Question]:
     asked = [
         _Question(
             "rm_f",
-            f"repeated-measures F{k - 1, (k - 1) * (n - 1)}, p by Greenhouse and Geisser",
+            f"repeated-measures F{k - 1, (k - 1) * (n - 1)}, Greenhouse–Geisser-corrected p",
             everything,
             batched.repeated_measures_f,
             _p_of_f,

@@ -44,8 +44,8 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         )
     if anova.n_incomplete:
         texts.append(
-            "Participants excluded from the analysis of variance because they lack a log estimate "
-            f"at some {quantity.level}: {anova.n_incomplete}."
+            "Participants excluded from the analysis of variance because a log estimate is missing "
+            f"for at least one {quantity.level}: {anova.n_incomplete}."
         )
     if texts:
         section.gist, *rest = texts

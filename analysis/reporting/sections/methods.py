@@ -62,7 +62,7 @@ def _invariance(analysis: Analysis) -> str:
     if scales.nunique().gt(1).any(axis=None):
         return (
             "For some participants, scale tops or standards differ between trials, so the choice "
-            "of rule can also change tests and exponents."
+            "of rule can also affect tests and exponents."
         )
     if (
         analysis.prepared
@@ -71,7 +71,8 @@ def _invariance(analysis: Analysis) -> str:
     ):
         return (
             "Ranks within participants are the same under all rules. Tests on logarithms and "
-            "exponents differ slightly, because half the smallest positive estimate replaces zeros."
+            "exponents differ slightly, because zeros are replaced by half the smallest positive "
+            "estimate."
         )
     return (
         "Exponents, the ANOVA on logarithms and ranks within participants are the same under all "

@@ -105,7 +105,7 @@ def _lines(analysis: Analysis) -> str:
     """Return what Fig. 15 shows for this number of participants."""
     people = len(analysis.cells)
     if people == 1:
-        return "Geometric means for a single participant, without a spread or intervals."
+        return "Geometric means for a single participant, so no spread or intervals are shown."
     level = 100 * analysis.dataset.choices.confidence
     intervals = (
         f" Error bars: {level:g} % within-participant confidence intervals (Cousineau–Morey "

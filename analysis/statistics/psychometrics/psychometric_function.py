@@ -77,7 +77,10 @@ class Answers:
         if not np.isfinite(levels).all() or np.any(np.diff(levels) <= 0):
             raise UserError("answers: levels_um_pp must be finite and ascending")
         if np.any(trials < 1) or np.any(correct < 0) or np.any(correct > trials):
-            raise UserError("answers: each level needs a trial, and 0 to that many correct answers")
+            raise UserError(
+                "answers: each level needs at least one trial, and no more correct answers than "
+                "trials"
+            )
 
     @classmethod
     def of_trials(cls, levels_um_pp: Sequence[float], correct: Sequence[bool]) -> Answers:

@@ -40,8 +40,9 @@ def anova_table(factor: str, effects: Effects, n: int, quantity: Quantity) -> Ma
     return html.table(
         html.columns("Effect", "F", "df 1", "df 2", "p", "partial η²", left=1),
         rows,
-        f"Mean log estimates of {n} participants: {factor} and {quantity.name} within "
-        "participants, with Greenhouse–Geisser-corrected degrees of freedom.",
+        f"Analysis of variance of the mean log estimates of {n} participants, with {factor} and "
+        f"{quantity.name} as within-participant factors and Greenhouse–Geisser-corrected degrees "
+        "of freedom.",
     )
 
 
@@ -61,10 +62,10 @@ def anova_sentence(
         for place in (0, 2)
     )
     return (
-        f"In an analysis of variance of log estimates with {factor} and {quantity.name} within "
-        f"participants (n = {n}, Greenhouse-Geisser), {levels} {means}, "
-        f"{_statistics(effects[0])}; the effect of {quantity.name} {growth} between "
-        f"{levels} (interaction), {_statistics(effects[2])}."
+        f"In an analysis of variance of log estimates with {factor} and {quantity.name} as "
+        f"within-participant factors (n = {n}, Greenhouse-Geisser), {levels} {means}, "
+        f"{_statistics(effects[0])}; the effect of {quantity.name} {growth} between {levels} "
+        f"(interaction), {_statistics(effects[2])}."
     )
 
 

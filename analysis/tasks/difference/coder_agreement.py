@@ -57,14 +57,16 @@ def agreement(codes: pd.DataFrame) -> CoderAgreement | NotComputed:
     codes = codes.dropna(subset=["verbal_report", "coder", "category"])
     coders = sorted(codes["coder"].astype(str).unique())
     if len(coders) != 2:  # noqa: PLR2004
-        return NotComputed(f"{len(coders)} coders; agreement is computed for two")
+        return NotComputed(f"there are {len(coders)} coders, and agreement is computed for two")
     wide = codes.assign(coder=codes["coder"].astype(str)).pivot_table(
         index="verbal_report", columns="coder", values="category", aggfunc="first"
     )
     both = wide.dropna()
     names = sorted(set(both.to_numpy().ravel()))
     if len(both) < 2 or len(names) < 2:  # noqa: PLR2004
-        return NotComputed("two reports coded by both, with two categories, are needed")
+        return NotComputed(
+            "at least two reports coded by both coders, with two categories, are needed"
+        )
     table = np.zeros((len(names), len(names)))
     for first, second in both.to_numpy():
         table[names.index(first), names.index(second)] += 1

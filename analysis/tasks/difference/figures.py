@@ -207,7 +207,7 @@ def _participants(axes: Axes, steps: pd.DataFrame) -> None:
         markerfacecolor="none",
         markeredgecolor=PALE,
         markeredgewidth=1.1,
-        label="participants (area: how many)",
+        label="participants (area: number)",
     )
     for size, share, people in rows:
         axes.scatter(

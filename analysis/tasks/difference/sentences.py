@@ -35,7 +35,7 @@ def _measured(
     """Return what "yes" depends on, its unit, and a function that formats a value."""
     if found.measure == "weber_fraction":
         return (
-            f"the step's Weber fraction, of the {quantity.name} before",
+            f"the step's Weber fraction relative to the {quantity.name} before it",
             "per unit",
             "a Weber fraction of {}".format,
         )
@@ -58,7 +58,7 @@ def psychometric(
     if found.half_yes is not None and found.half_yes > 0:
         own = of_size(found.half_yes)
         bounds = (
-            "which the answers leave unbounded"
+            "with an unbounded interval"
             if found.half_yes_interval is None
             else f"{level} CI {bracketed(found.half_yes_interval, own)}"
         )
@@ -81,7 +81,7 @@ def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]
     values = sorted(one.threshold_um_pp.value for one in own)
     text = (
         f"Individual thresholds, available for {len(own)} of {len(found.thresholds)} participants, "
-        f"lie between {number(values[0])} and {write(number(values[-1]))}, median "
+        f"range from {number(values[0])} to {write(number(values[-1]))}, median "
         f"{write(number(median(values)))} (logistic curves with individual false-alarm and lapse "
         "rates; individuals.csv has their intervals)."
     )
@@ -165,7 +165,7 @@ def sensitivity(found: SignalDetection, confidence: float, quantity: Quantity) -
 def _d_prime(found: DPrimeOfSize) -> str:
     low, high = found.interval
     if not isfinite(low) and not isfinite(high):
-        return "d′ not determined by this few answers"
+        return "too few answers to determine d′"
     if not isfinite(high):
         return f"at ceiling, d′ ≥ {number(low)}"
     if not isfinite(low):

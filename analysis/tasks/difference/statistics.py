@@ -43,12 +43,12 @@ DIFFERENCE: Statistic[DescendingDifference] = Statistic(
     compute=_compute,
     families=(Family(name="curves of “{q.yes}”, slope", read=_curves),),
     methods="Proportions of “{q.yes}” have Clopper–Pearson intervals; repeated answers are "
-    "weighted by their effective sample size [[korn1998]]. “{q.yes}” answers were related to "
-    "{q.yes_no.size} by a logistic curve, fitted with generalised estimating equations with "
-    "exchangeable correlation within participants [[liang1986]], small-sample standard errors "
-    "[[mancl2001]] and Fieller's interval for the midpoint. Sensitivity (d′) comes from a probit "
-    "model that includes participant effects, with profile-likelihood intervals; individual d′ and "
-    "c values use the log-linear correction [[hautus1995]].",
+    "weighted by their effective sample size [[korn1998]]. The probability of “{q.yes}” was "
+    "modelled as a logistic function of {q.yes_no.size}, fitted by generalised estimating "
+    "equations with an exchangeable within-participant correlation [[liang1986]], small-sample "
+    "standard errors [[mancl2001]] and Fieller's interval for the midpoint. Sensitivity (d′) comes "
+    "from a probit model that includes participant effects, with profile-likelihood intervals; "
+    "individual d′ and c values use the log-linear correction [[hautus1995]].",
     conclusions={
         r"finding\.all_felt_a_difference": "everybody felt a difference at least once",
         r"finding\.all_said_less_slippery": "everybody said “less slippery”",

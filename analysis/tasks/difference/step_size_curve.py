@@ -112,7 +112,7 @@ def psychometric(
     if not len(steps):
         begins = "step begins at" if quantity.stepped else "reference is"
         return NotComputed(
-            f"every {begins} 0, so there is no Weber fraction of the {quantity.name}"
+            f"every {begins} 0, so there is no Weber fraction for the {quantity.name}"
         )
     removed = (steps["amplitude_before_um_pp"] - steps["amplitude_um_pp"]).to_numpy(float)
     if measure == "weber_fraction":

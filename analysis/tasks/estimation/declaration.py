@@ -90,7 +90,7 @@ def _doubts(analysis: Analysis) -> list[str]:
     order = analysis.inference[ORDER]
     found = []
     if isinstance(order, NotComputed) and "not identifiable" in order.reason:
-        found.append(f"Effects of order are {order.reason}.")
+        found.append(f"Order effects are {order.reason}.")
     if analysis.prepared is not None:
         found += unequal_spread(analysis.prepared)
     return found

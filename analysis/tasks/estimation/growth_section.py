@@ -95,7 +95,7 @@ def _of_friction(found: FrictionGrowth) -> str:
     weight = grouped(compared.models[compared.best].weight)
     verb = "is not clearly better than the next" if compared.undecided else "fits best"
     return (
-        "As a function of the predicted reduction in friction, 1 − µ′/µ (Reynolds' equation, h_r "
+        "As a function of the predicted reduction in friction, 1 − µ′/µ (Reynolds equation, h_r "
         f"0.6 µm, 30.5 kHz, 0.5 N), {apa.MODEL_NAMES[compared.best]} {verb} (weight {weight}; all "
         "models are in inference.json)."
     )

@@ -147,9 +147,9 @@ def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
         few(f"{data.quantity.levels} above 0", frame["lx"].nunique(), 2): frame["lx"].nunique() < 2,  # noqa: PLR2004
         f"{n} participants: at most {AT_MOST} are supported; with more, the t interval for "
         "participants' exponents (power_law) gives the same estimate": n > AT_MOST,
-        f"at most two estimates above {data.quantity.value(0)} per participant: no residual "
-        "is left": len(frame) <= 2 * n,
-        "every participant's estimates are all the same": len(frame) > 0
+        f"at most two estimates above {data.quantity.value(0)} per participant, which leaves no "
+        "residuals": len(frame) <= 2 * n,
+        "the estimates of each participant are all the same": len(frame) > 0
         and float(np.ptp(around)) <= TINY,
     }
     return frame, next((text for text, holds in reasons.items() if holds), None)

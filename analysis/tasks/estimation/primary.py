@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 #: Primary analysis -> its name in a plan, for a quantity ``q``.
 TITLES: dict[Primary, str] = {
-    "ranks": "Friedman's test, and Wilcoxon's test of each pair of {q.levels}, Holm-corrected",
-    "logarithms": "repeated-measures ANOVA of log estimates (Greenhouse-Geisser), and paired t of "
-    "each pair of {q.levels}, Holm-corrected",
+    "ranks": "Friedman's test, and Wilcoxon's test for each pair of {q.levels}, Holm-corrected",
+    "logarithms": "repeated-measures ANOVA of log estimates (Greenhouse-Geisser), and a paired t "
+    "test for each pair of {q.levels}, Holm-corrected",
 }
 
 

@@ -76,8 +76,9 @@ def _part_textures(
     if counts["textures"]:
         names = ", ".join(sorted(main.loc[modulated, "texture"].astype(str).unique()))
         problems.add(
-            f"{counts['textures']} trials of textures ({names}) are excluded from results on "
-            f"amplitudes, because a texture has no single amplitude. They have a separate table."
+            f"{counts['textures']} trials of textures ({names}) are excluded from the amplitude "
+            "results, because a texture has no single amplitude. They are reported in a separate "
+            "table."
         )
     return main[~modulated].drop(columns="texture").reset_index(drop=True), textures
 
@@ -103,7 +104,9 @@ TRIALS = TaskTrials(
     reasons={
         "practice": "practice trials",
         "voided": "voided trials",
-        "textures": "trials of textures, which are described on the scale of plain surfaces",
+        "textures": (
+            "trials of textures, which are reported separately on the scale of plain surfaces"
+        ),
         "unanswered": "trials without a usable answer",
     },
 )

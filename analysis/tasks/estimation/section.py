@@ -30,8 +30,8 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     here = f" (here up to {spread:.2f})" if spread > 0 else ""
     section.blocks.append(
         html.paragraph(
-            "Confidence intervals for arithmetic means are too short if estimates are skewed: 95 % "
-            "intervals contain the true mean in only 90 to 93 % of studies if the standard "
+            "Confidence intervals for arithmetic means are too narrow if estimates are skewed: 95 "
+            "% intervals contain the true mean in only 90 to 93 % of studies if the standard "
             f"deviation of natural logarithms is 0.6{here}, and in 82 to 88 % if it is 1.",
             "note",
         )
@@ -82,7 +82,7 @@ def textures(analysis: Analysis) -> Markup:
             [name, str(n), *(grouped(value) for value in values)]
             for name, n, *values in analysis.textures.itertuples(index=False)
         ],
-        "Normalised estimates of textures, on the scale of the plain surfaces of the same run. "
+        "Normalised estimates of textures, on the scale of the plain surfaces in the same run. "
         "They are not part of any other table, figure or test.",
     )
 
@@ -113,7 +113,7 @@ def table3(analysis: Analysis) -> Markup:
         columns,
         rows,
         "Arithmetic means of participants' mean normalised estimates. Max. dev.: largest distance "
-        f"between a participant and the mean. SD: {convention} standard deviation "
+        f"of any participant from the mean. SD: {convention} standard deviation "
         f"({'n − 1' if convention == 'sample' else 'n'} in the denominator)."
         + (f" The paper: Table III, n = {biet2007.PARTICIPANTS}." if beside else ""),
         over=[("", 2), ("this study", 5), ("the paper", 3)] if beside else (),

@@ -43,7 +43,7 @@ MODEL_NAMES = {
     "linear": "the straight line",
     "fechner": "Fechner's law",
     "ekman": "Ekman's function",
-    "naka_rushton": "Naka and Rushton's function",
+    "naka_rushton": "the Naka–Rushton function",
 }
 
 
@@ -172,7 +172,7 @@ def pairwise_logs(
     if not tested:
         return behind.strip()
     rows = [(pair, found.p_holm, pair.n_logs) for pair, found in tested]
-    return _all_pairs(rows, "paired t of log estimates", confidence, quantity) + behind
+    return _all_pairs(rows, "paired t tests of log estimates", confidence, quantity) + behind
 
 
 def equivalence(
@@ -271,7 +271,9 @@ def _all_pairs(
         return f"{many} of {quantity.levels} differed ({how}, all {largest})."
     smallest = p_value(min(p for _, p, _ in doubtful)).replace("=", "≥")
     if len(doubtful) == len(rows) > 1:
-        return f"None of {len(rows)} pairs of {quantity.levels} differed ({how}, all {smallest})."
+        return (
+            f"None of the {len(rows)} pairs of {quantity.levels} differed ({how}, all {smallest})."
+        )
     told = len(rows) - len(doubtful)
     listed = "; ".join(
         f"{_pair(pair, quantity)}, {p_value(p)} (n = {n})" for pair, p, n in doubtful
@@ -279,7 +281,7 @@ def _all_pairs(
     if len(doubtful) > MOST_LISTED:
         listed = f"the other {len(doubtful)}, all {smallest}"
     return (
-        f"{told or 'None'} of {len(rows)} pairs of {quantity.levels} differed ({how}); no "
+        f"{told or 'None'} of the {len(rows)} pairs of {quantity.levels} differed ({how}); no "
         f"significant difference: {listed}."
     )
 
@@ -336,8 +338,8 @@ def bayesian_growth(found: BayesianGrowth, confidence: float, quantity: Quantity
         f"A hierarchical Bayesian power function gave an exponent of {number(found.exponent)}, "
         f"{level} credible interval {bracketed(found.interval)}; participants' exponents have a "
         f"standard deviation of {number(found.sd_exponent)}, {level} credible interval "
-        f"{bracketed(found.sd_exponent_interval)}, and shrink {100 * found.shrinkage:.0f}% towards "
-        f"the group's exponent (n = {found.n}, {found.trials} trials; {fits})."
+        f"{bracketed(found.sd_exponent_interval)}, and shrink by {100 * found.shrinkage:.0f}% "
+        f"towards the group exponent (n = {found.n}, {found.trials} trials; {fits})."
     )
 
 
@@ -361,9 +363,9 @@ def reliability(found: Reliability, confidence: float, _quantity: Quantity) -> s
     """Return the sentence on test-retest reliability."""
     single, mean = found.single, found.mean
     return (
-        "Test-retest reliability of a participant's single log estimate was ICC = "
-        f"{unit_number(single.value)}{_ci(single.interval, confidence, unit_number)}; of the mean "
-        f"of {found.repetitions:.3g}, "
+        "Test-retest reliability of single log estimates was ICC = "
+        f"{unit_number(single.value)}{_ci(single.interval, confidence, unit_number)}; for means of "
+        f"{found.repetitions:.3g} estimates, "
         f"{unit_number(mean.value)}{_ci(mean.interval, confidence, unit_number)} (by "
         f"{found.method}, {found.trials} trials from {found.n} participants)."
     )
@@ -376,7 +378,7 @@ def mixed_model(found: MixedModel, confidence: float, _quantity: Quantity) -> st
             "The linear mixed model with random intercepts and slopes did not converge; its "
             "exponent is not reported."
         )
-    bound = "; a variance or correlation is at its bound" if found.at_bound else ""
+    bound = "; a variance or correlation is on its boundary" if found.at_bound else ""
     return (
         "A linear mixed model gave an exponent of "
         f"{number(found.exponent)}{_ci(found.interval, confidence)} ({found.trials} trials from "

@@ -46,6 +46,6 @@ def unequal_spread(data: Prepared) -> list[str]:
     return [
         f"Repeated estimates vary {ratio:.1f} times as much at {most:g} as at {least:g} "
         f"{unit}".rstrip()
-        + ". Rank tests then find false differences too often: in 9 % of studies instead of 5 % "
+        + ". Rank tests then produce too many false positives: in 9 % of studies instead of 5 % "
         "with a ratio of 2, 12 participants and 3 repetitions. Prefer the tests on logarithms."
     ]

@@ -91,7 +91,7 @@ def _bayesian(inputs: Inputs) -> BayesianGrowth | NotComputed:
 FRIEDMAN: Statistic[omnibus.Friedman] = Statistic(
     key="friedman",
     title="Friedman",
-    meaning="Friedman's test of ranks over {q.levels}",
+    meaning="Friedman's test of ranks across {q.levels}",
     compute=of_estimates(omnibus.friedman),
     families=(
         Family(name="{q.levels}, Friedman's test", primary="ranks", read=lambda found: [found.p]),
@@ -103,7 +103,7 @@ FRIEDMAN: Statistic[omnibus.Friedman] = Statistic(
 RM_ANOVA: Statistic[omnibus.RmAnova] = Statistic(
     key="rm_anova",
     title="Repeated-measures ANOVA, log estimates",
-    meaning="repeated-measures ANOVA of log estimates over {q.levels}",
+    meaning="repeated-measures ANOVA of log estimates across {q.levels}",
     compute=of_estimates(omnibus.rm_anova),
     families=(
         Family(
@@ -113,7 +113,7 @@ RM_ANOVA: Statistic[omnibus.RmAnova] = Statistic(
         ),
     ),
     sentences=(Sentence(write=write.rm_anova, primary="logarithms"),),
-    methods="Log estimates were compared by a repeated-measures analysis of variance with the "
+    methods="Log estimates were compared in a repeated-measures analysis of variance with the "
     "Greenhouse–Geisser correction [[greenhouse1959]] and generalised eta squared [[olejnik2003]].",
     conclusions={"p_gg": "{q.levels} differ (repeated-measures ANOVA of logarithms)"},
 )
@@ -200,11 +200,11 @@ MIXED_MODEL: Statistic[MixedModel] = Statistic(
 ROBUST_EXPONENT: Statistic[RobustExponent] = Statistic(
     key="robust_exponent",
     title="Robust exponent",
-    meaning="exponent that gives little weight to lapses and outlying people",
+    meaning="robust exponent, which gives little weight to lapses and outliers",
     compute=of_estimates(robust_exponent),
     sentences=(Sentence(write=write.robust_exponent),),
-    methods="Robust exponents are Theil–Sen slopes across trials [[sen1968]], averaged without the "
-    "largest and the smallest fifth [[tukey1963]].",
+    methods="Robust exponents are Theil–Sen slopes across trials [[sen1968]], averaged as a 20 % "
+    "trimmed mean [[tukey1963]].",
 )
 GROWTH: Statistic[Growth] = Statistic(
     key="growth",
@@ -263,7 +263,7 @@ RELIABILITY: Statistic[Reliability] = Statistic(
 )
 NORMALISATION: Statistic[NormalisationUsed] = Statistic(
     key="normalisation",
-    meaning="how estimates were brought to one scale",
+    meaning="how estimates were put on a common scale",
     compute=_normalisation,
     test=False,
 )

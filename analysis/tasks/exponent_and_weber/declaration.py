@@ -100,9 +100,9 @@ def section_of(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             )
     section.blocks.append(
         html.paragraph(
-            "The law describes a whole sense and its just noticeable differences, but the "
-            f"exponent describes the {quantity.levels} rated here, and falls if they span a "
-            "wide range.",
+            "The law describes a whole sense and its just noticeable differences, but the exponent "
+            f"describes only the {quantity.levels} rated here, and is smaller if they span a wide "
+            "range.",
             "note",
         )
     )

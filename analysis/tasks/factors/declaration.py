@@ -125,7 +125,8 @@ def _changes(found: FactorEffects, level: str) -> Markup:
         ],
         "Mean changes from the first condition across participants (t-based interval), and a mixed "
         "model of all trials, whose ratio applies at the mean logarithmic level. The model assumes "
-        "that exponents change equally for everybody; if they do not, its intervals are too short.",
+        "that exponents change equally for all participants; if they do not, its intervals are too "
+        "narrow.",
     )
 
 

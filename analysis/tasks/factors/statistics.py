@@ -221,7 +221,7 @@ def _mixed(
         few("participants", n): n < FEWEST,
         f"{n} participants: at most {AT_MOST} can be fitted": n > AT_MOST,
         few(f"{prepared.quantity.levels} above 0", levels, 2): levels < 2,  # noqa: PLR2004
-        "too few trials per participant: no residual is left": len(frame) <= 2 * len(labels) * n,
+        "too few trials per participant to leave residuals": len(frame) <= 2 * len(labels) * n,
     }
     if why := next((text for text, holds in reasons.items() if holds), ""):
         return NotComputed(why)
@@ -269,9 +269,9 @@ FACTORS: Statistic[tuple[FactorEffects, ...]] = Statistic(
     ),
     methods="Each factor was tested together with {q.name} in a within-participant analysis of "
     "variance of mean log estimates with the Greenhouse–Geisser correction [[greenhouse1959]], and "
-    "by each participant's changes of exponent and level from the first condition, with Holm's "
-    "correction [[holm1979]]. A mixed model of all trials, in which the intercept, exponent and "
-    "condition effects vary between participants, was fitted by restricted maximum likelihood "
+    "through each participant's changes in exponent and level from the first condition, with "
+    "Holm's correction [[holm1979]]. A mixed model of all trials, in which the intercept, exponent "
+    "and condition effects vary between participants, was fitted by restricted maximum likelihood "
     "[[laird1982]].",
     conclusions={
         r"(.+)\.anova\.factor\.p": "conditions of {0} differ (analysis of variance)",

@@ -145,7 +145,7 @@ def _statistics(found: Effect, confidence: float) -> str:
 #: value.
 COMPARED: dict[str, tuple[str, str, Callable[[float], float]]] = {
     "exponents": ("Exponent", "difference", float),
-    "levels": ("Geometric mean over all {q.levels}", "ratio", exp),
+    "levels": ("Geometric mean across all {q.levels}", "ratio", exp),
 }
 
 

@@ -40,7 +40,7 @@ def _answer(task: TaskIdentification, confidence: float, quantity: Quantity) -> 
     return (
         f"Identification ({task.task}), {counted(task.answers, 'answer', 'answers')} from "
         f"{people}: {number(task.corrected_bits)} of {number(task.most_bits)} bits were "
-        f"transferred (not corrected: {number(task.information_bits)}), as if "
+        f"transferred (uncorrected: {number(task.information_bits)}), as if "
         f"{number(2**task.corrected_bits, 1)} {quantity.stimuli} were identified without "
         f"error.{share}"
     )
@@ -78,8 +78,8 @@ def _blocks(
         html.table(
             html.columns("Presented", *task.items, left=1),
             [[item, *map(str, row)] for item, row in zip(task.items, task.table, strict=True)],
-            f"Counts of named {quantity.stimuli} (columns). Mean information per participant: "
-            f"{own}.",
+            f"Counts of named {quantity.stimuli} (columns) for each presented one (rows). Mean "
+            f"information per participant: {own}.",
         ),
     ]
 

@@ -97,7 +97,7 @@ def _matching_table(rows: Task, quantity: Quantity) -> Markup:
 
     head, written = quantity.heading, measured(quantity)
     titles = [head("Reference"), "Matches", head("Mean"), head("Bias"), "p", head("Own SD")]
-    titles += [head("Above less below"), "p", "Repeated", "Catch trials", head("Catch error")]
+    titles += [head("Above minus below"), "p", "Repeated", "Catch trials", head("Catch error")]
     return html.table(
         html.columns(*titles),
         [

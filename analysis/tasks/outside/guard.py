@@ -250,7 +250,7 @@ PARTS: Mapping[str, _Check] = {
     "answers": _TEXTS,
     "doubts": _TEXTS,
     "sentences": _Check({}, "texts by heading", _are_texts),
-    "figures": _Check({}, "figures of matplotlib by file name", _is_figure, files=True),
+    "figures": _Check({}, "matplotlib figures by file name", _is_figure, files=True),
     "tables": _Check(
         {}, "DataFrames by file name", lambda value: isinstance(value, pd.DataFrame), files=True
     ),

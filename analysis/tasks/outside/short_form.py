@@ -104,11 +104,11 @@ class OwnResult:
             ),
             (
                 self.table is not None and not _is_table(self.table),
-                "table: expected a DataFrame with named columns, each once, of numbers and words",
+                "table: expected a DataFrame of numbers and strings with unique, named columns",
             ),
             (
                 self.figure is not None and not (self.figure_caption and self.figure_alt),
-                "figure: expected also a figure_caption and a figure_alt",
+                "figure: a figure_caption and a figure_alt are also required",
             ),
         )
         if faults := [words for fault, words in wrong if fault]:

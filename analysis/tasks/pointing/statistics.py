@@ -169,7 +169,7 @@ def of_task(task: str, rows: pd.DataFrame, confidence: float) -> TaskPointing:
 
     def gain(name: str) -> MeanOrReason:
         if len(conditions) != 2:  # noqa: PLR2004
-            return NotComputed("there is one condition of feedback")
+            return NotComputed("there is only one feedback condition")
         first, second = (
             {each.participant: float(getattr(each, name)) for each in condition.people}
             for condition in conditions
@@ -256,15 +256,15 @@ POINTING: Statistic[tuple[TaskPointing, ...]] = Statistic(
             ],
         ),
     ),
-    methods="Throughput of pointing is the mean of the effective index of difficulty (Shannon "
-    "formulation) over movement time [[soukoreff2004]], with an effective width of 4.133 standard "
-    "deviations of the selections along the movement.",
+    methods="Pointing throughput is the mean of the effective index of difficulty (Shannon "
+    "formulation) divided by movement time [[soukoreff2004]], with an effective width of 4.133 "
+    "standard deviations of the selections along the movement.",
     conclusions={
         r"(.+)\.throughput_gain_bit_s\.p": "{0}: throughput differs with feedback (t test)",
         r"(.+)\.time_gain_s\.p": "{0}: movement time differs with feedback (t test)",
     },
     headlines={
         r"(.+)\.conditions\.0\.throughput_bit_s\.mean": "{0}: throughput, bit/s",
-        r"(.+)\.throughput_gain_bit_s\.mean": "{0}: gain of throughput by feedback, bit/s",
+        r"(.+)\.throughput_gain_bit_s\.mean": "{0}: throughput gain with feedback, bit/s",
     },
 )

@@ -214,7 +214,7 @@ ANALYSIS = of_one_statistic(
     "productions",
     TRIALS,
     PRODUCTIONS,
-    question="Which {q.levels} are as {q.adjective} as given numbers?",
+    question="Which {q.levels} match given numbers for {q.judged}?",
     what="magnitude production",
     title="Magnitude production",
     answers=_answers,

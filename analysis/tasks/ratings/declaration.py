@@ -87,7 +87,7 @@ def _tests(found: TaskRatings, confidence: float, quantity: Quantity) -> str:
 def _biases(found: TaskRatings, confidence: float) -> list[str]:
     """Return the sentences on biases of ratings: the start, the ends of the line, lapses."""
     if found.categories is not None:
-        told = "Categories are ordered: tests use ranks; means treat them as equally spaced."
+        told = "Categories are ordinal: tests use ranks; means treat them as equally spaced."
         return [told]
     texts = []
     start = found.start_effect

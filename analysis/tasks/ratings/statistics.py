@@ -292,7 +292,7 @@ def start_effect(main: pd.DataFrame, confidence: float) -> MeanOverParticipants 
             slopes.append((dx * dy).sum() / (dx**2).sum())
     if not slopes:
         return NotComputed(
-            "the mark always started at the same place, or no surface was rated twice"
+            "the mark always started in the same place, or no surface was rated twice"
         )
     return mean_over_participants(np.array(slopes, np.float64), confidence)
 

@@ -96,7 +96,7 @@ ANALYSIS = of_one_statistic(
     "same_different",
     TRIALS,
     SAME_DIFFERENT,
-    question="Which pairs of {q.stimuli} are told apart?",
+    question="Which pairs of {q.stimuli} can be told apart?",
     what="same–different",
     title="Same–different",
     answers=lambda task, _level, _q: [_answer(task)],

@@ -176,7 +176,7 @@ SAME_DIFFERENT: Statistic[tuple[TaskPairs, ...]] = Statistic(
     key="same_different",
     meaning="same–different: d' of each pair by the differencing model, and the criterion",
     compute=pairs,
-    methods="Sensitivity d' of same–different answers is that of the differencing model (Macmillan "
-    "& Creelman, 2005), after the log-linear correction [[hautus1995]].",
+    methods="Same–different sensitivity d' was computed with the differencing model (Macmillan & "
+    "Creelman, 2005), after the log-linear correction [[hautus1995]].",
     headlines={r"(.+)\.pairs\.(.+) - (.+)\.d_prime": "{0}: d' of {1} and {2}"},
 )

@@ -61,9 +61,8 @@ def _fit(found: TaskScale) -> str:
         )
     if found.differences:
         texts.append(
-            f"Maximum likelihood difference scaling; noise {number(found.differences.noise)} of "
-            "the whole scale, CI "
-            f"{bracketed(found.differences.noise_interval)}."
+            f"Maximum likelihood difference scaling; noise: {number(found.differences.noise)} of "
+            f"the whole scale, CI {bracketed(found.differences.noise_interval)}."
         )
     return " ".join(texts)
 
@@ -138,8 +137,8 @@ def _consistency_table(task: TaskScale) -> Markup:
     columns = html.columns("Participant", "Circular triads", "Consistence ζ", "By chance", left=1)
     caption = (
         "Circular triads (A over B, B over C, C over A; ties count half each way), Kendall's "
-        "coefficient of consistence, and the probability of this few circular triads if choices "
-        "were random."
+        "coefficient of consistence, and the probability of so few circular triads if choices were "
+        "random."
     )
     summary = "Consistency of each participant"
     if zetas:

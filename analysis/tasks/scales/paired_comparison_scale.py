@@ -201,7 +201,9 @@ def _test(pooled: Array, p: Array) -> ScaleTest | NotComputed:
     trials = pooled + pooled.T
     df = int((np.triu(trials, k=1) > 0).sum()) - (len(pooled) - 1)
     if df < 1:
-        return NotComputed("there are as many distances as pairs, so any answers fit")
+        return NotComputed(
+            "there are as many distances as pairs, so every set of answers fits perfectly"
+        )
     own = pooled / np.where(trials > 0, trials, 1)
     found = float(2 * (xlogy(pooled, own) - xlogy(pooled, p)).sum())
     return ScaleTest(deviance=found, df=df, p=float(stats.chi2.sf(found, df)))

@@ -71,7 +71,7 @@ def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
     one, other = np.triu_indices(k, k=1)
     trials = (counts + counts.T)[one, other]
     if not trials.all():
-        return NotComputed("some pair was never compared")
+        return NotComputed("at least one pair was never compared")
     circular = float(_circular_triads((counts - counts.T)[None])[0])
     ties = int((counts == counts.T)[one, other].sum())
     if ties:

@@ -65,7 +65,7 @@ def session_anova(
         return NotComputed(few(prepared.quantity.levels, len(prepared.logged), 2))
     logs = session_logs(prepared)
     if any(label not in logs for label in sessions):
-        return NotComputed("some session has no magnitude estimates")
+        return NotComputed("at least one session has no magnitude estimates")
     whole = pd.concat({label: logs[label] for label in sessions}, axis=1).dropna()
     found = two_way(whole, confidence, f"every {prepared.quantity.level} in every session")
     if isinstance(found, NotComputed):

@@ -44,7 +44,7 @@ def sentences(analysis: Analysis) -> list[str]:
     if isinstance(anova, NotComputed):
         if anova.reason != "no magnitude estimates":
             texts.append(
-                f"The analysis of variance over sessions was not computed: {anova.reason}."
+                f"The analysis of variance across sessions was not computed: {anova.reason}."
             )
     else:
         effects = (anova.session, anova.amplitude, anova.interaction)
@@ -88,7 +88,7 @@ def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
         return section
     level = level_of(analysis.dataset.choices.confidence)
     if isinstance(found.anova, NotComputed):
-        reason = f"Analysis of variance over sessions: {found.anova.reason}."
+        reason = f"Analysis of variance across sessions: {found.anova.reason}."
         section.blocks.append(html.paragraph(reason, "note"))
     else:
         anova = found.anova

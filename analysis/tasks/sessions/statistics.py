@@ -206,15 +206,15 @@ SESSIONS: Statistic[SessionEffects] = Statistic(
         Family(name="sessions, analysis of variance", read=_anova_ps),
         Family(name="changes from the first session", corrected=True, read=_change_ps),
     ),
-    methods="Sessions were compared by an analysis of variance of mean log estimates with session "
+    methods="Sessions were compared in an analysis of variance of mean log estimates with session "
     "and {q.name} as within-participant factors and the Greenhouse–Geisser correction "
-    "[[greenhouse1959]], and by each participant's change from the first session, with Holm's "
+    "[[greenhouse1959]], and through each participant's change from the first session, with Holm's "
     "correction across all changes [[holm1979]]; agreement between sessions is the intraclass "
     "correlation ICC(A,1) [[mcgraw1996]].",
     conclusions={
         r"anova\.session\.p": "sessions differ (analysis of variance)",
         r"anova\.amplitude\.p": "{q.levels} differ (analysis of variance with sessions)",
-        r"anova\.interaction\.p": "sessions differ by {q.level} (interaction)",
+        r"anova\.interaction\.p": "session differences depend on {q.level} (interaction)",
         r"measures\.(.+)\.changes\.(.+)\.p_holm": "{0}: session {1} differs from the first",
     },
     headlines={r"measures\.(.+)\.agreement\.value": "{0}: ICC(A,1) between sessions"},

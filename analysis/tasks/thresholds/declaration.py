@@ -120,7 +120,7 @@ ANALYSIS = of_one_statistic(
     "thresholds",
     TRIALS,
     THRESHOLDS,
-    question="How small {q.a_level}, or a change in it, can be felt?",
+    question="What is the smallest {q.level}, or change in {q.level}, that can be felt?",
     what="forced choice",
     title="Thresholds",
     answers=lambda task, level, q: [sentences.answer(task, level, q)],

@@ -183,14 +183,16 @@ def population_threshold(
     if len(people) < FEWEST:
         return NotComputed(few("participants", len(people)))
     if main["level_um_pp"].nunique() < 2 or main["correct"].nunique() < 2:  # noqa: PLR2004
-        return NotComputed("one level, or the same answer to all trials: no curve can be fitted")
+        return NotComputed(
+            "there is only one level, or all answers are the same, so no curve can be fitted"
+        )
     right = _right(rows[rows["catch"]], method)
     counted = _counted(main, model)
     fit = HierarchicalFit(model, _trials(counted, np.ones((len(counted), 1)), right))
     df, confidence = len(people) - 1, choices.confidence
     found = fit.interval(0, df, confidence)
     if found.value is None:
-        return NotComputed("answers do not rise between the levels presented")
+        return NotComputed("answers do not increase with the levels presented")
     slope: Estimate | NotComputed = NotComputed("the answers jump between two levels")
     compared = model.guess == "equal to lapse"
     half: Estimate | NotComputed = NotComputed("a curve of the level's logarithm has none")

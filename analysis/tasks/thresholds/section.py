@@ -105,7 +105,9 @@ def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
         ]
         tables.append(
             html.table(
-                html.columns(*titles, left=2), rows, "From the model of all participants' answers."
+                html.columns(*titles, left=2),
+                rows,
+                "Estimates from the model of all participants' answers.",
             )
         )
         compared = [

@@ -154,7 +154,7 @@ def _friction(found: FrictionThreshold, method: str, confidence: float, quantity
             f"; the SD of single-trial changes around their mean is {significant(found.scatter)}"
         )
     if not found.averaged:
-        text += "; errors of single measurements make just noticeable differences too large"
+        text += "; noise in individual measurements makes just noticeable differences too large"
     if found.left_out:
         text += f"; {found.left_out} trials without a measurement were left out"
     return f"{text}."
@@ -189,10 +189,10 @@ def sentences(task: TaskThresholds, confidence: float, quantity: Quantity) -> li
             f"{100 * joint.lapse:.1f} %; {_slopes(joint)}."
         )
         parts += [
-            f"{factor.name.capitalize()} {each.second} against {each.first}: threshold "
+            f"{factor.name.capitalize()} {each.second} compared with {each.first}: threshold "
             f"{_change(each.change.value, task, quantity)}, CI "
-            f"{bracketed(each.change.interval, significant)}, {p_value(each.p_holm)} after "
-            "Holm's correction."
+            f"{bracketed(each.change.interval, significant)}, {p_value(each.p_holm)} after Holm's "
+            "correction."
             for factor in joint.factors
             for each in factor.contrasts
         ]

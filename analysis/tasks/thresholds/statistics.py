@@ -236,7 +236,9 @@ def _fit(
     if not adaptive:
         return goodness_of_fit(likeliest, answers)
     if rule is None or isinstance(function, NotComputed):
-        return NotComputed("levels followed the answers by a rule that the data do not record")
+        return NotComputed(
+            "levels followed answers according to a rule that the data do not record"
+        )
     return goodness_of_fit(likeliest, answers, tracks=rule, generating=function)
 
 
@@ -279,9 +281,9 @@ THRESHOLDS: Statistic[tuple[TaskThresholds, ...]] = Statistic(
     ),
     methods="Thresholds come from psychometric functions with a lapse rate [[wichmann2001]]. The "
     "population threshold comes from a hierarchical model of all participants' answers: individual "
-    "thresholds, normally distributed on the curve's axis, are integrated out, as are the "
-    "logarithms of individual slopes if there is one session and condition. The lapse rate is "
-    "shared across participants and also informed by catch trials. Thresholds for a factor are "
+    "thresholds, assumed to be normally distributed on the curve's axis, are integrated out, as "
+    "are the logarithms of individual slopes if there is one session and condition. The lapse rate "
+    "is shared across participants and also informed by catch trials. Thresholds for a factor are "
     "averaged over the other factors. Intervals are profile-likelihood intervals with a t "
     "quantile. Individual thresholds are posterior medians, with the lapse rate integrated out.",
     headlines={

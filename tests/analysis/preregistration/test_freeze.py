@@ -93,7 +93,7 @@ def test_exclusions_are_said_with_their_limits(frozen):
     data = replace(analysis.dataset, choices=choices)
     text = str(plan_blocks(replace(analysis, dataset=data), {}))
     assert "many estimates of zero (zero_share = 0.375)" in text
-    assert "answers too fast to be considered (fast_share = 0.125, fast_s = 0.2)" in text
+    assert "answers too fast to be deliberate (fast_share = 0.125, fast_s = 0.2)" in text
 
 
 def test_notes_and_a_stopping_rule_are_taken_in(frozen, tmp_path):

@@ -183,7 +183,10 @@ def test_what_map_writes_is_what_load_reads(tmp_path):
             "a reference only together with an answer",
         ),
         ({"columns": {"participant": "a", "response": "b"}, "levels": {"x": 1}}, "either levels"),
-        ({"columns": {"participant": "a"}, "levels": {"x": 1, "y": 1}}, "different levels"),
+        (
+            {"columns": {"participant": "a"}, "levels": {"x": 1, "y": 1}},
+            "a different level for each",
+        ),
         ({"columns": {"participant": "a"}, "levels": {"x": -1}}, "expected 0"),
         ({"column": {}}, "unknown key"),
     ],

@@ -239,5 +239,5 @@ def test_a_damaged_trial_is_left_out_and_its_journal_named(piloted, tmp_path):
 
 def test_journals_with_no_table_at_all_say_how_to_make_them(piloted, tmp_path):
     shutil.copytree(piloted / "sourcedata", tmp_path / "data" / "sourcedata")
-    with pytest.raises(UserError, match="no tables; slipscale data build"):
+    with pytest.raises(UserError, match="no tables; to create them, run slipscale data build"):
         load(tmp_path / "data")

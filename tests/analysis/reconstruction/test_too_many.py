@@ -111,7 +111,7 @@ def test_what_fits_no_table_is_counted_but_not_drawn(column):
     answer = column_answer(counted, "multisets")
     assert answer.multisets == drawn.multisets
     assert not drawn.not_drawn
-    assert "the table of states needs about" in answer.not_drawn
+    assert "the state table needs about" in answer.not_drawn
     assert answer.ordered is None
 
 

@@ -29,7 +29,7 @@ def test_one_is_never_a_plural(table_by_hand, page, people, amplitudes):
 def test_no_interval_is_claimed_of_one_participant(table_by_hand, page):
     text = page(analyse(few(table_by_hand, "a", (0, 1, 2))))
     assert "Cousineau" not in text
-    assert "without a spread or intervals" in text
+    assert "so no spread or intervals are shown" in text
 
 
 def test_what_participants_said_of_themselves_is_counted_without_the_excluded(dataset, page):
@@ -90,7 +90,7 @@ def test_rules_that_differ_within_a_participant_are_not_called_harmless(dataset,
     rows = dataset.default_estimates(1)
     rows[0] |= {"scale_top": 50}
     text = page(analyse(dataset(rows={"01": rows})))
-    assert "can also change tests and exponents" in text
+    assert "can also affect tests and exponents" in text
     assert "same under all rules" not in text
 
 

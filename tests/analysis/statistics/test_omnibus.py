@@ -142,7 +142,7 @@ def test_a_mixed_model_at_its_bound_converges_by_some_optimiser_and_says_so(seed
     assert found.converged
     assert found.at_bound
     assert found.exponent == pytest.approx(power_law.power_law(ready_made).exponent, rel=1e-4)
-    assert "is at its bound" in apa.mixed_model(found, 0.95, PLATE_AMPLITUDE)
+    assert "is on its boundary" in apa.mixed_model(found, 0.95, PLATE_AMPLITUDE)
 
 
 def test_an_exponent_whose_fit_did_not_converge_is_not_put_in_a_sentence(reference):

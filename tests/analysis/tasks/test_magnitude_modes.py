@@ -116,7 +116,7 @@ def test_starts_that_differ_between_surfaces_and_people_are_no_pull():
 
 def test_a_start_that_never_changes_pulls_by_an_amount_that_is_not_known():
     (found,) = ratings(rated().assign(cursor_start=50.0))
-    assert "always started at the same place" in found.start_effect.reason
+    assert "always started in the same place" in found.start_effect.reason
 
 
 def test_the_ends_of_the_line_and_catch_trials_are_counted_by_themselves():

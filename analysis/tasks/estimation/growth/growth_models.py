@@ -308,7 +308,7 @@ def compare(
             few(f"participants with estimates above zero at two {quantity.levels}", len(usable))
         )
     if (np.nanmax(usable, axis=1) - np.nanmin(usable, axis=1) <= TINY).all():
-        return NotComputed("every participant's estimates are all the same")
+        return NotComputed("the estimates of each participant are all the same")
     fits = {name: fit(name, stimuli, usable.to_numpy(float)) for name in MODELS}
     scores = {name: found.aicc for name, found in fits.items() if found.aicc is not None}
     if not scores:

@@ -240,11 +240,11 @@ def test_answers_that_fall_or_never_change_have_no_threshold():
     rows = frame({f"p{i}": (1.0,) for i in range(4)})
     falling = rows.assign(correct=rows["level_um_pp"] < 1)
     found = population_threshold(falling, CHOICES, method="two_interval", curve="weibull")
-    assert found == NotComputed("answers do not rise between the levels presented")
+    assert found == NotComputed("answers do not increase with the levels presented")
     alike = population_threshold(
         rows.assign(correct=True), CHOICES, method="two_interval", curve="weibull"
     )
-    assert "same answer to all" in alike.reason
+    assert "all answers are the same" in alike.reason
     two = population_threshold(
         rows[rows["participant_id"] < "p2"], CHOICES, method="two_interval", curve="weibull"
     )

@@ -360,8 +360,8 @@ def test_choices_that_cannot_be_are_refused(options, words):
         ([0.1, 0.2], [1], [1], "equal lengths"),
         ([0.2, 0.1], [1, 1], [1, 1], "ascending"),
         ([0.1, math.nan], [1, 1], [1, 1], "finite"),
-        ([0.1, 0.2], [1, 3], [2, 2], "0 to that many"),
-        ([0.1, 0.2], [0, 0], [2, 0], "needs a trial"),
+        ([0.1, 0.2], [1, 3], [2, 2], "no more correct answers than trials"),
+        ([0.1, 0.2], [0, 0], [2, 0], "needs at least one trial"),
     ],
 )
 def test_counts_that_cannot_be_are_refused(levels, correct, trials, words):

@@ -57,7 +57,7 @@ def test_a_slope_that_is_not_reliably_above_0_bounds_no_threshold():
     assert found.p > 0.05
     assert found.half_yes_interval is None
     if found.half_yes is not None and found.half_yes > 0:
-        assert "which the answers leave unbounded" in apa_difference.psychometric(
+        assert "with an unbounded interval" in apa_difference.psychometric(
             found, 0.95, PLATE_AMPLITUDE
         )
 

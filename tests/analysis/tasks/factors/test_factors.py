@@ -80,7 +80,7 @@ def test_the_mixed_model_is_lme4_s(analysis):
 
 def test_the_report_names_conditions_and_what_they_change(analysis, page):
     text = page(analysis)
-    assert "log estimates with speed and period within participants (n = 10" in text
+    assert "speed and period as within-participant factors (n = 10" in text
     assert "speed slow against fast: geometric means in a ratio of 0.63" in text
 
 

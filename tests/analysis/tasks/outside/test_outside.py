@@ -181,7 +181,10 @@ def test_every_part_that_fails_is_one_sentence_and_the_report_is_written(
         ({"answers": lambda _: "one"}, "its answers: returned str, expected a list of texts"),
         ({"doubts": lambda _: [1]}, "its doubts: returned int, expected a list of texts"),
         ({"sentences": lambda _: {"H": "a"}}, "its sentences: returned str, expected texts by"),
-        ({"figures": lambda _: {"own_wrong": 1}}, "its figures: returned int, expected figures of"),
+        (
+            {"figures": lambda _: {"own_wrong": 1}},
+            "its figures: returned int, expected matplotlib figures by",
+        ),
         ({"tables": lambda _: {"own_wrong": []}}, "its tables: returned list, expected DataFrames"),
         (
             {"tables": lambda _: {"table3": pd.DataFrame()}},
