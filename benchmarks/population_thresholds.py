@@ -26,7 +26,7 @@ from benchmarks.measured_page import put
 from slipscale.analysis.statistics.psychometrics.hierarchical import HierarchicalFit, Trials
 from slipscale.analysis.statistics.psychometrics.integrated_over_people import students_fall
 from slipscale.analysis.statistics.psychometrics.thresholds import model_of
-from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 if TYPE_CHECKING:

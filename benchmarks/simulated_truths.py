@@ -16,7 +16,7 @@ import numpy as np
 from scipy import integrate, optimize, stats
 
 from slipscale.experiments.participants.simulated_people.population import curves
-from slipscale.experiments.protocols.ordering.randomisation import Stream
+from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.experiments.dataset.schema import filled
-from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.steps.trial import factor_level
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ from slipscale.experiments.protocols import descending_difference, magnitude_est
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.experiments.protocols.base import Column, Protocol
+    from slipscale.experiments.protocol_parts.base import Column, Protocol
 
 #: Identify the trial: taken from the file name in a data set, from columns in other tables.
 IDENTITY = (PARTICIPANT, "session", "run")

@@ -14,7 +14,7 @@ from slipscale.experiments.dataset.schema import SIDECAR, TABLE_NAME
 from slipscale.experiments.journal.plan_and_progress import plan_from
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.record_shapes import checked
-from slipscale.experiments.protocols.base import ORDER_VERSION
+from slipscale.experiments.protocol_parts.base import ORDER_VERSION
 from slipscale.experiments.study.file import study_hash
 from slipscale.experiments.study.run_plan import journal_path
 

@@ -10,7 +10,7 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from slipscale.experiments.protocols.base import Column
+from slipscale.experiments.protocol_parts.base import Column
 from slipscale.experiments.study.stroke import OUTSIDE, WITHIN
 from slipscale.hardware.contact.measures import friction, movement
 from slipscale.hardware.contact.plausibility import implausible_forces, implausible_places
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     from slipscale.experiments.journal.record import Record
-    from slipscale.experiments.protocols.base import TrialRecord
+    from slipscale.experiments.protocol_parts.base import TrialRecord
     from slipscale.experiments.steps.trial import Value
 
 CHANGES = "changes"

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.dataset.files import Content
     from slipscale.experiments.dataset.journals import Run
-    from slipscale.experiments.protocols.base import Column, Protocol
+    from slipscale.experiments.protocol_parts.base import Column, Protocol
     from slipscale.experiments.steps.trial import Value
     from slipscale.experiments.study.model import Study
     from slipscale.experiments.study.run_plan import RunPlan

@@ -25,7 +25,7 @@ from slipscale.experiments.journal.serialisation import (
     surface_from,
     trial_from,
 )
-from slipscale.experiments.protocols.base import IntervalRecord, TrialRecord
+from slipscale.experiments.protocol_parts.base import IntervalRecord, TrialRecord
 from slipscale.experiments.study.stroke import WITHIN
 
 if TYPE_CHECKING:

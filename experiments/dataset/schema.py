@@ -3,7 +3,7 @@
 This is the only definition: `slipscale.experiments.dataset.bids` writes according to it,
 `slipscale.analysis.reading` reads according to it, and docs/reference/data-set.md is generated
 from it. A protocol declares the columns that belong only to its task (see
-`slipscale.experiments.protocols.base.Protocol`); `columns` combines both.
+`slipscale.experiments.protocol_parts.base.Protocol`); `columns` combines both.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.dataset.measured import MEASURED, SECOND_READBACK, measured_columns
-from slipscale.experiments.protocols.base import Column
+from slipscale.experiments.protocol_parts.base import Column
 from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.experiments.study.questionnaires import ROW
 from slipscale.experiments.study.run_plan import stem
@@ -24,7 +24,7 @@ from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping
 
-    from slipscale.experiments.protocols.base import IntervalRecord, Protocol, TrialRecord
+    from slipscale.experiments.protocol_parts.base import IntervalRecord, Protocol, TrialRecord
     from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.surface import Stimulus
 

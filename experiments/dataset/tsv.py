@@ -11,7 +11,7 @@ from slipscale.experiments.dataset.schema import MISSING
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.experiments.protocols.base import Column
+    from slipscale.experiments.protocol_parts.base import Column
     from slipscale.experiments.steps.trial import Value
 
 # Times are stored to the microsecond; key event clocks are no more precise.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from slipscale.experiments.journal.record import Record
-    from slipscale.experiments.protocols.base import TrialRecord
+    from slipscale.experiments.protocol_parts.base import TrialRecord
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from slipscale.experiments.languages.texts import FEWEST_ANSWERS, NUMBER_KEYS
-from slipscale.experiments.protocols.base import AtLeastOne, Column, Protocol, Words
-from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Protocol, Words
+from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
     TEXTURE,
     Presentation,
@@ -23,8 +23,8 @@ from slipscale.experiments.steps.steps import Ask, Instruct
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from slipscale.experiments.protocols.base import Context, TrialRecord
-    from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
+    from slipscale.experiments.protocol_parts.base import Context, TrialRecord
+    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
     from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.steps.steps import Step, Steps
 

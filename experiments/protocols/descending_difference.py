@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from pydantic import Field
 
 from slipscale.experiments.languages.texts import answers
-from slipscale.experiments.protocols.base import (
+from slipscale.experiments.protocol_parts.base import (
     Amplitude,
     AtLeastOne,
     Column,
@@ -23,10 +23,10 @@ from slipscale.experiments.protocols.base import (
     Switch,
     TrialRecord,
 )
-from slipscale.experiments.protocols.building_blocks.pacing import PacedOptions
-from slipscale.experiments.protocols.building_blocks.repeating import Repeating, part_over
-from slipscale.experiments.protocols.ordering.randomisation import with_catch_steps
-from slipscale.experiments.protocols.simulated_answers import any_choice
+from slipscale.experiments.protocol_parts.building_blocks.pacing import PacedOptions
+from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
+from slipscale.experiments.protocol_parts.ordering.randomisation import with_catch_steps
+from slipscale.experiments.protocol_parts.simulated_answers import any_choice
 from slipscale.experiments.steps.questions import ChoiceQuestion, TextQuestion, YesNoQuestion
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.steps import (

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.protocols.base import Protocol
-from slipscale.experiments.protocols.building_blocks.forced_choice import (
+from slipscale.experiments.protocol_parts.base import Protocol
+from slipscale.experiments.protocol_parts.building_blocks.forced_choice import (
     DESIGN,
     RESPONSE,
     SIMULATED,
@@ -21,7 +21,7 @@ from slipscale.experiments.protocols.building_blocks.forced_choice import (
 )
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocol_parts.base import Context
     from slipscale.experiments.steps.steps import Steps
 
 REST_UM_PP = 0.0

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
-from slipscale.experiments.protocols.base import Amplitude, Column, Protocol
-from slipscale.experiments.protocols.building_blocks.forced_choice import (
+from slipscale.experiments.protocol_parts.base import Amplitude, Column, Protocol
+from slipscale.experiments.protocol_parts.building_blocks.forced_choice import (
     DESIGN,
     RESPONSE,
     SIMULATED,
@@ -26,7 +26,7 @@ from slipscale.experiments.steps.rounding import rounded
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocols.base import Context, TrialRecord
+    from slipscale.experiments.protocol_parts.base import Context, TrialRecord
     from slipscale.experiments.steps.steps import Steps
 
 SIGNS = {"more": 1, "less": -1}

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import Field
 
 from slipscale.experiments.languages.texts import NUMBER_KEYS
-from slipscale.experiments.protocols.base import AtLeastOne, Column, Count, Positive, Protocol
-from slipscale.experiments.protocols.building_blocks.comparing import name_of
-from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Count, Positive, Protocol
+from slipscale.experiments.protocol_parts.building_blocks.comparing import name_of
+from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
     Presentation,
     RatedOptions,
@@ -27,8 +27,8 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from slipscale.experiments.protocols.base import Context
-    from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
+    from slipscale.experiments.protocol_parts.base import Context
+    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
     from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.steps.steps import Step, Steps
 

@@ -14,17 +14,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import Field
 
-from slipscale.experiments.protocols.base import Amplitude, AtLeastOne, Column, Count, Positive
-from slipscale.experiments.protocols.base import Protocol as ProtocolDeclaration
-from slipscale.experiments.protocols.building_blocks.against_standard import STANDARD_COLUMN
-from slipscale.experiments.protocols.building_blocks.comparing import (
-    PAIR,
-    IntervalTask,
-    truth,
-)
-from slipscale.experiments.protocols.building_blocks.pacing import RestedOptions
-from slipscale.experiments.protocols.building_blocks.repeating import part_over
-from slipscale.experiments.protocols.simulated_answers import notices_difference
+from slipscale.experiments.protocol_parts.base import Amplitude, AtLeastOne, Column, Count, Positive
+from slipscale.experiments.protocol_parts.base import Protocol as ProtocolDeclaration
+from slipscale.experiments.protocol_parts.building_blocks.against_standard import STANDARD_COLUMN
+from slipscale.experiments.protocol_parts.building_blocks.comparing import PAIR, IntervalTask, truth
+from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
+from slipscale.experiments.protocol_parts.building_blocks.repeating import part_over
+from slipscale.experiments.protocol_parts.simulated_answers import notices_difference
 from slipscale.experiments.steps.questions import YesNoQuestion
 from slipscale.experiments.steps.replies import Reply, Voided
 from slipscale.experiments.steps.rounding import rounded
@@ -35,8 +31,8 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable
 
-    from slipscale.experiments.protocols.base import Context
-    from slipscale.experiments.protocols.building_blocks.repeating import Repetition
+    from slipscale.experiments.protocol_parts.base import Context
+    from slipscale.experiments.protocol_parts.building_blocks.repeating import Repetition
     from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.steps.steps import Step, Steps
 

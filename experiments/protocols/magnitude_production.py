@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, field_validator
 
-from slipscale.experiments.protocols.base import (
+from slipscale.experiments.protocol_parts.base import (
     AtLeastOne,
     Column,
     Context,
@@ -20,8 +20,8 @@ from slipscale.experiments.protocols.base import (
     Positive,
     Protocol,
 )
-from slipscale.experiments.protocols.building_blocks.adjusting import adjusted_columns
-from slipscale.experiments.protocols.building_blocks.against_standard import (
+from slipscale.experiments.protocol_parts.building_blocks.adjusting import adjusted_columns
+from slipscale.experiments.protocol_parts.building_blocks.against_standard import (
     DESIGN_COLUMNS,
     JUDGED,
     STANDARD,
@@ -29,12 +29,12 @@ from slipscale.experiments.protocols.building_blocks.against_standard import (
     AgainstStandard,
     StandardOptions,
 )
-from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
+from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     Presentation,
     order_blocks,
     with_catch_trials,
 )
-from slipscale.experiments.protocols.simulated_answers import until_number
+from slipscale.experiments.protocol_parts.simulated_answers import until_number
 from slipscale.experiments.steps.rounding import rounded
 from slipscale.experiments.steps.steps import Adjust, Instruct, Present, Silence
 from slipscale.faults import UserError
@@ -42,7 +42,7 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from slipscale.experiments.protocols.base import TrialRecord
+    from slipscale.experiments.protocol_parts.base import TrialRecord
     from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.steps.steps import Step, Steps
     from slipscale.experiments.steps.trial import Value

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
-from slipscale.experiments.protocols.base import (
+from slipscale.experiments.protocol_parts.base import (
     Amplitude,
     AtLeastOne,
     Column,
@@ -20,15 +20,15 @@ from slipscale.experiments.protocols.base import (
     Protocol,
     Switch,
 )
-from slipscale.experiments.protocols.building_blocks.adjusting import adjusted_columns
-from slipscale.experiments.protocols.building_blocks.comparing import (
+from slipscale.experiments.protocol_parts.building_blocks.adjusting import adjusted_columns
+from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     IntervalTask,
     truth,
     with_catch_trials,
 )
-from slipscale.experiments.protocols.building_blocks.pacing import RestedOptions
-from slipscale.experiments.protocols.building_blocks.repeating import part_over
-from slipscale.experiments.protocols.simulated_answers import until_equal
+from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
+from slipscale.experiments.protocol_parts.building_blocks.repeating import part_over
+from slipscale.experiments.protocol_parts.simulated_answers import until_equal
 from slipscale.experiments.steps.replies import Reply, Voided
 from slipscale.experiments.steps.rounding import rounded
 from slipscale.experiments.steps.steps import Adjust, EndTrial, Instruct, Present, Silence
@@ -38,7 +38,7 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
-    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocol_parts.base import Context
     from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.steps.steps import Step, Steps
 

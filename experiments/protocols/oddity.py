@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
-from slipscale.experiments.protocols.building_blocks.forced_choice import ForcedChoice
+from slipscale.experiments.protocol_parts.building_blocks.forced_choice import ForcedChoice
 from slipscale.experiments.protocols.difference_threshold import PROTOCOL as DIFFERENCE_THRESHOLD
 from slipscale.experiments.protocols.difference_threshold import SIGNS, DifferenceThreshold
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocol_parts.base import Context
     from slipscale.experiments.steps.steps import Steps
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
-from slipscale.experiments.protocols.base import (
+from slipscale.experiments.protocol_parts.base import (
     Amplitude,
     AtLeastOne,
     Column,
@@ -28,7 +28,7 @@ from slipscale.experiments.protocols.base import (
     Seconds,
     Switch,
 )
-from slipscale.experiments.protocols.building_blocks.repeating import Repeating, part_over
+from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
 from slipscale.experiments.steps.questions import PointingQuestion, Selection
 from slipscale.experiments.steps.replies import Reply, Voided
 from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Present, Rest, Silence
@@ -40,8 +40,8 @@ from slipscale.stimuli.texture import bar
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from slipscale.experiments.protocols.base import Context, TrialRecord
-    from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
+    from slipscale.experiments.protocol_parts.base import Context, TrialRecord
+    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
     from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.steps.steps import Step, Steps
     from slipscale.experiments.steps.trial import Value

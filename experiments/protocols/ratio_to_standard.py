@@ -9,15 +9,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.protocols.base import Column, Context, Protocol
-from slipscale.experiments.protocols.building_blocks.against_standard import (
+from slipscale.experiments.protocol_parts.base import Column, Context, Protocol
+from slipscale.experiments.protocol_parts.building_blocks.against_standard import (
     DESIGN_COLUMNS,
     JUDGED,
     STANDARD_COLUMN,
     AgainstStandard,
     StandardOptions,
 )
-from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
+from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     Presentation,
     surface_blocks,
     with_catch_trials,

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from slipscale.experiments.protocols.base import AtLeastOne, Column, Protocol
-from slipscale.experiments.protocols.building_blocks.comparing import (
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Protocol
+from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
     PAIR,
     Comparing,
@@ -26,11 +26,11 @@ from slipscale.experiments.protocols.building_blocks.comparing import (
     truth,
     with_catch_trials,
 )
-from slipscale.experiments.protocols.simulated_answers import notices_difference
+from slipscale.experiments.protocol_parts.simulated_answers import notices_difference
 from slipscale.experiments.steps.questions import YesNoQuestion
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocol_parts.base import Context
     from slipscale.experiments.steps.steps import Steps
 
 

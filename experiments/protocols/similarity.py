@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from slipscale.experiments.protocols.base import AtLeastOne, Column, Protocol, Switch
-from slipscale.experiments.protocols.building_blocks.comparing import (
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Protocol, Switch
+from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
     PAIR,
     Comparing,
@@ -28,8 +28,8 @@ from slipscale.experiments.protocols.building_blocks.comparing import (
 from slipscale.experiments.steps.questions import VisualAnalogueQuestion
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocols.base import Context
-    from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
+    from slipscale.experiments.protocol_parts.base import Context
+    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
     from slipscale.experiments.steps.steps import Ask, Steps
     from slipscale.stimuli.surface import Stimulus
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from slipscale.experiments.protocols.base import AtLeastOne, Column, Count, Protocol
-from slipscale.experiments.protocols.building_blocks.comparing import enough_surfaces, name_of
-from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Count, Protocol
+from slipscale.experiments.protocol_parts.building_blocks.comparing import enough_surfaces, name_of
+from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
     TEXTURE,
     Presentation,
@@ -28,8 +28,8 @@ from slipscale.experiments.steps.steps import Ask, Instruct
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from slipscale.experiments.protocols.base import Context
-    from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
+    from slipscale.experiments.protocol_parts.base import Context
+    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
     from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.steps.steps import Step, Steps
 

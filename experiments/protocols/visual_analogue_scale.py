@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from slipscale.experiments.protocols.base import Column, Context, Count, Protocol, Switch
-from slipscale.experiments.protocols.building_blocks.comparing import DESIGN, truth
-from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
+from slipscale.experiments.protocol_parts.base import Column, Context, Count, Protocol, Switch
+from slipscale.experiments.protocol_parts.building_blocks.comparing import DESIGN, truth
+from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
     TEXTURE,
     Presentation,
@@ -29,7 +29,7 @@ from slipscale.experiments.steps.steps import Ask, Instruct
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
+    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
     from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.steps.steps import Step, Steps
 

@@ -6,12 +6,12 @@ from collections import Counter
 from itertools import chain, pairwise, permutations
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.protocols.ordering.williams import williams_group, williams_square
+from slipscale.experiments.protocol_parts.ordering.williams import williams_group, williams_square
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from slipscale.experiments.protocols.building_blocks.rated_surfaces import RatedOptions
+    from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import RatedOptions
 
 NAMED = 8  # more transitions than this are counted, not listed
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, assert_never
 
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.participants.simulated_people.respondent import unanswered
-from slipscale.experiments.protocols.ordering.randomisation import Stream
+from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.experiments.running.contact_sources import (
     NOT_NAMED,
     ContactSpecs,

@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.languages.texts import CODE, languages, text_faults
-from slipscale.experiments.protocols.base import protocol_texts
-from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.experiments.protocol_parts.base import protocol_texts
+from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.study.headphone_test import HEADPHONES
 from slipscale.experiments.study.levels import Levels
 from slipscale.experiments.study.person_questions import unanswerable
@@ -20,7 +20,7 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from slipscale.experiments.protocols.base import Options
+    from slipscale.experiments.protocol_parts.base import Options
     from slipscale.faults.toml_lines import Place
     from slipscale.faults.validation import Fault
 

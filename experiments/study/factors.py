@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from pydantic import Field
 
-from slipscale.experiments.protocols.base import Column, Label, Words
-from slipscale.experiments.protocols.ordering.williams import williams_blocks
+from slipscale.experiments.protocol_parts.base import Column, Label, Words
+from slipscale.experiments.protocol_parts.ordering.williams import williams_blocks
 from slipscale.experiments.steps.replies import Voided
 from slipscale.experiments.steps.steps import Adjust, EndBlock, Instruct, Present, Rest
 from slipscale.experiments.steps.trial import factor_level
@@ -28,7 +28,7 @@ from slipscale.stimuli.textures import PARAMETERS
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 
-    from slipscale.experiments.protocols.base import Context, Options, Protocol
+    from slipscale.experiments.protocol_parts.base import Context, Options, Protocol
     from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.steps.steps import Step, Steps
     from slipscale.experiments.steps.trial import Trial, Value

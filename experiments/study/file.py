@@ -12,7 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipscale.experiments.protocols.registry import load_protocol, protocol_names
+from slipscale.experiments.protocol_parts.registry import load_protocol, protocol_names
 from slipscale.experiments.study.images import with_images
 from slipscale.experiments.study.model import Study
 from slipscale.experiments.study.own_language import check_words, with_own_language

@@ -25,8 +25,11 @@ if TYPE_CHECKING:
     from collections.abc import Generator
 
     from slipscale.experiments.languages.texts import Texts
-    from slipscale.experiments.protocols.base import Context
-    from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer, SimulatedPerson
+    from slipscale.experiments.protocol_parts.base import Context
+    from slipscale.experiments.protocol_parts.simulated_answers import (
+        SimulatedAnswer,
+        SimulatedPerson,
+    )
     from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.steps.steps import Steps
     from slipscale.experiments.steps.trial import Value

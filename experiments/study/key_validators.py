@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError, ValidationInfo
 
 from slipscale.experiments.languages.texts import ENGLISH, languages
-from slipscale.experiments.protocols.base import Options
-from slipscale.experiments.protocols.registry import load_protocol, protocol_names
+from slipscale.experiments.protocol_parts.base import Options
+from slipscale.experiments.protocol_parts.registry import load_protocol, protocol_names
 from slipscale.experiments.study.checks_across_keys import (
     impossible,
     named_twice,

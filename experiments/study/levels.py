@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from slipscale.experiments.protocols.base import Context
+from slipscale.experiments.protocol_parts.base import Context
 from slipscale.experiments.study.tables import StimulusTable
 from slipscale.faults import UserError
 from slipscale.stimuli.field_names import in_um

@@ -16,7 +16,7 @@ from pydantic import (
 )
 
 from slipscale.experiments.languages.texts import ENGLISH
-from slipscale.experiments.protocols.base import (
+from slipscale.experiments.protocol_parts.base import (
     Amplitude,
     AtLeastOne,
     EntityLabel,
@@ -26,7 +26,7 @@ from slipscale.experiments.protocols.base import (
     Switch,
     Words,
 )
-from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.experiments.study.factors import Factor, second_levels
 from slipscale.experiments.study.headphone_test import HeadphoneTest

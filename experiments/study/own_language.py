@@ -30,8 +30,8 @@ from slipscale.experiments.languages.texts import (
     unlike,
     unshown,
 )
-from slipscale.experiments.protocols.base import protocol_texts
-from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.experiments.protocol_parts.base import protocol_texts
+from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import parse_toml
 from slipscale.faults.toml_lines import Lines

@@ -10,7 +10,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from slipscale.experiments.protocols.base import Switch
+from slipscale.experiments.protocol_parts.base import Switch
 from slipscale.faults.frozen_table import FrozenTable
 
 NAMED = ("space", "enter")

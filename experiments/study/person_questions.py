@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 from pydantic import Field, field_validator, model_validator
 
 from slipscale.experiments.languages.texts import FEWEST_ANSWERS, MOST_OPTIONS, shipped_texts
-from slipscale.experiments.protocols.base import Label, Words
+from slipscale.experiments.protocol_parts.base import Label, Words
 from slipscale.experiments.steps.questions import CONSENT, ChoiceQuestion, WholeNumberQuestion
 from slipscale.experiments.steps.steps import Ask
 from slipscale.faults import UserError

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field, field_validator
 
 from slipscale.experiments.languages.texts import FEWEST_ANSWERS, MOST_OPTIONS
-from slipscale.experiments.protocols.base import Label, Words
-from slipscale.experiments.protocols.simulated_answers import any_choice
+from slipscale.experiments.protocol_parts.base import Label, Words
+from slipscale.experiments.protocol_parts.simulated_answers import any_choice
 from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.steps.steps import Instruct
 from slipscale.experiments.study.person_questions import TAKEN, PersonQuestion, Translated, distinct
@@ -23,7 +23,7 @@ from slipscale.faults.frozen_table import FrozenTable
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
 
-    from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer
+    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer
     from slipscale.experiments.steps.steps import Ask, Steps
     from slipscale.faults.validation import Fault
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from slipscale.experiments.languages.texts import load_texts
-from slipscale.experiments.protocols.base import ORDER_VERSION, Context, protocol_texts
-from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.experiments.protocol_parts.base import ORDER_VERSION, Context, protocol_texts
+from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.steps.questions import (
     CONSENT,
     ChoiceQuestion,
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from slipscale.experiments.languages.texts import Texts
-    from slipscale.experiments.protocols.base import Options, Protocol
-    from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer
+    from slipscale.experiments.protocol_parts.base import Options, Protocol
+    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer
     from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.study.model import Study
 

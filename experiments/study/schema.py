@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic.json_schema import models_json_schema
 
-from slipscale.experiments.protocols.base import Options
-from slipscale.experiments.protocols.registry import load_protocol, protocol_names
+from slipscale.experiments.protocol_parts.base import Options
+from slipscale.experiments.protocol_parts.registry import load_protocol, protocol_names
 from slipscale.experiments.study.factors import Factor
 from slipscale.experiments.study.model import Study
 from slipscale.stimuli.field_names import in_code, in_um

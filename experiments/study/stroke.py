@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from slipscale.experiments.protocols.base import Count, Positive, Seconds, Switch
+from slipscale.experiments.protocol_parts.base import Count, Positive, Seconds, Switch
 from slipscale.experiments.steps.steps import Explore, Guide, Present
 from slipscale.faults.frozen_table import FrozenTable
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, create_model, model_validator
 
-from slipscale.experiments.protocols.base import Label, Positive, Seconds, Switch, Words
+from slipscale.experiments.protocol_parts.base import Label, Positive, Seconds, Switch, Words
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.validation import refuse

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from slipscale.experiments.dataset import withdrawal
-from slipscale.experiments.protocols.registry import protocol_names
+from slipscale.experiments.protocol_parts.registry import protocol_names
 from slipscale.experiments.study.file import read_study
 from slipscale.hardware.errors import PlateTimeout
 from tools.rehearsal.emulator_process import EmulatorProcess

@@ -22,13 +22,13 @@ from slipscale.experiments.dataset.schema import (
     session_columns,
     table_stem,
 )
-from slipscale.experiments.protocols.registry import load_protocol, protocol_names
+from slipscale.experiments.protocol_parts.registry import load_protocol, protocol_names
 from tools.site.tables import code, table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.experiments.protocols.base import Column, Protocol
+    from slipscale.experiments.protocol_parts.base import Column, Protocol
 
 INTRODUCTION = f"""# The data set
 

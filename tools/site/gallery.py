@@ -17,7 +17,7 @@ from slipscale.analysis.reporting.methods_text import cited
 from slipscale.analysis.tasks.factors.declaration import ANALYSIS as FACTORS
 from slipscale.analysis.tasks.table import KINDS
 from slipscale.experiments.dataset.schema import columns
-from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.running.rehearsal import dry_run
 from slipscale.experiments.running.study_commands import show
 from slipscale.experiments.steps.steps import Present

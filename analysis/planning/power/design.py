@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.planning.power.grid import Condition
     from slipscale.experiments.participants.simulated_people.population import Population
-    from slipscale.experiments.protocols.base import Context, Options
+    from slipscale.experiments.protocol_parts.base import Context, Options
     from slipscale.experiments.study.analysis_choices import AnalysisChoices
     from slipscale.experiments.study.model import Study
 

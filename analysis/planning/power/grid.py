@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, cast, get_args
 
-from slipscale.experiments.protocols.ordering.orders import Rule
+from slipscale.experiments.protocol_parts.ordering.orders import Rule
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ from slipscale.analysis.planning.simulated.estimates import means
 from slipscale.analysis.planning.simulated.fast_tests import Tables, pairwise
 from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF
 from slipscale.experiments.participants.simulated_people.growth import people_for
-from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.experiments.steps.trial import factor_level
 from slipscale.experiments.study.factors import conditions_of
 from slipscale.experiments.study.file import parse_study

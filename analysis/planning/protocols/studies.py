@@ -16,8 +16,8 @@ import tomlkit
 
 from slipscale.analysis.tasks.thresholds.reading import COMPARISON, FORCED_CHOICE
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
+from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
-from slipscale.experiments.protocols.registry import load_protocol
 from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.running.timeline import MINUTE_S, SETTLING_S
 from slipscale.experiments.steps.steps import Present
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.participants.simulated_people.bare_run import BareStep
     from slipscale.experiments.participants.simulated_people.population import Population
-    from slipscale.experiments.protocols.base import Options, Protocol
+    from slipscale.experiments.protocol_parts.base import Options, Protocol
     from slipscale.experiments.study.run_plan import RunPlan
 
 #: Options for the number of trials of a task; the first one that the task has is set.

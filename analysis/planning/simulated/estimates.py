@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from slipscale.experiments.participants.simulated_people.population import Population
-    from slipscale.experiments.protocols.ordering.orders import Rule
+    from slipscale.experiments.protocol_parts.ordering.orders import Rule
 
     Array = NDArray[np.float64]
     #: Names of factors with their levels.

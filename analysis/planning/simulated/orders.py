@@ -1,9 +1,9 @@
 """Draw orders of surfaces for thousands of simulated participants, using the protocol's rules.
 
-The distribution is the protocol's (`slipscale.experiments.protocols.ordering.orders`). Blocks are
-shuffled as whole arrays. Rules without a vectorised form use a pool of the protocol's own orders.
-Each simulated person, or group that shares a design, is given one of them, with surfaces
-renumbered at random. This does not change the probability of any order.
+The distribution is the protocol's (`slipscale.experiments.protocol_parts.ordering.orders`).
+Blocks are shuffled as whole arrays. Rules without a vectorised form use a pool of the protocol's
+own orders. Each simulated person, or group that shares a design, is given one of them, with
+surfaces renumbered at random. This does not change the probability of any order.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.experiments.protocols.ordering.orders import presentation_order
-from slipscale.experiments.protocols.ordering.randomisation import Stream
-from slipscale.experiments.protocols.ordering.williams import Place, williams_group
+from slipscale.experiments.protocol_parts.ordering.orders import presentation_order
+from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
+from slipscale.experiments.protocol_parts.ordering.williams import Place, williams_group
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from slipscale.experiments.protocols.ordering.orders import Rule
+    from slipscale.experiments.protocol_parts.ordering.orders import Rule
 
     Orders = NDArray[np.int64]
 

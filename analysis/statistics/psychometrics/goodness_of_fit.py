@@ -18,14 +18,14 @@ from slipscale.analysis.statistics.psychometrics.thresholds import (
     model_of,
     side_by_side,
 )
-from slipscale.experiments.protocols.adaptive.simulated_runs import simulated_runs
+from slipscale.experiments.protocol_parts.adaptive.simulated_runs import simulated_runs
 
 if TYPE_CHECKING:
     from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array
     from slipscale.analysis.statistics.psychometrics.psychometric_function import (
         PsychometricFunction,
     )
-    from slipscale.experiments.protocols.adaptive.interleaved import Interleaved
+    from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
 
 
 #: Number of simulated runs with an adaptive rule.

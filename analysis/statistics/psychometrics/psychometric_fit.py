@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocols.adaptive.curves import Curve
+    from slipscale.experiments.protocol_parts.adaptive.curves import Curve
 
 Array = npt.NDArray[np.float64]
 Guess = Literal["fixed", "free", "equal to lapse"]

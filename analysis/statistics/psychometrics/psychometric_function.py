@@ -13,7 +13,7 @@ import numpy as np
 
 from slipscale.analysis.json_form import bounds
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ class PsychometricFunction:
     estimator : {"maximum likelihood", "posterior"}
         Estimation method.
     curve, method : str
-        Keys of `slipscale.experiments.protocols.adaptive.curves.CURVES` and of `METHODS`.
+        Keys of `slipscale.experiments.protocol_parts.adaptive.curves.CURVES` and of `METHODS`.
     share : float
         Value of the curve at the threshold, before guesses and lapses.
     threshold_um_pp : Estimate

@@ -22,7 +22,7 @@ from slipscale.analysis.statistics.psychometrics.psychometric_function import (
     PsychometricFunction,
     estimate,
 )
-from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:

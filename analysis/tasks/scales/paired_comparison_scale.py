@@ -20,13 +20,13 @@ import numpy.typing as npt
 
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from slipscale.experiments.protocols.adaptive.curves import Curve
+    from slipscale.experiments.protocol_parts.adaptive.curves import Curve
 
 Array = npt.NDArray[np.float64]
 Model = Literal["Bradley-Terry", "Thurstone V"]

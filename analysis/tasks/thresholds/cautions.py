@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED
-from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -12,7 +12,7 @@ from slipscale.analysis.statistics.psychometrics.psychometric_function import ME
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED
 from slipscale.analysis.writing.axes import LINES_AT_MOST, tip
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.figure_style import BLUE, GREY, INK, PALE, VERMILION, canvas, styled
 
 if TYPE_CHECKING:

@@ -28,7 +28,7 @@ from slipscale.analysis.tasks.thresholds.population_threshold import (
     population_threshold,
 )
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.experiments.protocols.adaptive.curves import CURVES, OTHER_AXIS
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES, OTHER_AXIS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

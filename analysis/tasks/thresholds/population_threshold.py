@@ -25,14 +25,14 @@ from slipscale.analysis.statistics.psychometrics.psychometric_function import (
 )
 from slipscale.analysis.statistics.psychometrics.thresholds import model_of
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.experiments.protocols.adaptive.curves import CURVES, OTHER_AXIS
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES, OTHER_AXIS
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Model
-    from slipscale.experiments.protocols.adaptive.curves import Curve
+    from slipscale.experiments.protocol_parts.adaptive.curves import Curve
     from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 #: A curve is clearly better if its log likelihood is higher by this much (a difference of 4 in

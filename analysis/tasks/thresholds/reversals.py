@@ -26,12 +26,12 @@ from slipscale.analysis.statistics.mean_over_participants import (
 from slipscale.analysis.statistics.not_computed import NotComputed, fold
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate, estimate
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.experiments.protocols.adaptive.up_down import UpDownTrack
+from slipscale.experiments.protocol_parts.adaptive.up_down import UpDownTrack
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from slipscale.experiments.protocols.adaptive.interleaved import Interleaved
+    from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -22,7 +22,7 @@ from slipscale.analysis.writing.numbers import (
     significant,
     unit_number,
 )
-from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from slipscale.experiments.protocols.adaptive.interleaved import Interleaved
+    from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
 
 #: The curve for a comparison is a function of amplitude, below and above the standard.
 COMPARED = "comparison"
@@ -91,7 +91,7 @@ class TaskThresholds:
     method : str
         A key of `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`.
     curve : str
-        A key of `slipscale.experiments.protocols.adaptive.curves.CURVES`.
+        A key of `slipscale.experiments.protocol_parts.adaptive.curves.CURVES`.
     standard_um_pp : float or None
         Standard of the comparison, µm peak to peak; None for detection, where the plate is still
         in the other intervals, and if standards differ.

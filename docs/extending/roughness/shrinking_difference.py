@@ -4,10 +4,16 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from slipscale.experiments.protocols.base import Amplitude, AtLeastOne, Column, Positive, Protocol
-from slipscale.experiments.protocols.building_blocks.pacing import PacedOptions
-from slipscale.experiments.protocols.building_blocks.repeating import Repeating, part_over
-from slipscale.experiments.protocols.simulated_answers import any_choice, compared
+from slipscale.experiments.protocol_parts.base import (
+    Amplitude,
+    AtLeastOne,
+    Column,
+    Positive,
+    Protocol,
+)
+from slipscale.experiments.protocol_parts.building_blocks.pacing import PacedOptions
+from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
+from slipscale.experiments.protocol_parts.simulated_answers import any_choice, compared
 from slipscale.experiments.steps.questions import ChoiceQuestion, ComparisonQuestion
 from slipscale.experiments.steps.rounding import rounded
 from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Present, Silence

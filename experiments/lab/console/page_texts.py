@@ -14,7 +14,7 @@ from slipscale.experiments.languages.texts import flatten
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.experiments.protocols.base import Options, Protocol
+    from slipscale.experiments.protocol_parts.base import Options, Protocol
     from slipscale.experiments.study.model import Study
 
 PACKAGE = "slipscale.experiments.lab.console"

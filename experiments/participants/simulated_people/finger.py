@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Literal
 from slipscale.hardware.contact.source import Touch
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocols.ordering.randomisation import Stream
+    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
     from slipscale.experiments.steps.steps import Guide
 
 SPEED_MM_S, FORCE_N, STROKE_MM, LANDING_S = 60.0, 0.5, 40.0, 0.1

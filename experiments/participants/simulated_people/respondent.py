@@ -27,8 +27,8 @@ from slipscale.experiments.participants.simulated_people.own_behaviour import (
 from slipscale.experiments.participants.simulated_people.population import Population, curves
 from slipscale.experiments.participants.simulated_people.sensation import Sensation
 from slipscale.experiments.participants.simulated_people.verbal_reports import verbal_reports
-from slipscale.experiments.protocols.ordering.randomisation import Stream
-from slipscale.experiments.protocols.simulated_answers import misfit
+from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
+from slipscale.experiments.protocol_parts.simulated_answers import misfit
 from slipscale.experiments.steps.questions import (
     CONSENT,
     ChoiceQuestion,
@@ -51,7 +51,10 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer, SimulatedPerson
+    from slipscale.experiments.protocol_parts.simulated_answers import (
+        SimulatedAnswer,
+        SimulatedPerson,
+    )
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.stimuli.attributes import AttributeWords
 
@@ -190,7 +193,7 @@ class Respondent:
             raise UserError(f"{who} {wrong}")
         return value
 
-    # The interface for protocols: `protocols.simulated_answers.SimulatedPerson`.
+    # The interface for protocols: `protocol_parts.simulated_answers.SimulatedPerson`.
 
     @property
     def turned(self) -> int:

@@ -14,8 +14,8 @@ from slipscale.experiments.dataset.schema import (
     person_columns,
     table_stem,
 )
-from slipscale.experiments.protocols.base import Column, Options
-from slipscale.experiments.protocols.registry import load_protocol, protocol_names
+from slipscale.experiments.protocol_parts.base import Column, Options
+from slipscale.experiments.protocol_parts.registry import load_protocol, protocol_names
 from slipscale.experiments.running.rehearsal import dry_run
 from slipscale.experiments.steps.steps import Adjust, Ask
 from slipscale.experiments.study.file import study_text

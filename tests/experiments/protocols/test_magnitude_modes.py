@@ -8,7 +8,7 @@ import pytest
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.participants.simulated_people.population import Population
-from slipscale.experiments.protocols.base import TrialRecord
+from slipscale.experiments.protocol_parts.base import TrialRecord
 from slipscale.experiments.protocols.magnitude_production import PROTOCOL as MADE
 from slipscale.experiments.running.rehearsal import dry_run, surfaces
 from slipscale.experiments.steps.steps import Adjust, Ask, EndBlock, Explore, Present, Rest

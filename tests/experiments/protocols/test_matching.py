@@ -6,8 +6,8 @@ from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.journal.serialisation import step_record
+from slipscale.experiments.protocol_parts.simulated_answers import misfit
 from slipscale.experiments.protocols.matching import Matching
-from slipscale.experiments.protocols.simulated_answers import misfit
 from slipscale.experiments.running.rehearsal import dry_run
 from slipscale.experiments.steps.replies import FEEL_AGAIN, Reply
 from slipscale.experiments.steps.steps import Adjust, Explore, Present

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
-from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.steps.replies import Reply, Voided
 from slipscale.experiments.steps.steps import Ask, EndTrial, Explore, Present
 from slipscale.experiments.study.file import parse_study

@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 from slipscale.experiments.dataset.bids import build_dataset
-from slipscale.experiments.protocols.adaptive.staircase import staircase
+from slipscale.experiments.protocol_parts.adaptive.staircase import staircase
 
 STUDY = """
 name = "triangle"

@@ -7,10 +7,10 @@ from types import SimpleNamespace
 import pytest
 
 from slipscale.commands import main
-from slipscale.experiments.protocols import registry
-from slipscale.experiments.protocols.base import Column, Options, Protocol
-from slipscale.experiments.protocols.registry import load_protocol
-from slipscale.experiments.protocols.simulated_answers import compared
+from slipscale.experiments.protocol_parts import registry
+from slipscale.experiments.protocol_parts.base import Column, Options, Protocol
+from slipscale.experiments.protocol_parts.registry import load_protocol
+from slipscale.experiments.protocol_parts.simulated_answers import compared
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.running.rehearsal import check_answered, surfaces
 from slipscale.experiments.running.study_commands import validate

@@ -9,7 +9,7 @@ import pytest
 from slipscale.experiments.languages.texts import load_texts
 from slipscale.experiments.participants.psychopy_window.scene import Box, Disc
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
-from slipscale.experiments.protocols.base import TrialRecord
+from slipscale.experiments.protocol_parts.base import TrialRecord
 from slipscale.experiments.protocols.pointing import (
     PROTOCOL,
     Movement,

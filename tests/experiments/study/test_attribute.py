@@ -8,7 +8,7 @@ from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.languages.texts import languages, shipped_texts
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.participants.simulated_people.growth import people_for
-from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.steps.replies import Adjusted, Reply
 from slipscale.experiments.steps.steps import Ask
 from slipscale.experiments.study.file import parse_study, study_text

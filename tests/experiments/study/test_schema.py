@@ -8,8 +8,8 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from slipscale import commands
+from slipscale.experiments.protocol_parts.registry import load_protocol, protocol_names
 from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
-from slipscale.experiments.protocols.registry import load_protocol, protocol_names
 from slipscale.experiments.study.file import shipped_studies, study_text
 from slipscale.experiments.study.schema import study_schema
 

@@ -7,7 +7,7 @@ import pytest
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.journal.serialisation import step_record, surface_from
-from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.running import lab_session
 from slipscale.experiments.running.lab_session import Setting, make_plan
 from slipscale.experiments.running.preflight import PlannedSession, check_plate

@@ -17,7 +17,7 @@ from slipscale.analysis.tasks.thresholds.population_threshold import (
     population_threshold,
     population_weber,
 )
-from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 R = json.loads(

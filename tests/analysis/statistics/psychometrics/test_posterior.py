@@ -11,7 +11,7 @@ from slipscale.analysis.statistics.psychometrics.thresholds import (
     fit_threshold,
     fit_threshold_by_posterior,
 )
-from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 
 LEVELS = np.array([0.05, 0.1, 0.2, 0.4, 0.8])
 

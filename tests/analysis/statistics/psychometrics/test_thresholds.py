@@ -21,10 +21,10 @@ from slipscale.analysis.statistics.psychometrics.thresholds import (
     fit_threshold_by_posterior,
 )
 from slipscale.analysis.tasks.thresholds.population_threshold import weber_fraction
-from slipscale.experiments.protocols.adaptive.curves import CURVES
-from slipscale.experiments.protocols.adaptive.simulated_runs import simulated_runs
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
+from slipscale.experiments.protocol_parts.adaptive.simulated_runs import simulated_runs
+from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.experiments.protocols.detection_threshold import DetectionThreshold
-from slipscale.experiments.protocols.ordering.randomisation import Stream
 from slipscale.faults import UserError
 
 # psignifit's example: two intervals, 90 trials a level (python-psignifit, docs/basic-usage.md).

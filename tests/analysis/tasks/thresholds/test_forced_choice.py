@@ -11,7 +11,7 @@ from slipscale.analysis.tasks.thresholds.figures import within_answers
 from slipscale.analysis.tasks.thresholds.reading import COLUMNS
 from slipscale.analysis.tasks.thresholds.sentences import sentences
 from slipscale.analysis.tasks.thresholds.statistics import thresholds
-from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 pytestmark = pytest.mark.usefixtures("without_simulated_fits")

@@ -17,7 +17,7 @@ from slipscale.experiments.lab.console.plots import scatter
 from slipscale.experiments.lab.folder import LabFile
 from slipscale.experiments.lab.unblinding import unblinded
 from slipscale.experiments.languages.texts import blanks
-from slipscale.experiments.protocols.registry import protocol_names
+from slipscale.experiments.protocol_parts.registry import protocol_names
 from slipscale.experiments.running.preflight import CHECKS
 from slipscale.experiments.running.screen_check import SHOWN
 from slipscale.experiments.session.operator import Request, SessionStatus

@@ -1,0 +1,1 @@
+"""What protocols are made of: interface, registry, simulated answers, orders, adaptive methods."""

@@ -1,0 +1,59 @@
+"""Interleaved tracks whose answers can be taken back if a trial is voided later."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
+    from slipscale.experiments.protocol_parts.adaptive.track import Track
+
+
+class Answered(NamedTuple):
+    """An answer, with its track and level."""
+
+    track: int
+    level: float
+    correct: bool
+
+
+class AnsweredTracks:
+    """Tracks, with the answers by trial.
+
+    A trial that is voided while it runs or that times out has no answer, so its track repeats the
+    level. If an answer is taken back later, its track is recomputed from its other answers, at
+    their original levels, as if that answer had not been given.
+
+    Parameters
+    ----------
+    start : Interleaved
+        The tracks before their first trial.
+    """
+
+    def __init__(self, start: Interleaved) -> None:
+        self._start = start
+        self._answers: dict[int, Answered] = {}
+        self.now = start
+
+    def answer(self, trial: int, *, correct: bool) -> None:
+        """Store the answer to a trial at the current level."""
+        self._answers[trial] = Answered(self.now.current, self.now.level, correct)
+        self.now = self.now.answered(correct=correct)
+
+    def take_back(self, trials: Iterable[int]) -> None:
+        """Take back the answers to trials; trials without an answer are ignored."""
+        gone = [self._answers.pop(trial) for trial in trials if trial in self._answers]
+        if gone:
+            again = tuple(answered.track for answered in gone)
+            tracks = tuple(self._track(number) for number in range(len(self.now.tracks)))
+            self.now = self.now.taken_back(tracks, again)
+
+    def _track(self, number: int) -> Track:
+        """Return a track recomputed from its answers."""
+        track = self._start.tracks[number]
+        for answered in self._answers.values():
+            if answered.track == number:
+                track = track.answered(correct=answered.correct, at_level=answered.level)
+        return track

@@ -1,0 +1,85 @@
+"""Many simultaneous QUEST+ runs for simulations, using one matrix product per trial.
+
+Each run selects the same levels as a `QuestPlusTrack` with the same answers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from slipscale.experiments.protocol_parts.adaptive.quest_plus import QuestPlus, information_gain
+from slipscale.experiments.steps.rounding import DECIMALS
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from slipscale.experiments.protocol_parts.adaptive.curves import Array
+
+#: Largest product of runs and parameter combinations: 400 MB.
+LARGEST_BATCH = 50_000_000
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class QuestPlusBatch:
+    """The state of many runs.
+
+    Parameters
+    ----------
+    rule : QuestPlus
+        The grids, the same for all runs.
+    posteriors : array, shape (runs, combinations)
+        Each row sums to 1.
+    trials : int
+        Number of answers so far, the same for all runs.
+    """
+
+    rule: QuestPlus
+    posteriors: Array
+    trials: int = 0
+
+    @classmethod
+    def start(cls, rule: QuestPlus, runs: int) -> Self:
+        """Return ``runs`` runs before their first trial.
+
+        Raises
+        ------
+        UserError
+            If ``runs`` is below 1, or the runs do not fit in memory.
+        """
+        if runs < 1:
+            raise UserError(f"QUEST+: {runs} runs, expected 1 or more")
+        if runs * rule.prior.size > LARGEST_BATCH:
+            raise UserError(
+                f"QUEST+: {runs} runs of {rule.prior.size} combinations of parameters do not fit, "
+                f"expected at most {LARGEST_BATCH // rule.prior.size} runs at once"
+            )
+        return cls(rule=rule, posteriors=np.tile(rule.prior, (runs, 1)))
+
+    @cached_property
+    def level_indices(self) -> npt.NDArray[np.intp]:
+        """Indices of the next levels, shape (runs,)."""
+        return np.asarray(np.argmax(information_gain(self.rule, self.posteriors), axis=1))
+
+    @property
+    def levels(self) -> Array:
+        """The levels of the next trial, µm peak to peak, shape (runs,)."""
+        return np.round(np.array(self.rule.levels)[self.level_indices], DECIMALS)
+
+    def answered(self, correct: npt.NDArray[np.bool_]) -> Self:
+        """Return the runs after one answer each, shape (runs,)."""
+        posteriors = self.rule.likelihood[correct.astype(int), self.level_indices]
+        posteriors *= self.posteriors
+        totals = posteriors @ np.ones((self.rule.prior.size, 1))
+        if not np.all(totals > 0):
+            raise UserError("QUEST+: no combination of parameters allows one of the answers")
+        posteriors /= totals
+        return type(self)(rule=self.rule, posteriors=posteriors, trials=self.trials + 1)
+
+    @property
+    def threshold_log10(self) -> Array:
+        """Posterior means of the threshold's logarithm, decades, shape (runs,)."""
+        return np.asarray(self.posteriors @ self.rule.log10_thresholds)

@@ -1,0 +1,135 @@
+"""Several tracks in one block, so that participants cannot infer the next level."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal, Self
+
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.experiments.protocol_parts.adaptive.stopping import Stopping
+    from slipscale.experiments.protocol_parts.adaptive.track import Track
+    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
+
+Order = Literal["alternating", "shuffled"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Interleaved:
+    """Tracks that take turns until each is over.
+
+    In each round, every unfinished track has one trial. A voided trial passes on no answer, so the
+    track repeats its level.
+
+    Parameters
+    ----------
+    tracks : tuple of Track
+        The current state of each track.
+    stopping : Stopping
+        The rule that ends a track.
+    stream : callable
+        Returns the random numbers for a round, given its number; the same number gives the same
+        stream.
+    order : {"alternating", "shuffled"}
+        Tracks in a fixed order, or in a new order each round.
+    left : tuple of int
+        Tracks that still have a trial in this round, in order.
+    round_number : int
+        The current round: 0, 1, ...
+
+    Raises
+    ------
+    UserError
+        If there are no tracks, or the stopping rule is incompatible with one of them.
+    """
+
+    tracks: tuple[Track, ...]
+    stopping: Stopping
+    stream: Callable[[int], Stream]
+    order: Order = "shuffled"
+    left: tuple[int, ...] = ()
+    round_number: int = 0
+
+    @classmethod
+    def start(
+        cls,
+        tracks: tuple[Track, ...],
+        stopping: Stopping,
+        stream: Callable[[int], Stream],
+        order: Order = "shuffled",
+    ) -> Self:
+        """Return the tracks before their first trial, after checking the stopping rule for each."""
+        if not tracks:
+            raise UserError("interleaved tracks: none given, expected at least one")
+        for track in tracks:
+            stopping.check(track)
+        before = cls(tracks=tracks, stopping=stopping, stream=stream, order=order)
+        return replace(before, left=_round(before))
+
+    @property
+    def over(self) -> bool:
+        """Whether all tracks are over."""
+        return not self.left
+
+    @property
+    def current(self) -> int:
+        """Number of the track with the next trial; IndexError if all tracks are over."""
+        return self.left[0]
+
+    @property
+    def level(self) -> float:
+        """The level of the next trial, µm peak to peak; IndexError if all tracks are over."""
+        return self.tracks[self.current].level
+
+    @property
+    def trials(self) -> int:
+        """Number of answers so far in all tracks."""
+        return sum(track.progress.trials for track in self.tracks)
+
+    @property
+    def most_trials(self) -> int:
+        """Largest possible number of trials in all tracks."""
+        return len(self.tracks) * self.stopping.most_trials
+
+    @property
+    def left_at_most(self) -> int:
+        """Largest possible number of remaining trials."""
+        most = self.stopping.most_trials
+        return sum(most - track.progress.trials for track in self.tracks if self._goes_on(track))
+
+    def taken_back(self, tracks: tuple[Track, ...], again: tuple[int, ...]) -> Self:
+        """Return the block with ``tracks``, from which the answers have been removed.
+
+        ``again`` contains the tracks that these answers belonged to. Each has another trial in
+        this round.
+        """
+        going = tuple(number for number in again if self._goes_on(tracks[number]))
+        return replace(self, tracks=tracks, left=(*self.left, *going))
+
+    def _goes_on(self, track: Track) -> bool:
+        return self.stopping.reason(track.progress) is None
+
+    def answered(self, *, correct: bool) -> Self:
+        """Return the tracks after an answer at the current level."""
+        tracks = list(self.tracks)
+        tracks[self.current] = tracks[self.current].answered(correct=correct)
+        after = replace(self, tracks=tuple(tracks), left=self.left[1:])
+        if after.left:
+            return after
+        after = replace(after, round_number=self.round_number + 1)
+        return replace(after, left=_round(after))
+
+
+def _round(block: Interleaved) -> tuple[int, ...]:
+    """Return the order of the unfinished tracks in a block's current round."""
+    going = [
+        number
+        for number, track in enumerate(block.tracks)
+        if block._goes_on(track)  # noqa: SLF001 - its own module
+    ]
+    if block.order == "shuffled":
+        going = block.stream(block.round_number).shuffled(going)
+    return tuple(going)

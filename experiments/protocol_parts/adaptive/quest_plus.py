@@ -1,0 +1,252 @@
+"""QUEST+: select the level at which the answer is expected to be most informative.
+
+Watson 2017, J. Vis. 17(3):10, doi:10.1167/17.3.10. The expected decrease in the posterior's
+entropy is the mutual information between answer and parameters: the entropy of the predicted
+answer, minus the mean entropy of the answer given the parameters. Both are products of a fixed
+table and the posterior.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES, Array
+from slipscale.experiments.protocol_parts.adaptive.track import Progress, check_between
+from slipscale.experiments.steps.rounding import DECIMALS, rounded
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+#: Levels times parameter combinations: four tables of 8-byte values, 64 MB in total. Each trial
+#: reads two of them, which takes 0.37 of a frame at 60 Hz.
+LARGEST_GRID = 2_000_000
+#: An observer with a larger lapse rate is not doing the task.
+LARGEST_LAPSE = 0.5
+
+
+def entropy(share: Array) -> Array:
+    """Return the entropy of a binary answer with probability ``share``, in nats."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        terms = share * np.log(share) + (1 - share) * np.log1p(-share)
+    return np.where((share > 0) & (share < 1), -terms, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuestPlus:
+    """The available levels, and a grid of the function's possible parameters.
+
+    Parameters
+    ----------
+    levels : tuple of float
+        Levels that can be presented, in µm peak to peak, ascending.
+    threshold_levels, slopes, lapses : tuple of float
+        Grid of the psychometric function's parameters (`curves.Curve`), each ascending; thresholds
+        in µm peak to peak.
+    guess : float
+        Proportion correct by guessing.
+    curve : str
+        A key of `curves.CURVES`.
+    threshold_weights : tuple of float
+        Unnormalised prior weights of the thresholds; equal if empty.
+
+    Raises
+    ------
+    UserError
+        If a grid is empty, not ascending, out of range or too large, or if the prior has the wrong
+        length.
+    """
+
+    levels: tuple[float, ...]
+    threshold_levels: tuple[float, ...]
+    slopes: tuple[float, ...]
+    lapses: tuple[float, ...] = (0.02,)
+    guess: float = 0.5
+    curve: str = "weibull"
+    threshold_weights: tuple[float, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        if self.curve not in CURVES:
+            raise UserError(f"QUEST+: curve is {self.curve!r}, expected one of {', '.join(CURVES)}")
+        tiny = float(np.finfo(float).tiny)
+        _check_grid("levels", self.levels, lowest=0.0)
+        _check_grid("thresholds", self.threshold_levels, lowest=tiny)
+        _check_grid("slopes", self.slopes, lowest=tiny)
+        _check_grid("lapses", self.lapses, lowest=0.0)
+        check_between("QUEST+", "the largest lapse", self.lapses[-1], 0.0, LARGEST_LAPSE)
+        check_between("QUEST+", "guess", self.guess, 0.0, 1.0 - self.lapses[-1])
+        if len({rounded(level) for level in self.levels}) < len(self.levels):
+            raise UserError(f"QUEST+: two levels are the same at {DECIMALS} decimals")
+        weights = self.threshold_weights
+        if weights and len(weights) != len(self.threshold_levels):
+            raise UserError(
+                f"QUEST+: {len(weights)} threshold_weights for {len(self.threshold_levels)} "
+                "thresholds, expected equal numbers"
+            )
+        if weights and not (np.isfinite(weights).all() and min(weights) >= 0 and max(weights) > 0):
+            raise UserError("QUEST+: threshold_weights must be 0 or more, and one above 0")
+        cells = len(self.levels) * int(np.prod(self.shape))
+        if cells > LARGEST_GRID:
+            raise UserError(
+                f"QUEST+: {len(self.levels)} levels times {cells // len(self.levels)} "
+                f"combinations of parameters are {cells} cells, more than {LARGEST_GRID}; use "
+                "coarser grids"
+            )
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Number of thresholds, slopes and lapses."""
+        return len(self.threshold_levels), len(self.slopes), len(self.lapses)
+
+    @cached_property
+    def prior(self) -> Array:
+        """Weights of all combinations, shape (combinations,), with sum 1."""
+        weights = np.array(self.threshold_weights or (1.0,) * len(self.threshold_levels))
+        prior = np.broadcast_to(weights[:, None, None], self.shape).flatten()
+        return _frozen(prior / prior.sum())
+
+    @cached_property
+    def proportion(self) -> Array:
+        """Proportion correct, shape (levels, combinations)."""
+        threshold, slope, lapse = np.meshgrid(
+            self.threshold_levels, self.slopes, self.lapses, indexing="ij"
+        )
+        table = CURVES[self.curve].proportion(
+            np.array(self.levels)[:, None],
+            threshold_level=threshold.ravel(),
+            slope=slope.ravel(),
+            guess=self.guess,
+            lapse=lapse.ravel(),
+        )
+        return _frozen(table)
+
+    @cached_property
+    def likelihood(self) -> Array:
+        """Probability of a wrong and of a correct answer, shape (2, levels, combinations)."""
+        return _frozen(np.stack([1 - self.proportion, self.proportion]))
+
+    @cached_property
+    def answer_entropy(self) -> Array:
+        """Entropy of the answer given the parameters, nats, shape (levels, combinations)."""
+        return _frozen(entropy(self.proportion))
+
+    @cached_property
+    def log10_thresholds(self) -> Array:
+        """Log10 threshold of each combination, in decades, shape (combinations,)."""
+        decades = np.log10(self.threshold_levels)
+        return _frozen(np.broadcast_to(decades[:, None, None], self.shape).flatten())
+
+    def start(self) -> QuestPlusTrack:
+        """Return the track before its first trial."""
+        return QuestPlusTrack(rule=self, posterior=self.prior)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class QuestPlusTrack:
+    """A QUEST+ run.
+
+    Parameters
+    ----------
+    rule : QuestPlus
+        The grids.
+    posterior : array, shape (combinations,)
+        Weights with sum 1; read-only.
+    trials : int
+        Number of answers so far.
+    """
+
+    rule: QuestPlus
+    posterior: Array
+    trials: int = 0
+
+    @cached_property
+    def level_index(self) -> int:
+        """Index of the next level: the first one with the largest expected information."""
+        return int(np.argmax(information_gain(self.rule, self.posterior[None, :])[0]))
+
+    @property
+    def level(self) -> float:
+        """The level of the next trial, µm peak to peak."""
+        return rounded(self.rule.levels[self.level_index])
+
+    @property
+    def progress(self) -> Progress:
+        """Number of trials, and the posterior standard deviation of the threshold."""
+        return Progress(trials=self.trials, threshold_sd_log10=self.threshold_sd_log10)
+
+    @property
+    def threshold_log10(self) -> float:
+        """Posterior mean of the log10 threshold (decades of µm peak to peak)."""
+        return float(self.posterior @ self.rule.log10_thresholds)
+
+    @property
+    def threshold_sd_log10(self) -> float:
+        """Posterior standard deviation of the threshold, decades."""
+        squares = float(self.posterior @ (self.rule.log10_thresholds - self.threshold_log10) ** 2)
+        return float(round(squares**0.5, DECIMALS))
+
+    def answered(self, *, correct: bool, at_level: float | None = None) -> Self:
+        """Return the track after an answer at the next level, or at another available level."""
+        if at_level is None:
+            return self.told(self.level_index, correct=correct)
+        levels = [rounded(level) for level in self.rule.levels]
+        return self.told(levels.index(at_level), correct=correct)
+
+    def told(self, level_index: int, *, correct: bool) -> Self:
+        """Return the track after an answer at any of the levels.
+
+        Raises
+        ------
+        UserError
+            If no combination of parameters on the grid allows the answer.
+        """
+        posterior = self.posterior * self.rule.likelihood[int(correct), level_index]
+        total = posterior.sum()
+        if not total > 0:
+            raise UserError(
+                "QUEST+: no combination of parameters allows "
+                f"{'a correct' if correct else 'a wrong'} answer at "
+                f"{self.rule.levels[level_index]:g}; allow lapses above 0"
+            )
+        return type(self)(
+            rule=self.rule, posterior=_frozen(posterior / total), trials=self.trials + 1
+        )
+
+
+def information_gain(rule: QuestPlus, posteriors: Array) -> Array:
+    """Return the expected decrease in posterior entropy, rounded.
+
+    Parameters
+    ----------
+    posteriors : array, shape (runs, combinations)
+        Each row sums to 1.
+
+    Returns
+    -------
+    array, shape (runs, levels)
+        Nats, rounded to `track.DECIMALS` decimals.
+    """
+    predicted = np.clip(posteriors @ rule.proportion.T, 0.0, 1.0)  # rounding may push a sum above 1
+    return np.round(entropy(predicted) - posteriors @ rule.answer_entropy.T, DECIMALS)
+
+
+def _frozen(array: Array) -> Array:
+    array.flags.writeable = False
+    return array
+
+
+def _check_grid(name: str, values: Sequence[float], *, lowest: float) -> None:
+    if not values:
+        raise UserError(f"QUEST+: {name} is empty, expected at least one value")
+    array = np.asarray(values, float)
+    if not np.isfinite(array).all() or np.any(np.diff(array) <= 0):
+        raise UserError(f"QUEST+: {name} must be finite and ascending")
+    if array[0] < lowest:
+        raise UserError(
+            f"QUEST+: {name} begins at {array[0]:g}, expected "
+            f"{'0 or more' if lowest == 0 else 'above 0'}"
+        )

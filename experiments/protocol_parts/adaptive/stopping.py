@@ -1,0 +1,91 @@
+"""Stopping rules for tracks: enough trials, reversals or certainty, with an upper limit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from slipscale.experiments.protocol_parts.adaptive.track import Progress, Track
+
+#: More trials per track are too many for a participant.
+MOST_TRIALS = 1000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stopping:
+    """The criteria that end a track; the first one reached applies.
+
+    Parameters
+    ----------
+    most_trials : int
+        Upper limit: the track ends after this number of answers in any case.
+    reversals : int or None
+        Number of changes of direction.
+    threshold_sd_log10 : float or None
+        Posterior standard deviation of the threshold, in decades.
+    least_trials : int
+        Reversals and certainty are ignored before this number of answers.
+
+    Raises
+    ------
+    UserError
+        If a number is out of range, or a rule cannot apply before the upper limit.
+    """
+
+    most_trials: int
+    reversals: int | None = None
+    threshold_sd_log10: float | None = None
+    least_trials: int = 1
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.most_trials <= MOST_TRIALS:
+            raise UserError(
+                f"stopping: most_trials is {self.most_trials}, expected 1 to {MOST_TRIALS}"
+            )
+        if not 1 <= self.least_trials <= self.most_trials:
+            raise UserError(
+                f"stopping: least_trials is {self.least_trials}, expected 1 to most_trials "
+                f"({self.most_trials})"
+            )
+        if self.reversals is not None and self.reversals < 1:
+            raise UserError(f"stopping: reversals is {self.reversals}, expected 1 or more")
+        if self.threshold_sd_log10 is not None and not self.threshold_sd_log10 > 0:
+            raise UserError(
+                f"stopping: threshold_sd_log10 is {self.threshold_sd_log10}, expected above 0"
+            )
+        # The first step cannot be a reversal, so n reversals take at least n + 1 steps.
+        if self.reversals is not None and self.reversals >= self.most_trials:
+            raise UserError(
+                f"stopping: {self.reversals} reversals take at least {self.reversals + 1} trials, "
+                f"but most_trials is {self.most_trials}: this rule could never stop"
+            )
+
+    def check(self, track: Track) -> None:
+        """Raise `UserError` if a rule cannot stop this track, or stops it before it starts."""
+        progress = track.progress
+        for name in ("reversals", "threshold_sd_log10"):
+            if getattr(self, name) is not None and getattr(progress, name) is None:
+                raise UserError(
+                    f"stopping: this method has no {name}, so that rule could never stop; use "
+                    "another rule, or most_trials alone"
+                )
+        wanted, known = self.threshold_sd_log10, progress.threshold_sd_log10
+        if wanted is not None and known is not None and known <= wanted:
+            raise UserError(
+                f"stopping: threshold_sd_log10 is {wanted:g}, but the grid of thresholds has "
+                f"a spread of {known:.3g} before any answer: expected a smaller value"
+            )
+
+    def reason(self, progress: Progress) -> str | None:
+        """Return the criterion that ended the track, or None if it continues."""
+        if progress.trials >= self.least_trials:
+            reversals, spread = progress.reversals, progress.threshold_sd_log10
+            if self.reversals is not None and reversals is not None and reversals >= self.reversals:
+                return "reversals"
+            limit = self.threshold_sd_log10
+            if limit is not None and spread is not None and spread <= limit:
+                return "threshold_sd_log10"
+        return "most_trials" if progress.trials >= self.most_trials else None

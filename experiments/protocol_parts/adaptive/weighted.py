@@ -1,0 +1,46 @@
+"""The weighted up-down method: every answer moves the level, with different steps down and up.
+
+Kaernbach 1991, Percept. Psychophys. 49, 227-229, doi:10.3758/BF03214307: the level converges to
+``down p = up (1 - p)``, so the ratio is 3:1 for 75 % correct.
+"""
+
+from __future__ import annotations
+
+from slipscale.experiments.protocol_parts.adaptive.up_down import Scale, UpDown
+from slipscale.faults import UserError
+
+
+def weighted(
+    *,
+    start_level: float,
+    lowest_level: float,
+    highest_level: float,
+    steps_up: tuple[float, ...],
+    target: float = 0.75,
+    scale: Scale = "log10",
+) -> UpDown:
+    """Return the weighted up-down rule for a proportion correct.
+
+    For the other parameters and the errors raised, see `UpDown`.
+
+    Parameters
+    ----------
+    target : float
+        Proportion correct to converge to, between 0 and 1.
+
+    Examples
+    --------
+    >>> rule = weighted(start_level=1, lowest_level=0.01, highest_level=2, steps_up=(0.3,))
+    >>> round(1 / rule.down_to_up, 9)
+    3.0
+    """
+    if not 0 < target < 1:
+        raise UserError(f"weighted up-down: target is {target:g}, expected between 0 and 1")
+    return UpDown(
+        start_level=start_level,
+        lowest_level=lowest_level,
+        highest_level=highest_level,
+        steps_up=steps_up,
+        down_to_up=(1 - target) / target,
+        scale=scale,
+    )

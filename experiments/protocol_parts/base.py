@@ -1,0 +1,385 @@
+"""The parts of a protocol: options, steps, columns and simulated answers.
+
+A protocol is declared once, as a `Protocol`; `registry` finds it by its entry point. It draws all
+random numbers from its `Context`, so the same seed and labels produce the same run.
+`building_blocks` contains parts that several protocols share.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field
+
+from slipscale.experiments.languages.texts import ENGLISH, languages
+from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
+from slipscale.experiments.protocol_parts.ordering.williams import Place
+from slipscale.faults import UserError
+from slipscale.faults.frozen_table import FrozenTable
+from slipscale.stimuli.field_names import in_code, in_um
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
+from slipscale.stimuli.surface import UNLISTED, VirtualSurface
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+    from slipscale.experiments.languages.texts import Texts
+    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer
+    from slipscale.experiments.steps.steps import Steps
+    from slipscale.experiments.steps.trial import Trial, Value
+    from slipscale.stimuli.quantity import Quantity
+    from slipscale.stimuli.surface import Stimulus
+    from slipscale.stimuli.textures import Texture
+    from slipscale.stimuli.varied import Varied
+
+Kind = Literal["number", "label", "text"]
+# Version of the rule that generates orders; stored in every journal
+# (docs/decisions/random-orders.md).
+ORDER_VERSION = 2
+EVERYBODY = "every participant"  # cannot be a participant label: labels contain no spaces
+
+# Strict: "3", 3.0 and true are not accepted as 3, because TOML has types.
+Seed = Annotated[int, Field(strict=True, ge=0)]
+# No participant can do more than a thousand of anything, so a larger number must be a typo.
+Count = Annotated[int, Field(strict=True, ge=0, le=1000)]
+AtLeastOne = Annotated[int, Field(strict=True, ge=1, le=1000)]
+Switch = Annotated[bool, Field(strict=True)]
+Seconds = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
+Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
+# abs: replaces TOML's -0.0.
+Amplitude = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False), AfterValidator(abs)]
+Words = Annotated[str, Field(strict=True, min_length=1)]
+Label = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+# Part of a file name (BIDS entity): letters and digits only.
+EntityLabel = Annotated[str, Field(strict=True, pattern="^[A-Za-z0-9]+$")]
+
+
+class Options(FrozenTable):
+    """Protocol options that a study can set; unknown keys are errors."""
+
+    protocol: Words = Field(description="Name of the protocol's entry point.")
+    label: EntityLabel | None = Field(
+        default=None,
+        description="Task label for file names (letters and digits only); default: the protocol's "
+        "label. If a study uses a protocol several times, each task needs its own "
+        "label.",
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Context:
+    """Information about a run that is passed to its protocol.
+
+    Parameters
+    ----------
+    seed : int
+        The study's seed.
+    participant : str
+        The participant's label.
+    row : int
+        The participant's position in the counterbalancing: 0, 1, ...
+    visit : int
+        Index of the run among the participant's planned runs: 0, 1, ...
+    advance : bool
+        Whether each visit takes the next position in the counterbalancing.
+    session, run : str
+        The run's labels. Each run has its own orders.
+    levels : tuple of float
+        The levels of the study's plain surfaces, in its quantity.
+    quantity : Quantity
+        The quantity of all levels; messages use its keys and units.
+    texts : Mapping
+        The texts that the participant reads, by key.
+    textures : tuple of Texture
+        The study's textures.
+    varied : Varied or None
+        The stimulus that has the levels as one of its parameters; if None, levels are amplitudes.
+    condition : str
+        The combination of factor levels; each combination has its own orders.
+    task : str
+        The task label, used for its trials and its random numbers.
+    """
+
+    seed: int
+    participant: str
+    row: int
+    levels: tuple[float, ...]
+    texts: Texts
+    quantity: Quantity = PLATE_AMPLITUDE
+    task: str = ""
+    textures: tuple[Texture, ...] = ()
+    varied: Varied | None = None
+    condition: str = ""
+    visit: int = 0
+    advance: bool = True
+    session: str = ""
+    run: str = "01"
+
+    @property
+    def surfaces(self) -> tuple[Stimulus, ...]:
+        """All surfaces of the study: the plain surfaces, then the textures."""
+        return (*(self.surface(amplitude) for amplitude in self.levels), *self.textures)
+
+    def stream(self, *purpose: str | int) -> Stream:
+        """Return this run's random number stream for one purpose."""
+        condition = (self.condition,) if self.condition else ()
+        return Stream(self.seed, self.participant, self.session, self.run, *condition, *purpose)
+
+    def shared_stream(self, *purpose: str | int) -> Stream:
+        """Return a random number stream for one purpose, identical for all participants."""
+        return Stream(self.seed, EVERYBODY, *purpose)
+
+    @property
+    def place(self) -> Place:
+        """The run's position in the counterbalancing."""
+        return Place(row=self.row, visit=self.visit, advance=self.advance)
+
+    def surface(self, level: float) -> Stimulus:
+        """Return the surface with a given amplitude, under a label that does not reveal it."""
+        known = self.levels
+        label = f"S{known.index(level) + 1}" if level in known else UNLISTED
+        if self.varied is not None:
+            return self.varied.at(level, label)
+        return VirtualSurface(level=level, label=label)
+
+    def own_or_listed(self, own: tuple[float, ...] | None) -> tuple[float, ...]:
+        """Return the task's own levels or the study's. Raises `UserError` if neither exists."""
+        if not (own or self.levels):
+            raise UserError(f"the study lists no {self.quantity.levels} and the task has none")
+        return own or self.levels
+
+
+@dataclass(slots=True, kw_only=True)
+class IntervalRecord:
+    """An interval of a trial, as recorded in the journal."""
+
+    surface: Stimulus
+    readback_level: float | None = None
+    onset_s: float = 0.0
+    exploration_time_s: float | None = None
+
+
+@dataclass(slots=True, kw_only=True)
+class TrialRecord:
+    """A trial as recorded in the journal; it becomes one row of the data set.
+
+    In a trial without intervals, ``surface``, ``readback_level``, ``onset_s`` and
+    ``exploration_time_s`` describe its surface. In a trial with intervals, ``intervals`` contains
+    them, keyed by number.
+    """
+
+    trial: Trial
+    surface: Stimulus | None = None
+    before: Stimulus | None = None
+    readback_level: float | None = None
+    onset_s: float = 0.0
+    end_s: float = 0.0
+    exploration_time_s: float | None = None
+    answers: dict[str, Mapping[str, Any]] = field(default_factory=dict)
+    run_answers: Mapping[str, Value] = field(default_factory=dict)
+    flags: list[str] = field(default_factory=list)
+    intervals: dict[int, IntervalRecord] = field(default_factory=dict)
+    measured: Mapping[str, Value] = field(default_factory=dict)
+
+    def answer(self, name: str) -> Value:
+        """Return the value of an answer; None if it was not given."""
+        value: Value = self.answers.get(name, {}).get("value")
+        return value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Column:
+    """A column of the data set: how to get its value for a trial, and its sidecar description.
+
+    Parameters
+    ----------
+    value : callable
+        Returns the column's value for a trial; None is written as missing.
+    kind : {"number", "label", "text"}
+        Cell type: a number, one of a few words (or a name), or free text.
+    description : str
+        For readers of the data set.
+    units : str
+        The unit in BIDS notation; empty for a dimensionless number.
+    levels : Mapping
+        All possible labels and their meanings; empty if not known in advance.
+    as_stated : bool
+        Whether the column has this name in files of every quantity.
+    """
+
+    value: Callable[[TrialRecord], Value]
+    kind: Kind
+    description: str
+    units: str = ""
+    levels: Mapping[str, str] = field(default_factory=dict)
+    as_stated: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Protocol:
+    """A method of asking a participant about surfaces.
+
+    `slipscale.experiments.dataset.schema.columns` uses it to create the trial table, which
+    contains the columns common to all tasks and, in the three positions defined here, the
+    protocol's own.
+
+    Parameters
+    ----------
+    task : str
+        The BIDS task label: letters and digits only.
+    title, description : str
+        For readers of the data set.
+    options : type of Options
+        The options that a study can set.
+    trials : callable
+        Returns the expected number of trials in a run, including practice, from the options and the
+        context.
+    most_trials : callable, optional
+        Returns the largest number of trials if none is repeated, from the same arguments. The
+        default is ``trials``.
+    steps : callable
+        The generator of steps, from the options and the context.
+    answer : str
+        The column for the trial's main answer, which defines the row's response time.
+    instructions : str
+        The key of the participant instructions (quoted in the data set).
+    simulated : Mapping
+        Maps each question name to the function that answers it in a pilot
+        (`slipscale.experiments.protocol_parts.simulated_answers`). If one is missing, pilots are
+        refused.
+    texts : Mapping
+        The protocol's texts: for each language, a mapping from key to text. Keys begin with the
+        protocol's name and a dot. The texts of shipped protocols are in
+        `slipscale.experiments.languages`.
+    design : Mapping
+        Columns after the trial number that locate the trial (block, series, ...).
+    stimulus : Mapping
+        Columns before the amplitude: other stimulus properties (texture, previous surface,
+        ...).
+    response : Mapping
+        Columns after the readback: every answer, by question name, and values needed
+        to interpret it.
+    intervals : callable, optional
+        Returns the number of intervals per trial, from the options. Each interval has its own
+        columns, which replace those of a single surface. By default a trial presents one surface.
+    amplitudes : tuple of str
+        The options that contain an amplitude that the plate must be able to produce. These are
+        all options whose names end in ``_level`` or ``_levels``.
+    possible_levels : callable, optional
+        Returns every amplitude (or the smallest and the largest) that could be presented, whatever
+        the answers, in µm peak to peak, from the options and the context. By default, the
+        amplitudes that occur in a rehearsal.
+    finest_level : callable, optional
+        Returns the smallest amplitude difference that matters to the task, and the amplitude at
+        which it occurs, in µm peak to peak, from the options and the context. The plate must hold
+        its amplitude more precisely than that.
+    check : callable, optional
+        Raises `UserError` if options and context are incompatible.
+    needs_position : callable
+        Returns whether a surface changes at a place, from the options, so that the finger's
+        position must be measured. By default, none does.
+    textures : bool
+        Whether the protocol presents the study's textures. If so, ``texture`` is one of its
+        columns, unless its trials have intervals.
+    interval_columns : int
+        Number of intervals for which the table has columns; set by `for_task`.
+    package : str
+        The package that provides the protocol; empty for Slipscale; set by
+        `registry.load_protocol`.
+
+    Raises
+    ------
+    UserError
+        If the declaration contradicts itself.
+    """
+
+    task: str
+    title: str
+    description: str
+    options: type[Options]
+    trials: Callable[[Any, Context], int]
+    most_trials: Callable[[Any, Context], int] | None = None
+    steps: Callable[[Any, Context], Steps]
+    answer: str
+    instructions: str
+    simulated: Mapping[str, SimulatedAnswer] = field(default_factory=dict)
+    texts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    design: Mapping[str, Column] = field(default_factory=dict)
+    stimulus: Mapping[str, Column] = field(default_factory=dict)
+    response: Mapping[str, Column]
+    intervals: Callable[[Any], int] | None = None
+    amplitudes: tuple[str, ...] = ()
+    possible_levels: Callable[[Any, Context], Iterable[float]] | None = None
+    finest_level: Callable[[Any, Context], tuple[float, float]] | None = None
+    check: Callable[[Any, Context], None] | None = None
+    needs_position: Callable[[Any], bool] = lambda _options: False
+    textures: bool = False
+    interval_columns: int = 0
+    package: str = ""
+
+    def __post_init__(self) -> None:
+        columns = [*self.design.items(), *self.stimulus.items(), *self.response.items()]
+        own = [name for name, _ in columns]
+        named = {key for key in self.options.model_fields if in_um(key) != key}
+        names = [name for name, column in columns if not column.as_stated]
+        wrong = (
+            (
+                not re.fullmatch("[A-Za-z0-9]+", self.task),
+                "the task contains letters and digits only",
+            ),
+            (self.answer not in self.response, f"'{self.answer}' is a column of the response"),
+            (len(set(own)) < len(own), "each column is declared once"),
+            (
+                any(in_code(name) != name for name in (*names, *self.options.model_fields)),
+                "a level's name ends in _level",
+            ),
+            (set(self.amplitudes) != named, "amplitudes names every option that ends in _level"),
+            (
+                self.textures and not self.intervals and "texture" not in own,
+                "the column 'texture' names the texture that was presented",
+            ),
+        )
+        if faults := [expected for fault, expected in wrong if fault]:
+            raise UserError(f"{self.named}: expected that {'; that '.join(faults)}")
+
+    @property
+    def named(self) -> str:
+        """The protocol's name in messages: its task, and the package that provides it."""
+        return f"protocol '{self.task}'" + (
+            f" of the package {self.package}" if self.package else ""
+        )
+
+    def titled(self, quantity: Quantity = PLATE_AMPLITUDE) -> str:
+        """Return the title, with the judged attribute filled in."""
+        return self.title.format(q=quantity) if "{q." in self.title else self.title
+
+    def for_task(self, options: Options) -> Protocol:
+        """Return the protocol with the label and the number of intervals for a study task."""
+        shown = self.intervals(options) if self.intervals else 0
+        return replace(self, task=options.label or self.task, interval_columns=shown)
+
+    def most(self, options: Options, context: Context) -> int:
+        """Return the largest number of trials in a run if none is repeated."""
+        return (self.most_trials or self.trials)(options, context)
+
+
+def protocol_texts(protocol: Protocol, language: str) -> Mapping[str, str]:
+    """Return the texts that a protocol provides in a language; empty for a shipped protocol.
+
+    If the study adds the language, the texts are returned in English or another language, and the
+    study replaces them.
+
+    Raises
+    ------
+    UserError
+        If the language ships with Slipscale and the protocol has texts, but none in that language.
+    """
+    if protocol.texts and language not in (*protocol.texts, *languages()):
+        return protocol.texts.get(ENGLISH) or next(iter(protocol.texts.values()))
+    if protocol.texts and language not in protocol.texts:
+        raise UserError(
+            f"{protocol.named}: has no texts in '{language}', only in {', '.join(protocol.texts)}"
+        )
+    return protocol.texts.get(language, {})

@@ -1,0 +1,206 @@
+"""Options for the rule that selects the levels in a threshold task."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved, Order
+from slipscale.experiments.protocol_parts.adaptive.quest_plus import QuestPlus
+from slipscale.experiments.protocol_parts.adaptive.staircase import staircase
+from slipscale.experiments.protocol_parts.adaptive.stopping import MOST_TRIALS, Stopping
+from slipscale.experiments.protocol_parts.adaptive.up_down import Scale
+from slipscale.experiments.protocol_parts.adaptive.weighted import weighted
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Positive, Switch
+from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
+from slipscale.experiments.steps.rounding import rounded
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.experiments.protocol_parts.adaptive.track import Track
+    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
+
+Rule = Literal["staircase", "weighted", "quest_plus"]
+Some = Annotated[tuple[Positive, ...], Field(min_length=1)]
+TrialCap = Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)]
+
+
+class AdaptiveOptions(RestedOptions):
+    """Options for a rule and its levels, which apply to each track."""
+
+    rule: Rule = Field(
+        default="staircase",
+        description="Rule that chooses the next level. staircase: one step down after down_after "
+        "correct answers in a row, one step up after a wrong answer, with "
+        "García-Pérez's step-size ratios; weighted: one step after every answer, with "
+        "step sizes whose ratio converges on target; quest_plus: the level with the "
+        "most informative answer.",
+    )
+    start_level: Positive = Field(
+        default=0.5, description="Level of a track's first trial; quest_plus chooses its own."
+    )
+    lowest_level: Positive = Field(default=0.05, description="Lowest level.")
+    highest_level: Positive = Field(default=1.0, description="Highest level.")
+    down_after: Annotated[int, Field(strict=True, ge=1, le=4)] = Field(
+        default=2,
+        description="Number of correct answers in a row before a step down, in a staircase.",
+        json_schema_extra={"unit": "answers"},
+    )
+    target: Annotated[float, Field(strict=True, gt=0, lt=1)] = Field(
+        default=0.75,
+        description="Proportion of correct answers on which a weighted rule converges.",
+        json_schema_extra={"unit": "share, 0 to 1"},
+    )
+    steps_up: Some = Field(
+        default=(0.2, 0.1),
+        description="Upward step sizes: until the first reversal, until the second, and so on; "
+        "the last size is kept.",
+        json_schema_extra={"unit": "decades; µm peak to peak on the linear scale"},
+    )
+    down_to_up: Positive | None = Field(
+        default=None,
+        description="Size of a step down relative to the step up, in a staircase; 1: equal steps, "
+        "as in Levitt (1971). Default: García-Pérez's ratio for down_after.",
+        json_schema_extra={"unit": "none"},
+    )
+    until_first_error: Switch = Field(
+        default=False,
+        description="Whether every correct answer leads to a step down until the first error, in "
+        "a staircase.",
+    )
+    scale: Scale = Field(
+        default="log10", description="Whether steps multiply the level (log10) or add to it."
+    )
+    quest_levels: AtLeastOne = Field(
+        default=40,
+        description="Number of levels that quest_plus chooses from and of thresholds that it "
+        "considers, log-spaced from the lowest to the highest.",
+        json_schema_extra={"unit": "levels"},
+    )
+    quest_slopes: Some = Field(
+        default=(1.0, 1.5, 2.0, 3.0, 5.0),
+        description="Slopes of the Weibull function that quest_plus considers.",
+        json_schema_extra={"unit": "none"},
+    )
+    quest_lapses: Annotated[
+        tuple[Annotated[float, Field(strict=True, gt=0, lt=0.5)], ...], Field(min_length=1)
+    ] = Field(
+        default=(0.01, 0.04),
+        description="Lapse rates that quest_plus considers.",
+        json_schema_extra={"unit": "share, 0 to 1"},
+    )
+    tracks: Annotated[int, Field(strict=True, ge=1, le=8)] = Field(
+        default=2,
+        description="Number of interleaved tracks, each with the same rule.",
+        json_schema_extra={"unit": "tracks"},
+    )
+    track_order: Order = Field(
+        default="shuffled",
+        description=(
+            "Whether the tracks take turns (alternating), or follow a new order in each round "
+            "(shuffled)."
+        ),
+    )
+    most_trials: TrialCap = Field(
+        default=40,
+        description="Maximum number of answers per track.",
+        json_schema_extra={"unit": "trials a track"},
+    )
+    least_trials: TrialCap = Field(
+        default=1,
+        description="Minimum number of answers before reversals or certainty can end a track.",
+        json_schema_extra={"unit": "trials a track"},
+    )
+    reversals: AtLeastOne | None = Field(
+        default=None,
+        description=(
+            "Number of reversals after which a track ends; default: reversals do not end it."
+        ),
+        json_schema_extra={"unit": "reversals"},
+    )
+    threshold_sd_log10: Positive | None = Field(
+        default=None,
+        description="Posterior standard deviation of the threshold at which a quest_plus track "
+        "ends; default: certainty does not end it.",
+        json_schema_extra={"unit": "decades"},
+    )
+
+    def begin(self, guess: float, stream: Callable[[int], Stream]) -> Interleaved:
+        """Return the tracks before their first trial.
+
+        Parameters
+        ----------
+        guess : float
+            Proportion of correct answers by guessing.
+        stream : callable
+            Returns the random numbers for the track order in a round, given the round number.
+
+        Raises
+        ------
+        UserError
+            If the options contradict each other, a grid is too large, or a rule could never stop.
+        """
+        stopping = Stopping(
+            most_trials=self.most_trials,
+            least_trials=self.least_trials,
+            reversals=self.reversals,
+            threshold_sd_log10=self.threshold_sd_log10,
+        )
+        track = self._track(guess)
+        return Interleaved.start((track,) * self.tracks, stopping, stream, self.track_order)
+
+    @property
+    def expected_trials(self) -> int:
+        """Expected number of answers in all tracks; an estimate if a rule ends the tracks."""
+        ruled = self.reversals is not None or self.threshold_sd_log10 is not None
+        each = (self.least_trials + self.most_trials) // 2 if ruled else self.most_trials
+        return self.tracks * each
+
+    def _track(self, guess: float) -> Track:
+        if self.rule == "quest_plus":
+            return self._quest_plus(guess).start()
+        if self.rule == "weighted":
+            rule = weighted(
+                start_level=self.start_level,
+                lowest_level=self.lowest_level,
+                highest_level=self.highest_level,
+                steps_up=self.steps_up,
+                target=self.target,
+                scale=self.scale,
+            )
+        else:
+            rule = staircase(
+                start_level=self.start_level,
+                lowest_level=self.lowest_level,
+                highest_level=self.highest_level,
+                steps_up=self.steps_up,
+                down_after=self.down_after,
+                scale=self.scale,
+                down_to_up=self.down_to_up,
+                until_first_error=self.until_first_error,
+            )
+        return rule.start()
+
+    def _quest_plus(self, guess: float) -> QuestPlus:
+        if self.highest_level <= self.lowest_level:
+            raise UserError(
+                f"QUEST+: the highest level is {self.highest_level:g}, expected above the lowest "
+                f"({self.lowest_level:g})"
+            )
+        low, high = math.log10(self.lowest_level), math.log10(self.highest_level)
+        spans = max(self.quest_levels - 1, 1)
+        levels = tuple(
+            rounded(10 ** (low + (high - low) * number / spans))
+            for number in range(self.quest_levels)
+        )
+        return QuestPlus(
+            levels=levels,
+            threshold_levels=levels,
+            slopes=self.quest_slopes,
+            lapses=self.quest_lapses,
+            guess=guess,
+        )

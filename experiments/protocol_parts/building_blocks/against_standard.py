@@ -1,0 +1,121 @@
+"""Trials in which surfaces are judged against a standard, presented in each trial or less often.
+
+If presented in each trial, the standard is the trial's first interval. Otherwise it is presented
+outside the trials: before the first trial of a block, after each rest, and then after a fixed
+number of trials.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from slipscale.experiments.protocol_parts.base import Amplitude, AtLeastOne, Column, Count
+from slipscale.experiments.protocol_parts.building_blocks.comparing import DESIGN
+from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
+    BLOCK,
+    Presentation,
+    RatedOptions,
+    RatedSurfaces,
+)
+from slipscale.experiments.steps.steps import Present, Silence
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from slipscale.experiments.protocol_parts.base import Context
+    from slipscale.experiments.steps.steps import Steps
+    from slipscale.experiments.steps.trial import Trial
+
+STANDARD, JUDGED = 1, 2
+
+
+class StandardOptions(RatedOptions):
+    """Options for tasks with a standard, in addition to the order and pacing options."""
+
+    standard_level: Annotated[Amplitude, Field(gt=0)] = Field(
+        description="Amplitude of the standard to which all surfaces are compared."
+    )
+    standard_every_trials: AtLeastOne = Field(
+        default=1,
+        description="Number of trials after which the standard is presented again; 1: first in "
+        "each trial. If larger, the standard is also presented at the start of each "
+        "block and after each rest.",
+        json_schema_extra={"unit": "trials"},
+    )
+    catch_trials: Count = Field(
+        default=0,
+        description="Number of catch trials, in which the correct answer is the standard itself, "
+        "to check attention; not analysed with the other trials.",
+        json_schema_extra={"unit": "trials"},
+    )
+
+    @property
+    def in_each_trial(self) -> bool:
+        """Whether the standard is the first interval of each trial."""
+        return self.standard_every_trials == 1
+
+
+class AgainstStandard(RatedSurfaces):
+    """The numbered trials of a run.
+
+    Parameters
+    ----------
+    options, context
+        The run's options and context.
+    planned : sequence of sequence of Presentation
+        Blocks of trials, practice first.
+    words : str
+        The text that the participant reads while exploring the standard.
+    """
+
+    def __init__(
+        self,
+        options: StandardOptions,
+        context: Context,
+        planned: Sequence[Sequence[Presentation]],
+        words: str,
+    ) -> None:
+        super().__init__(options, context, planned)
+        self.against = options
+        self._words = words
+        self._left = 0  # trials until the standard is due again
+
+    def start(self) -> Steps:
+        """Make the standard due before the next trial."""
+        self._left = 0
+        yield from ()
+
+    def between(self) -> Steps:
+        """Yield a rest if one is due; the standard is then also due."""
+        if self.rest_due:
+            self._left = 0
+        yield from super().between()
+
+    def standard(self, trial: Trial) -> Steps:
+        """Yield the standard before a trial's own surface, if it is due."""
+        surface = self.context.surface(self.against.standard_level)
+        if self.against.in_each_trial:
+            yield Present(surface=surface, trial=trial, interval=STANDARD)
+            yield self.order.explore(self._words, trial, interval=STANDARD)
+            yield Silence(trial=trial, interval=STANDARD)
+            return
+        if not self._left:
+            yield Present(surface=surface)
+            yield self.order.explore(self._words)
+            yield Silence()
+            self._left = self.against.standard_every_trials
+        self._left -= 1
+
+
+#: Columns of the design and of the standard.
+DESIGN_COLUMNS: Mapping[str, Column] = {**BLOCK, **DESIGN}
+STANDARD_COLUMN: Mapping[str, Column] = {
+    "standard_level": Column(
+        value=lambda record: record.trial.factors["standard_level"],
+        kind="number",
+        description="{q.title} of the standard{q.behind}",
+        units="{q.bids}",
+    ),
+}

@@ -1,0 +1,264 @@
+"""Trials that present surfaces in intervals: code shared by comparison tasks.
+
+`Comparing` runs a fixed plan of trials, each with one question. The protocols `constant_stimuli`
+and `paired_comparison` define the comparisons.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from pydantic import Field
+
+from slipscale.experiments.protocol_parts.base import Column, Count, Switch
+from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
+from slipscale.experiments.protocol_parts.building_blocks.repeating import (
+    Condition,
+    Repeating,
+    part_over,
+)
+from slipscale.experiments.steps.replies import Reply, Voided
+from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Present, Silence
+from slipscale.experiments.steps.trial import Phase, Trial, Value
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Mapping, Sequence
+
+    from slipscale.experiments.protocol_parts.base import Context, TrialRecord
+    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
+    from slipscale.experiments.steps.questions import Question, Sought
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Explore, Step, Steps
+    from slipscale.stimuli.quantity import Quantity
+    from slipscale.stimuli.surface import Stimulus
+
+
+PAIR = 2  # surfaces
+
+
+class ComparingOptions(RestedOptions):
+    """Options for tasks that compare surfaces according to a plan."""
+
+    practice: Count = Field(
+        default=3,
+        description="Number of practice trials before the main trials, with easily distinguished "
+        "surfaces; recorded but not analysed.",
+        json_schema_extra={"unit": "trials"},
+    )
+    catch_trials: Count = Field(
+        default=0,
+        description=(
+            "Number of catch trials, with easily distinguished surfaces, to check attention."
+        ),
+        json_schema_extra={"unit": "trials"},
+    )
+    repeat_timed_out: Switch = Field(
+        default=True, description="Whether a timed-out trial is repeated once."
+    )
+
+
+class Shown(NamedTuple):
+    """The definition of a trial: the surfaces in their order, and the protocol's own columns."""
+
+    phase: Phase
+    surfaces: tuple[Stimulus, ...]
+    factors: Mapping[str, Value]
+
+
+def with_catch_trials(
+    planned: Sequence[Condition], catch_trials: Sequence[Condition], stream: Stream
+) -> list[Condition]:
+    """Return the plan with catch trials at random positions; all placements are equally likely."""
+    marks = stream.shuffled([False] * len(planned) + [True] * len(catch_trials))
+    trials, catches = iter(planned), iter(catch_trials)
+    return [next(catches) if catch else next(trials) for catch in marks]
+
+
+def in_both_orders(
+    groups: Sequence[tuple[Stimulus, ...]], repetitions: int, context: Context
+) -> list[Shown]:
+    """Return the main trials: all groups per repetition, shuffled, in alternating orders."""
+    stream = context.stream(context.task, "main")
+    begins = [stream.below(2) for _ in groups]  # the order in odd repetitions
+    return [
+        Shown(
+            "main",
+            groups[each] if (begins[each] + repetition) % 2 else groups[each][::-1],
+            {"catch": False},
+        )
+        for repetition in range(repetitions)
+        for each in stream.shuffled(range(len(groups)))
+    ]
+
+
+def the_two_ends(
+    easy: tuple[Stimulus, ...], context: Context, phase: Phase, count: int
+) -> list[Shown]:
+    """Return trivially easy trials: surfaces from the two ends of the range, in random orders."""
+    stream = context.stream(context.task, "easy", phase)
+    turned = [stream.below(2) for _ in range(count)]
+    return [Shown(phase, easy[::-1] if turn else easy, {"catch": True}) for turn in turned]
+
+
+def name_of(surface: Stimulus) -> str:
+    """Return the name of a surface in the data: the texture name, or its level."""
+    return surface.name or f"{surface.level:g}"
+
+
+def sought(quantity: Quantity, sign: int = 1) -> Sought:
+    """Return a question's ``seeks`` for the surface with the higher (1) or lower (-1) level."""
+    return "least" if (sign < 0) != quantity.falls else "most"
+
+
+def surface_names(*names: str) -> dict[str, Column]:
+    """Return the columns with the surface names for intervals 1, 2, ..."""
+
+    def column(interval: int) -> Column:
+        def name(record: TrialRecord) -> str | None:
+            shown = record.intervals.get(interval)
+            return name_of(shown.surface) if shown else None
+
+        return Column(
+            value=name,
+            kind="label",
+            description=f"What interval {interval} presented: the {{q.name}} in "
+            "{q.unit_in_full}, or the texture's name",
+        )
+
+    return {name: column(interval) for interval, name in enumerate(names, start=1)}
+
+
+def enough_surfaces(protocol: str, fewest: int) -> Callable[[object, Context], None]:
+    """Return a check that raises `UserError` if a study has too few surfaces."""
+
+    def check(_options: object, context: Context) -> None:
+        if (there := len(context.surfaces)) < fewest:
+            raise UserError(f"{protocol} needs {fewest} surfaces, but the study has {there}")
+
+    return check
+
+
+class IntervalTask(Repeating[Condition]):
+    """The numbered trials of a run, with a rest after a fixed number of trials.
+
+    Parameters
+    ----------
+    total : int
+        Number of trials in the task if none is repeated.
+    options, context
+        The run's options and context.
+    """
+
+    def __init__(self, total: int, options: RestedOptions, context: Context) -> None:
+        super().__init__(total)
+        self._pace = options
+        self.context = context
+
+    def between(self) -> Steps:
+        """Yield a rest if one is due."""
+        if self.number % self._pace.rest_every_trials == 0 and self.number < self.total:
+            text = self.context.texts["session.rest"]
+            yield self._pace.rest(text, done=self.number, total=self.total)
+
+    def interval(self, surface: Stimulus, trial: Trial, number: int) -> Steps:
+        """Yield an interval: a surface, its exploration, silence."""
+        yield Present(surface=surface, trial=trial, interval=number)
+        yield self.exploration(trial, number)
+        yield Silence(trial=trial, interval=number)
+
+    def exploration(self, trial: Trial, number: int) -> Explore:
+        """Return the exploration step for an interval's surface."""
+        text = self.context.texts["comparing.explore"].format(number=number)
+        return self._pace.explore(text, trial, interval=number)
+
+
+class Comparing(IntervalTask[Shown]):
+    """The trials of a run.
+
+    Parameters
+    ----------
+    options, context
+        The run's options and context.
+    texts : str
+        Prefix of the keys of the task's own texts.
+    question : Question
+        The question after the last interval.
+    practice, main : sequence of Shown
+        The plan.
+    """
+
+    def __init__(
+        self,
+        options: ComparingOptions,
+        context: Context,
+        *,
+        texts: str,
+        question: Question,
+        name: str = "response",
+        practice: Sequence[Shown],
+        main: Sequence[Shown],
+    ) -> None:
+        super().__init__(len(practice) + len(main), options, context)
+        self.options = options
+        self._texts = texts
+        self._question = question
+        self._name = name
+        self._practice = practice
+        self._main = main
+
+    def steps(self) -> Steps:
+        """Yield the steps of a run."""
+        texts = self.context.texts
+        yield Instruct(
+            title=texts[f"{self._texts}.title"], text=texts[f"{self._texts}.instructions"]
+        )
+        if self._practice:
+            yield Instruct(text=texts["comparing.practice"])
+            yield from self.block(self._practice)
+            yield from self.close(lambda: Instruct(text=texts["comparing.main"]))
+        yield from self.block(self._main)
+        yield from self.close(lambda: part_over(texts))
+
+    def trial(
+        self, condition: Shown, number: int, repeats: int | None
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield one trial; return the numbers of the trials to be repeated."""
+        trial = Trial(
+            task=self.context.task,
+            number=number,
+            total=self.total,
+            phase=condition.phase,
+            factors=condition.factors,
+            repeats=repeats,
+        )
+        for place, surface in enumerate(condition.surfaces, start=1):
+            yield from self.interval(surface, trial, place)
+        reply = yield Ask(
+            name=self._name,
+            question=self._question,
+            trial=trial,
+            time_limit_s=self.options.response_time_limit_s,
+        )
+        voided = yield EndTrial(trial=trial)
+        again = voided.trials if isinstance(voided, Voided) else ()
+        missed = isinstance(reply, Reply) and reply.timed_out and number not in again
+        if missed and self.options.repeat_timed_out and repeats is None:
+            again = (*again, number)
+        return again
+
+
+def truth(value: Value) -> str | None:
+    """Return a yes/no value as a table cell."""
+    return None if value is None else "true" if value else "false"
+
+
+#: The design column for tasks with a plan.
+DESIGN: Mapping[str, Column] = {
+    "catch": Column(
+        value=lambda record: truth(record.trial.factors["catch"]),
+        kind="label",
+        description="Whether it is a practice or catch trial, which is not part of the plan",
+        levels={"true": "not part of the plan", "false": "part of the plan"},
+    ),
+}

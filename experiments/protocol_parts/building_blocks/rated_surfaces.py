@@ -1,0 +1,294 @@
+"""Code shared by tasks in which surfaces are rated one by one in random order.
+
+The order is generated in blocks, practice first. A trial voided by the operator is repeated under
+a new number at the end of its block, as is a timed-out trial if the study requests it.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING, NamedTuple
+
+from pydantic import Field
+
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Count, Switch
+from slipscale.experiments.protocol_parts.building_blocks.pacing import PacedOptions
+from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
+from slipscale.experiments.protocol_parts.ordering.orders import (
+    Rule,
+    practice_order,
+    presentation_order,
+)
+from slipscale.experiments.steps.replies import Reply, Voided
+from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Present, Rest, Silence
+from slipscale.experiments.steps.trial import Phase, Trial
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Mapping, Sequence
+
+    from slipscale.experiments.protocol_parts.base import Context
+    from slipscale.experiments.steps.questions import Question
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Step, Steps
+    from slipscale.experiments.steps.trial import Value
+    from slipscale.stimuli.surface import Stimulus
+
+
+class RatedOptions(PacedOptions):
+    """Options for tasks in which surfaces are rated one by one."""
+
+    repetitions: AtLeastOne = Field(
+        default=1,
+        description="Number of ratings per surface.",
+        json_schema_extra={"unit": "ratings per surface"},
+    )
+    practice: Count = Field(
+        default=1,
+        description=(
+            "Number of practice ratings per surface, before the main trials; recorded but not "
+            "analysed."
+        ),
+        json_schema_extra={"unit": "ratings per surface"},
+    )
+    randomisation: Rule = Field(
+        default="blocked",
+        description="Order of the surfaces. simple: all trials are shuffled together; blocked: "
+        "each repetition is shuffled separately; williams: rows of a Williams square, "
+        "which balances first-order carry-over.",
+    )
+    no_immediate_repeat: Switch = Field(
+        default=True,
+        description="Whether a surface is never presented twice in a row, including between the "
+        "last practice trial and the first main trial.",
+    )
+    repeat_timed_out: Switch = Field(
+        default=True, description="Whether a timed-out trial is repeated once."
+    )
+    rest_every_trials: AtLeastOne | None = Field(
+        default=None,
+        description="Number of trials between rests; default: a rest after each block.",
+        json_schema_extra={"unit": "trials"},
+    )
+
+    @property
+    def rounds(self) -> int:
+        """Number of ratings per surface, including practice."""
+        return self.practice + self.repetitions
+
+
+def surface_trials(options: RatedOptions, context: Context) -> int:
+    """Return the number of trials in which each of the study's surfaces is rated."""
+    return len(context.surfaces) * options.rounds
+
+
+class Presentation(NamedTuple):
+    """The definition of a trial: its surface, block and phase, and the protocol's own columns."""
+
+    block: int
+    phase: Phase
+    surface: Stimulus
+    factors: Mapping[str, Value] = MappingProxyType({})
+
+
+Blocks = list[tuple["Phase", list[int]]]
+
+
+def order_blocks(conditions: int, options: RatedOptions, context: Context) -> Blocks:
+    """Return the order of the conditions, block by block, practice first."""
+    main = presentation_order(
+        conditions,
+        options.repetitions,
+        options.randomisation,
+        stream=context.stream(context.task, "main"),
+        shared=lambda group, turn: context.shared_stream(context.task, "main", group, turn),
+        place=context.place,
+        no_immediate_repeat=options.no_immediate_repeat,
+    )
+    practice = practice_order(
+        conditions,
+        options.practice,
+        stream=context.stream(context.task, "practice"),
+        following=main[0][0] if options.no_immediate_repeat else None,
+    )
+    return [
+        *(("practice", block) for block in practice),
+        *(("main", block) for block in main),
+    ]
+
+
+def surface_blocks(
+    surfaces: Sequence[Stimulus], options: RatedOptions, context: Context
+) -> list[list[Presentation]]:
+    """Return the order of the surfaces, block by block, practice first."""
+    order = order_blocks(len(surfaces), options, context)
+    return [
+        [Presentation(number, phase, surfaces[each]) for each in block]
+        for number, (phase, block) in enumerate(order, start=1)
+    ]
+
+
+def with_catch_trials(
+    planned: list[list[Presentation]], catches: Sequence[Presentation], context: Context
+) -> list[list[Presentation]]:
+    """Return the plan with catch trials at random positions, and mark each trial in a column.
+
+    Catch trials test attention and are not part of the plan. They can occur anywhere among the
+    main trials, and all placements are equally likely. A catch trial belongs to the block in which
+    it occurs.
+    """
+    main = sum(each.phase == "main" for block in planned for each in block)
+    stream = context.stream(context.task, "catch")
+    marks = iter(stream.shuffled([False] * main + [True] * len(catches)))
+    left = iter(catches)
+
+    def marked(each: Presentation, block: int, *, catch: bool) -> Presentation:
+        return each._replace(block=block, factors={**each.factors, "catch": catch})
+
+    mixed = []
+    for block in planned:
+        own = []
+        for each in block:
+            while each.phase == "main" and next(marks):
+                own.append(marked(next(left), each.block, catch=True))
+            own.append(marked(each, each.block, catch=False))
+        mixed.append(own)
+    mixed[-1] += [marked(each, mixed[-1][-1].block, catch=True) for each in left]
+    return mixed
+
+
+class RatedSurfaces(Repeating[Presentation]):
+    """The numbered trials of a run.
+
+    Parameters
+    ----------
+    options, context
+        The run's options and context.
+    planned : sequence of sequence of Presentation
+        Blocks of trials, practice first.
+    """
+
+    def __init__(
+        self,
+        options: RatedOptions,
+        context: Context,
+        planned: Sequence[Sequence[Presentation]],
+    ) -> None:
+        super().__init__(sum(len(block) for block in planned))
+        self.order = options
+        self.context = context
+        self.planned = planned
+
+    def rest(self) -> Rest:
+        """Return the break screen with the current progress."""
+        text = self.context.texts["session.rest"]
+        return self.order.rest(text, done=self.number, total=self.total)
+
+    @property
+    def rest_due(self) -> bool:
+        """Whether a rest follows the completed trial."""
+        every = self.order.rest_every_trials
+        return every is not None and self.number % every == 0 and self.number < self.total
+
+    def between(self) -> Steps:
+        """Yield a rest if one is due."""
+        if self.rest_due:
+            yield self.rest()
+
+    def steps(self, *, practice: str, main: str) -> Steps:
+        """Yield all blocks, with the texts shown before practice and before the main trials."""
+        texts, planned = self.context.texts, self.planned
+        if planned[0][0].phase == "practice":
+            yield Instruct(text=practice)
+        for number, block in enumerate(planned, start=1):
+            yield from self.block(block)
+            following = planned[number][0].phase if number < len(planned) else None
+            if following is None:
+                yield from self.close(lambda: part_over(texts))
+            elif following != block[0].phase:
+                yield from self.close(lambda: Instruct(text=main))
+            elif self.order.rest_every_trials is None:
+                yield from self.close(self.rest)
+
+    def numbered(
+        self,
+        condition: Presentation,
+        number: int,
+        repeats: int | None,
+        factors: Mapping[str, Value],
+    ) -> Trial:
+        """Return a trial with its block and its other data set columns."""
+        return Trial(
+            task=self.context.task,
+            number=number,
+            total=self.total,
+            phase=condition.phase,
+            factors={"block": condition.block, **condition.factors, **factors},
+            repeats=repeats,
+        )
+
+    def rated(
+        self,
+        condition: Presentation,
+        trial: Trial,
+        *,
+        explore: str,
+        name: str,
+        question: Question,
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield a surface, its exploration and its rating; return the trials to be repeated."""
+        reply = yield from self.asked(
+            condition, trial, explore=explore, name=name, question=question
+        )
+        return (yield from self.over(trial, reply))
+
+    def asked(
+        self,
+        condition: Presentation,
+        trial: Trial,
+        *,
+        explore: str,
+        name: str,
+        question: Question,
+    ) -> Generator[Step, Answer, Answer]:
+        """Yield a surface, its exploration and the question; return the reply."""
+        options = self.order
+        yield Present(surface=condition.surface, trial=trial)
+        yield options.explore(explore, trial)
+        if options.exploration_maximum_s is not None:
+            yield Silence(trial=trial)
+        reply = yield Ask(
+            name=name,
+            question=question,
+            trial=trial,
+            time_limit_s=options.response_time_limit_s,
+        )
+        # Silence between surfaces, so that the participant does not feel the transition.
+        yield Silence(trial=trial)
+        return reply
+
+    def over(self, trial: Trial, reply: Answer) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield a trial's end; return the numbers of the trials to be repeated."""
+        voided = yield EndTrial(trial=trial)
+        again = voided.trials if isinstance(voided, Voided) else ()
+        missed = isinstance(reply, Reply) and reply.timed_out and trial.number not in again
+        if missed and self.order.repeat_timed_out and trial.repeats is None:
+            again = (*again, trial.number)
+        return again
+
+
+BLOCK = {
+    "block": Column(
+        value=lambda record: record.trial.factors["block"],
+        kind="number",
+        description="Block of presentation, including practice, from 1",
+    ),
+}
+TEXTURE = {
+    "texture": Column(
+        value=lambda r: (r.surface and r.surface.name) or None,
+        kind="label",
+        description=(
+            "Name of the texture in the study file; n/a for a surface with a single {q.name}"
+        ),
+    ),
+}

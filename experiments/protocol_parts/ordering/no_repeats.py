@@ -1,0 +1,177 @@
+"""Orders without immediate repetitions, drawn uniformly from all possible ones.
+
+An order of several copies of each kind without equal neighbours is known as a Smirnov word.
+Smirnov words are counted by inclusion-exclusion over blocks of equal items (Flajolet and
+Sedgewick, Analytic Combinatorics, 2009, Example III.24), in exact integers.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cache
+from itertools import chain, pairwise
+from typing import TYPE_CHECKING
+
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
+
+ALONE = (
+    "no_immediate_repeat: a single surface must follow itself; use more surfaces, or "
+    "no_immediate_repeat = false"
+)
+# Four hours of trials; generating an order of this size takes a second.
+MOST = 1200
+
+
+def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
+    """Return ``each`` copies of 0 ... kinds - 1 in a random order without equal neighbours.
+
+    All such orders are equally likely. The kinds are inserted one after the other. A kind's copies
+    are cut into groups, which separate equal neighbours and are also inserted elsewhere. The
+    numbers of groups are drawn with probabilities proportional to the exact number of orders to
+    which each choice leads; the rest are shuffles. Once the counts are cached, the time is linear
+    in the number of copies.
+
+    Raises
+    ------
+    UserError
+        If there is only one kind, which would have to follow itself; or if there are too many
+        copies to generate an order in a second, because the exact counts have more digits with
+        more copies.
+    """
+    if kinds == 1 and each > 1:
+        raise UserError(ALONE)
+    if kinds * each > MOST:
+        raise UserError(
+            f"{kinds * each} trials in an order without immediate repeats: at most {MOST} can be "
+            'drawn with randomisation = "simple"; use "blocked", or fewer repetitions'
+        )
+    counts = _counts(each, kinds)
+    order = [0] * each
+    for kind in range(1, kinds):
+        parted = [place for place in range(1, len(order)) if order[place - 1] == order[place]]
+        others = sorted(set(range(len(order) + 1)) - set(parted))
+        inside, outside = counts.draw_groups(kind, len(parted), stream)
+        chosen = {*_some(parted, inside, stream), *_some(others, outside, stream)}
+        cuts = _some(range(1, each), inside + outside - 1, stream)
+        sizes = iter([end - start for start, end in pairwise([0, *cuts, each])])
+        longer: list[int] = []
+        for place in range(len(order) + 1):
+            longer += [kind] * next(sizes) if place in chosen else []
+            longer += order[place : place + 1]
+        order = longer
+    return order
+
+
+def _some(items: Sequence[int], number: int, stream: Stream) -> list[int]:
+    """Return ``number`` items in their original order; all selections are equally likely."""
+    marks = stream.shuffled([True] * number + [False] * (len(items) - number))
+    return [item for item, mark in zip(items, marks, strict=True) if mark]
+
+
+@cache
+def _counts(each: int, kinds: int) -> _Counts:
+    return _Counts(each, kinds)
+
+
+@dataclass(slots=True)
+class _Counts:
+    """Counts of orders without equal neighbours that extend an order of the first few kinds."""
+
+    each: int
+    kinds: int
+    _signed: list[list[int]] = field(init=False)
+    _known: dict[tuple[int, int], int] = field(init=False, default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._signed = _signed_blocks(self.each, self.kinds - 1)
+
+    def completions(self, placed: int, equal: int) -> int:
+        """Count the ways to insert the remaining kinds.
+
+        Parameters
+        ----------
+        placed : int
+            Number of kinds already in the order.
+        equal : int
+            Number of equal pairs of neighbours in the order.
+        """
+        if (placed, equal) not in self._known:
+            # Blocks of the other kinds go between the items, in C(items + blocks - equal, blocks -
+            # equal) ways, because every equal pair must be separated by one.
+            signed = self._signed[self.kinds - placed]
+            total, ways = 0, 1
+            for blocks in range(equal, len(signed)):
+                total += ways * signed[blocks]
+                more = blocks + 1 - equal
+                ways = ways * (placed * self.each + more) // more
+            self._known[placed, equal] = total
+        return self._known[placed, equal]
+
+    def draw_groups(self, placed: int, equal: int, stream: Stream) -> tuple[int, int]:
+        """Draw how many groups of the next kind separate equal neighbours, and how many do not."""
+        each, items = self.each, placed * self.each
+
+        @cache
+        def ways(choice: tuple[int, int]) -> int:
+            inside, outside = choice
+            if not (0 <= inside <= equal and outside >= 0 and 1 <= inside + outside <= each):
+                return 0
+            return (
+                math.comb(equal, inside)
+                * math.comb(items + 1 - equal, outside)
+                * math.comb(each - 1, inside + outside - 1)
+                * self.completions(placed + 1, equal + each - 2 * inside - outside)
+            )
+
+        rank = stream.below_any(self.completions(placed, equal))
+        # Any order of the choices gives the same distribution; the likeliest first is fastest.
+        best = (min(equal, each), max(each - equal, 0))
+        while ways(near := max(_ring(best, 1), key=ways)) > ways(best):
+            best = near
+        for choice in chain.from_iterable(_ring(best, n) for n in range(max(equal, each) + 1)):
+            if rank < ways(choice):
+                return choice
+            rank -= ways(choice)
+        raise RuntimeError("the counts of orders do not add up")
+
+
+def _ring(centre: tuple[int, int], distance: int) -> list[tuple[int, int]]:
+    """Return the grid points at a given Chebyshev distance from the centre."""
+    span = range(-distance, distance + 1)
+    column, row = centre
+    return [(column + x, row + y) for x in span for y in span if max(abs(x), abs(y)) == distance]
+
+
+def _signed_blocks(each: int, most: int) -> list[list[int]]:
+    """Return the signed numbers of orders of blocks of equal items, for 0 ... ``most`` kinds.
+
+    They are indexed by the number of blocks. Each item beyond the first of its block changes the
+    sign, so that all orders with equal neighbours cancel by inclusion and exclusion.
+    """
+    scale = math.factorial(each)
+    # One kind's blocks, divided by the factorial of their number and multiplied by the scale:
+    # an integer.
+    one = [
+        (-1) ** (each - blocks)
+        * math.comb(each - 1, blocks - 1)
+        * (scale // math.factorial(blocks))
+        for blocks in range(1, each + 1)
+    ]
+    products = [[1]]
+    for _ in range(most):
+        longer = [0] * (len(products[-1]) + each)
+        for place, factor in enumerate(products[-1]):
+            if factor:
+                for blocks, value in enumerate(one, start=place + 1):
+                    longer[blocks] += factor * value
+        products.append(longer)
+    return [
+        [math.factorial(blocks) * value // scale**kinds for blocks, value in enumerate(product)]
+        for kinds, product in enumerate(products)
+    ]

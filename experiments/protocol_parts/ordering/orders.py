@@ -1,0 +1,113 @@
+"""The presentation order of surfaces, according to the study's rule.
+
+Orders are drawn uniformly from those that the rule allows. They are generated with integer
+arithmetic only, so they are the same on every machine. Any change to them requires a new
+`ORDER_VERSION`, because a run can only be resumed with its original orders
+(docs/decisions/random-orders.md).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from slipscale.experiments.protocol_parts.ordering.no_repeats import ALONE, without_repeats
+from slipscale.experiments.protocol_parts.ordering.williams import williams_blocks
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
+    from slipscale.experiments.protocol_parts.ordering.williams import Place
+
+Rule = Literal["simple", "blocked", "williams"]
+
+
+def presentation_order(
+    conditions: int,
+    repetitions: int,
+    rule: Rule,
+    *,
+    stream: Stream,
+    shared: Callable[[int, int], Stream],
+    place: Place,
+    no_immediate_repeat: bool = False,
+) -> list[list[int]]:
+    """Return the order in which conditions are presented.
+
+    Parameters
+    ----------
+    conditions : int
+        Number of surfaces; they are numbered 0 ... conditions - 1.
+    repetitions : int
+        How often each surface is presented.
+    rule : {"simple", "blocked", "williams"}
+        All shuffled together; or each once per block, shuffled within the block; or each block a
+        row of a Williams square, so that carry-over is balanced across blocks and participants.
+    stream : Stream
+        The run's own random numbers.
+    shared : callable
+        Returns, for a group and turn (see `Place.within`), the random numbers that all runs of the
+        group share. They generate the design that these runs divide among themselves, for
+        "williams".
+    place : Place
+        The run's place in the counterbalancing, for "williams".
+    no_immediate_repeat : bool
+        Whether immediate repetitions are forbidden, also across blocks.
+
+    Returns
+    -------
+    list of list of int
+        Blocks of conditions; "simple" is one block.
+
+    Raises
+    ------
+    UserError
+        If a surface must follow itself, because it is the only one.
+    """
+    if no_immediate_repeat and conditions == 1 and repetitions > 1:
+        raise UserError(ALONE)
+    if rule == "williams":
+        return williams_blocks(conditions, repetitions, shared, place, no_immediate_repeat)
+    if rule == "simple":
+        if no_immediate_repeat:
+            return [without_repeats(conditions, repetitions, stream)]
+        return [stream.shuffled(list(range(conditions)) * repetitions)]
+    blocks: list[list[int]] = []
+    for _ in range(repetitions):
+        block = stream.shuffled(range(conditions))
+        while no_immediate_repeat and blocks and blocks[-1][-1] == block[0]:
+            block = stream.shuffled(range(conditions))
+        blocks.append(block)
+    return blocks
+
+
+def practice_order(
+    conditions: int, repetitions: int, *, stream: Stream, following: int | None
+) -> list[list[int]]:
+    """Return the practice blocks: each condition once per block, shuffled within the block.
+
+    Parameters
+    ----------
+    conditions, repetitions, stream
+        See `presentation_order`.
+    following : int or None
+        The first condition after the practice. If given, no condition follows itself, up to and
+        including this one; if None, conditions may.
+
+    Raises
+    ------
+    UserError
+        If a surface must follow itself, because it is the only one.
+    """
+    if following is not None and conditions == 1 and repetitions:
+        raise UserError(ALONE)
+    blocks: list[list[int]] = []
+    # Generated backwards, so that the practice adapts to the analysed order and not vice versa.
+    for _ in range(repetitions):
+        block = stream.shuffled(range(conditions))
+        while following is not None and block[-1] == following:
+            block = stream.shuffled(range(conditions))
+        following = None if following is None else block[0]
+        blocks.insert(0, block)
+    return blocks

@@ -1,0 +1,116 @@
+"""Williams designs: orders in which every surface follows every other surface equally often.
+
+A design is generated for a group of runs that together fill whole squares, and is divided among
+them. Labels and the order of the rows are random; the balance is exact.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
+
+
+def williams_square(size: int) -> list[list[int]]:
+    """Return orders of ``size`` conditions balanced for first-order carry-over.
+
+    Every condition follows every other condition equally often, and occurs in every position
+    equally often. The square has ``size`` rows for an even size, twice as many for an odd one
+    (Williams 1949, doi:10.1071/CH9490149).
+
+    Returns
+    -------
+    list of list of int
+        Rows of 0 ... size - 1.
+    """
+    # 0, 1, n-1, 2, n-2, ...: neighbours differ by every amount once.
+    first = [0, *((step + 1) // 2 if step % 2 else size - step // 2 for step in range(1, size))]
+    square = [[(place + shift) % size for place in first] for shift in range(size)]
+    return square if size % 2 == 0 else square + [row[::-1] for row in square]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """A run's position in the counterbalancing across participants and visits.
+
+    Parameters
+    ----------
+    row : int
+        The participant's position: 0, 1, ...
+    visit : int
+        Index of the run among the participant's runs: 0, 1, ...
+    advance : bool
+        Whether each visit takes the next position; otherwise all visits have the same one.
+    """
+
+    row: int
+    visit: int = 0
+    advance: bool = True
+
+    def within(self, size: int) -> tuple[int, int, int]:
+        """Return the group, turn and position in a design for ``size`` participants.
+
+        If visits advance, each participant in the group takes each position once per turn. The
+        next turn has a new random design.
+        """
+        group, place = divmod(self.row, size)
+        turn, step = divmod(self.visit, size) if self.advance else (self.visit, 0)
+        return group, turn, (place + step) % size
+
+
+def williams_group(conditions: int, repetitions: int, *, no_immediate_repeat: bool) -> int:
+    """Return the number of runs whose blocks together fill whole Williams squares."""
+    rows = len(williams_square(conditions))
+    return rows // math.gcd(rows, _rows_drawn(conditions, repetitions, no_immediate_repeat))
+
+
+def _rows_drawn(conditions: int, repetitions: int, no_immediate_repeat: bool) -> int:
+    """Return the number of rows that a run takes from the squares."""
+    # Two conditions without an immediate repeat alternate, so the first block determines the rest.
+    return 1 if no_immediate_repeat and conditions == 2 else repetitions  # noqa: PLR2004 - said above
+
+
+def williams_blocks(
+    conditions: int,
+    repetitions: int,
+    shared: Callable[[int, int], Stream],
+    place: Place,
+    no_immediate_repeat: bool,
+) -> list[list[int]]:
+    """Return a run's share of the Williams squares that its group of runs fills.
+
+    Each square has new random labels and a new random order of its rows. A run's blocks are
+    successive rows, from the same square as far as possible.
+    """
+    taken = _rows_drawn(conditions, repetitions, no_immediate_repeat)
+    size = williams_group(conditions, repetitions, no_immediate_repeat=no_immediate_repeat)
+    group, turn, own = place.within(size)
+    stream = shared(group, turn)
+    square = williams_square(conditions)
+    blocks: list[list[int]] = []
+
+    def clash(rows: list[list[int]]) -> bool:
+        known = blocks[-1:]
+        return no_immediate_repeat and any(
+            before[-1] == after[0]
+            for number, (before, after) in enumerate(
+                pairwise([*known, *rows]), start=len(blocks) + 1 - len(known)
+            )
+            if number % taken  # otherwise another run begins
+        )
+
+    while len(blocks) < (own + 1) * taken:
+        while True:
+            labels = stream.shuffled(range(conditions))
+            rows = [[labels[each] for each in row] for row in stream.shuffled(square)]
+            if not clash(rows):
+                break
+        blocks += rows
+    own_blocks = blocks[own * taken : (own + 1) * taken]
+    return own_blocks * (repetitions // taken)

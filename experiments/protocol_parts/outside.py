@@ -1,0 +1,126 @@
+"""Protocols from other packages: report their exceptions and wrong return values as messages.
+
+Slipscale's own protocols are covered by its tests, but another package's code may fail in the
+middle of a session. Each function of such a protocol is called through this module, so that the
+message names the package and the line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, get_args
+
+from slipscale.experiments.steps.steps import Step
+from slipscale.faults import UserError
+from slipscale.faults.plug_ins import called
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from importlib.metadata import EntryPoint
+
+    from slipscale.experiments.protocol_parts.base import Column, Context, Protocol
+    from slipscale.experiments.steps.replies import Answer
+    from slipscale.experiments.steps.steps import Steps
+
+STEPS = get_args(Step)
+CELL = (str, int, float, bool, type(None))
+OVER = object()  # marks the end of the steps
+
+
+def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
+    """Return another package's protocol with all its functions wrapped."""
+    named = protocol.named
+
+    def watched(function: Callable[..., Any], what: str) -> Callable[..., Any]:
+        return lambda *arguments: called(point, lambda: function(*arguments), f"{named}: {what}")
+
+    def counted(function: Callable[..., Any], what: str) -> Callable[..., int]:
+        def count(*arguments: Any) -> int:
+            number: object = watched(function, what)(*arguments)
+            if not isinstance(number, int) or isinstance(number, bool):
+                raise UserError(f"{named}: {what} returned {number!r}, expected a whole number")
+            return number
+
+        return count
+
+    def columns(own: Mapping[str, Column]) -> dict[str, Column]:
+        return {
+            name: replace(column, value=_cell(watched, column, f"{named}: column '{name}'", name))
+            for name, column in own.items()
+        }
+
+    optional: dict[str, Any] = {
+        name: watched(getattr(protocol, name), name)
+        for name in ("finest_level", "check")
+        if getattr(protocol, name) is not None
+    }
+    if (possible := protocol.possible_levels) is not None:
+        # Converted to a tuple, so that a generator's exceptions are raised here.
+        optional["possible_levels"] = watched(
+            lambda *told: tuple(possible(*told)), "possible_levels"
+        )
+    if protocol.most_trials is not None:
+        optional["most_trials"] = counted(protocol.most_trials, "most_trials")
+    if protocol.intervals is not None:
+        optional["intervals"] = counted(protocol.intervals, "intervals")
+    return replace(
+        protocol,
+        trials=counted(protocol.trials, "trials"),
+        steps=_steps(protocol, point),
+        simulated={
+            name: watched(answer, f"the simulated answer to '{name}'")
+            for name, answer in protocol.simulated.items()
+        },
+        design=columns(protocol.design),
+        stimulus=columns(protocol.stimulus),
+        response=columns(protocol.response),
+        **optional,
+    )
+
+
+def _cell(
+    watched: Callable[..., Callable[..., Any]], column: Column, subject: str, name: str
+) -> Callable[..., Any]:
+    value = watched(column.value, f"column '{name}'")
+
+    def cell(record: object) -> Any:
+        found = value(record)
+        if not isinstance(found, CELL):
+            raise UserError(
+                f"{subject} contains {type(found).__name__}, expected a text, a number, true or "
+                "false, or None"
+            )
+        return found
+
+    return cell
+
+
+def _steps(protocol: Protocol, point: EntryPoint) -> Callable[[Any, Context], Steps]:
+    named = f"{protocol.named}: its steps"
+    make = protocol.steps
+
+    def steps(options: Any, context: Context) -> Steps:
+        own: object = called(point, lambda: make(options, context), named)
+        if not isinstance(own, Generator):
+            raise UserError(f"{named} are {type(own).__name__}, expected a generator")
+        answer: Answer = None
+        while True:
+            step = called(point, lambda: _next(own, answer), named)  # noqa: B023 - called at once
+            if step is OVER:
+                return
+            if not isinstance(step, STEPS):
+                raise UserError(
+                    f"{named} yield {type(step).__name__}, expected one of "
+                    f"{', '.join(kind.__name__ for kind in STEPS)}"
+                )
+            answer = yield step
+
+    return steps
+
+
+def _next(own: Generator[object, Answer, None], answer: Answer) -> object:
+    try:
+        return own.send(answer)
+    except StopIteration:
+        return OVER

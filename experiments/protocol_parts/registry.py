@@ -1,0 +1,44 @@
+"""Find protocols: entry points in the group ``slipscale.protocols``.
+
+Each entry point refers to a `Protocol`. The study file's ``protocol`` key is the entry point's
+name.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from slipscale.experiments.protocol_parts.base import Protocol
+from slipscale.experiments.protocol_parts.outside import guarded
+from slipscale.faults import UserError
+from slipscale.faults.plug_ins import OURS, PROTOCOLS, called, installed, package_of
+
+
+def protocol_names() -> list[str]:
+    """Return the names of all installed protocols, sorted."""
+    return list(installed(PROTOCOLS))
+
+
+def load_protocol(name: str) -> Protocol:
+    """Return an installed protocol by name; raises KeyError if there is none.
+
+    Raises
+    ------
+    UserError
+        If it cannot be imported, is not a `Protocol`, or its texts could hide others.
+    """
+    point = installed(PROTOCOLS)[name]
+    package = package_of(point)
+    named = f"protocol '{name}' of the package {package}"
+    loaded: object = called(point, point.load, named)
+    if not isinstance(loaded, Protocol):
+        raise UserError(f"{named}: its entry point is {loaded!r}, expected a Protocol")
+    if package == OURS:
+        return loaded
+    for language, texts in loaded.texts.items():
+        if foreign := [key for key in texts if not key.startswith(f"{name}.")]:
+            raise UserError(
+                f"{named}: its {language} text '{foreign[0]}' could replace another "
+                f"protocol's; expected a key that begins with '{name}.'"
+            )
+    return guarded(replace(loaded, package=package), point)

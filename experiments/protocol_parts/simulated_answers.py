@@ -1,0 +1,234 @@
+"""Functions that answer a protocol's questions for simulated participants.
+
+In a pilot there is no participant. For each of its questions, a protocol names a function that
+returns the answer of a person who felt these surfaces (`base.Protocol.simulated`). The function
+has access only to a `SimulatedPerson`, not to the protocol's plan or the correct answer.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+from slipscale.experiments.steps.questions import (
+    ChoiceQuestion,
+    ComparisonQuestion,
+    NumberQuestion,
+    PointingQuestion,
+    Selection,
+    TextQuestion,
+    VisualAnalogueQuestion,
+    WholeNumberQuestion,
+    YesNoQuestion,
+)
+from slipscale.experiments.steps.replies import FEEL_AGAIN
+from slipscale.experiments.steps.steps import Adjust
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
+    from slipscale.experiments.steps.steps import Ask
+    from slipscale.experiments.steps.trial import Value
+
+ASKS_AGAIN = 0.5  # proportion of matches that repeat the reference before the end: our assumption
+
+
+class SimulatedPerson(Protocol):
+    """Information about a simulated participant that a protocol can use.
+
+    All of it depends on (seed, participant, trial) and on what the plate did, never on the number
+    of calls.
+    """
+
+    @property
+    def language(self) -> str:
+        """The language of verbal reports."""
+
+    @property
+    def scale_top(self) -> float:
+        """The person's number for the most slippery surface imaginable."""
+
+    @property
+    def rises(self) -> bool:
+        """Whether the judged attribute increases with the level."""
+
+    @property
+    def pace(self) -> float:
+        """The time that this person takes for an action, relative to the median person."""
+
+    @property
+    def turned(self) -> int:
+        """The number of notches by which the surface was adjusted, in an `Adjust`."""
+
+    @property
+    def felt_again(self) -> int:
+        """How often the reference was repeated, in an `Adjust`."""
+
+    @property
+    def felt_level(self) -> tuple[float, ...]:
+        """The levels felt in this trial, µm peak to peak, in the order of its intervals."""
+
+    @property
+    def impressions(self) -> tuple[float, ...]:
+        """The noisy strengths of these sensations, 0 to 100."""
+
+    def usual(self, level: float) -> float:
+        """Return the usual strength of a level, 0 to 100, as the person has learned it."""
+
+    def pick(self, strengths: Sequence[float]) -> int:
+        """Return the index of the strength that the person judges largest.
+
+        This includes lapses and a bias towards one of the intervals.
+        """
+
+    def says_yes(self, strength: float) -> bool:
+        """Return whether a difference between impressions is large enough for the answer "yes"."""
+
+    def estimate(self) -> float:
+        """Return a magnitude estimate of the last surface, on this person's own scale."""
+
+    def rating(self, start: float) -> float:
+        """Return a rating of the last surface on a line from 0 to 100.
+
+        ``start`` is the initial position of the mark, towards which some people's ratings are
+        biased.
+        """
+
+    def ratio(self) -> float:
+        """Return the ratio of the last surface's strength to the standard's, above 0."""
+
+    def reaches(self, ratio: float) -> bool:
+        """Return whether the last surface is at least ``ratio`` times as strong as the standard."""
+
+    def lapses(self) -> bool:
+        """Return whether this person lapses on this question."""
+
+    def notices(self) -> bool:
+        """Return whether the last two surfaces seem different."""
+
+    def verbal_report(self) -> str:
+        """Return this person's description of what has been removed."""
+
+    def stream(self, *purpose: str | int) -> Stream:
+        """Return this person's random number stream for one purpose in this trial."""
+
+
+#: Answers a question. For an `Adjust` it is called after each notch and returns 1 (up), -1 (down),
+#: 0 (done) or `FEEL_AGAIN`.
+SimulatedAnswer = Callable[[Any, SimulatedPerson], "Value"]
+
+
+def compared(step: Ask, person: SimulatedPerson) -> float:
+    """Answer a `ComparisonQuestion` with the interval that seemed most, or least, slippery."""
+    question = step.question
+    if not isinstance(question, ComparisonQuestion):
+        raise UserError(f"'{step.name}' compares nothing: expected a ComparisonQuestion")
+    felt = person.impressions
+    if question.seeks == "odd":
+        total = sum(felt)
+        return float(1 + person.pick([abs(len(felt) * each - total) for each in felt]))
+    sign = 1 if question.seeks == "most" else -1
+    return float(1 + person.pick([sign * each for each in felt]))
+
+
+def notices_difference(_step: Ask, person: SimulatedPerson) -> bool:
+    """Answer whether two surfaces were different, from the distance between impressions."""
+    first, second = person.impressions
+    return person.says_yes(abs(first - second))
+
+
+def any_choice(step: Ask, person: SimulatedPerson) -> Value:
+    """Answer a `ChoiceQuestion` that has no correct answer with a random option."""
+    if isinstance(step.question, ComparisonQuestion):
+        raise UserError(f"'{step.name}' compares surfaces: a pilot cannot answer it by chance")
+    options = getattr(step.question, "options", ())
+    chosen: str = person.stream(step.name).choice(options)[0]
+    return chosen
+
+
+def until_equal(step: Adjust, person: SimulatedPerson) -> int | str:
+    """Adjust until the current surface seems to have reached the one felt first.
+
+    If the reference can be repeated, half of the matches repeat it once before the end.
+    """
+    reference, now = (each if person.rises else -each for each in person.impressions)
+    if step.again and not person.felt_again and _has_reached(reference, now, person.turned):
+        return FEEL_AGAIN if person.stream("feel again").uniform() < ASKS_AGAIN else 0
+    if person.turned == 0:
+        return 1 if now < reference else -1 if now > reference else 0
+    reached = _has_reached(reference, now, person.turned)
+    return 0 if reached else 1 if person.turned > 0 else -1
+
+
+def _has_reached(reference: float, now: float, turned: int) -> bool:
+    return (turned > 0 and now >= reference) or (turned < 0 and now <= reference)
+
+
+def until_number(step: Adjust, person: SimulatedPerson) -> int:
+    """Adjust until the surface seems to have reached the number shown, or the end of the range."""
+    number, modulus = (step.trial.factors[name] for name in ("number", "modulus"))
+    if not (isinstance(number, float) and isinstance(modulus, float)):
+        raise TypeError(f"'{step.name}' shows no number and has no modulus")
+    beyond = person.reaches(number / modulus) is person.rises
+    if person.turned == 0:
+        return 0 if person.lapses() else -1 if beyond else 1
+    up, now = person.turned > 0, person.felt_level[-1]
+    end = step.highest_level if up else step.lowest_level
+    if beyond is up or abs(now - end) < step.step_level / 2:
+        return 0
+    return 1 if up else -1
+
+
+def _number(_question: object, value: object) -> bool:
+    real = isinstance(value, int | float) and not isinstance(value, bool)
+    return real and math.isfinite(float(str(value))) and float(str(value)) >= 0
+
+
+def _notches(step: Adjust, value: object) -> bool:
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    return whole or (step.again is not None and value == FEEL_AGAIN)
+
+
+#: Question type -> test for a valid answer, and its description.
+ANSWERS: Mapping[type, tuple[Callable[[Any, Any], bool], str]] = {
+    NumberQuestion: (_number, "a number of 0 or more"),
+    WholeNumberQuestion: (
+        lambda question, value: (
+            _number(question, value) and value in range(question.minimum, question.maximum + 1)
+        ),
+        "a whole number within the question's bounds",
+    ),
+    YesNoQuestion: (lambda _, value: isinstance(value, bool), "true or false"),
+    TextQuestion: (lambda _, value: isinstance(value, str), "a text"),
+    ChoiceQuestion: (
+        lambda question, value: value in [code for code, _ in question.options],
+        "the code of one of the options",
+    ),
+    ComparisonQuestion: (
+        lambda question, value: value in range(1, len(question.options) + 1),
+        "the number of an interval",
+    ),
+    VisualAnalogueQuestion: (
+        lambda question, value: (
+            _number(question, value) and value == question.nearest(float(value))
+        ),
+        "a place on the line, 0 to 100",
+    ),
+    PointingQuestion: (lambda _, value: Selection.of(value) is not None, "a selection"),
+    Adjust: (_notches, "a whole number of notches"),
+}
+
+
+def misfit(step: Ask | Adjust, value: object) -> str | None:
+    """Return why a value is not a valid answer to a question, or None if it is valid.
+
+    Values are not checked for unknown question types.
+    """
+    question = step if isinstance(step, Adjust) else step.question
+    fits, words = ANSWERS.get(type(question), (lambda *_: True, ""))
+    return (
+        None
+        if fits(question, value)
+        else (f"answered {value!r} to '{step.name}', expected {words}")
+    )
