@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from slipscale.faults import UserError
 from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.contact.registry import NONE, open_source
 from slipscale.hardware.contact.source import QUANTITIES, Surroundings
+from slipscale.hardware.contact.stage import EMULATED as EMULATED_STAGE
+from slipscale.hardware.contact.stage import EmulatedStage
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 
 SIMULATED = "simulated"
 NEED_A_PARTICIPANT = ("mouse", SIMULATED)
+VIRTUAL = (SIMULATED, "scripted", EMULATED_STAGE)
 TRIED_S = 0.5
 
 
@@ -84,8 +87,18 @@ def simulated(specs: ContactSpecs) -> ContactSpecs:
     found: dict[Kind, str] = {}
     for kind, spec in specs.used.items():
         name = spec.partition(":")[0]
-        found[kind] = spec if name in (SIMULATED, "scripted") else SIMULATED
+        found[kind] = spec if name in VIRTUAL else SIMULATED
     return ContactSpecs(position=found.get("position"), force=found.get("force"))
+
+
+def with_stage(specs: ContactSpecs, study: Study) -> ContactSpecs:
+    """Return a pilot's sources, with an emulated stage if the study's strokes are passive."""
+    passive = study.stroke is not None and study.stroke.passive
+    return (
+        replace(specs, position=EMULATED_STAGE)
+        if passive and specs.position == SIMULATED
+        else (specs)
+    )
 
 
 def of_records(records: list[Record]) -> ContactSpecs:
@@ -111,6 +124,8 @@ def open_sources(
     opened: dict[Kind, NamedSource] = {}
     for kind, spec in specs.used.items():
         source = stack.enter_context(open_source(kind, spec, surroundings))
+        if isinstance(source, EmulatedStage):  # it moves the simulated finger
+            surroundings = replace(surroundings, finger=source)
         opened[kind] = NamedSource(spec=spec, source=source)
     return opened
 
@@ -147,7 +162,7 @@ def _readings(source: ContactSource) -> str:
 def require_virtual(specs: ContactSpecs) -> None:
     """Raise `UserError` unless the sources named on a pilot's command line are simulated."""
     for kind, spec in specs.used.items():
-        if spec.partition(":")[0] not in (SIMULATED, "scripted"):
+        if spec.partition(":")[0] not in VIRTUAL:
             raise UserError(f"--{kind} {spec}: a pilot runs in virtual time; expected {SIMULATED}")
 
 

@@ -48,6 +48,7 @@ from slipscale.experiments.session.mailbox import Mailbox, mailbox_of
 from slipscale.experiments.session.marker_outputs import open_markers
 from slipscale.experiments.session.masking_noise import MaskingNoise, check_device
 from slipscale.experiments.session.operator import Operators
+from slipscale.experiments.session.passive_exploration import stage_of
 from slipscale.experiments.session.question_sounds import NoSounds, SoundOutput
 from slipscale.experiments.session.resonance_tracking import ResonanceTracking
 from slipscale.experiments.session.terminal import Keys, TerminalOperator
@@ -58,6 +59,7 @@ from slipscale.hardware.address import is_mock, with_plate_file
 from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.contact.serial_columns import open_vibrometer
 from slipscale.hardware.contact.source import Surroundings
+from slipscale.hardware.contact.stage import EmulatedStage
 from slipscale.hardware.signals import signals_raise
 
 if TYPE_CHECKING:
@@ -272,6 +274,12 @@ def _perform(
     surroundings = Surroundings(clock=clock, seed=plan.seed, finger=person.finger)
     specs = setting.contact.otherwise(of_plate(plate.plate_file))
     sources = open_sources(specs, surroundings, stack)
+    stage = stage_of(plan.study.stroke, {kind: each.source for kind, each in sources.items()})
+    if plan.mode == "participant" and isinstance(stage, EmulatedStage):
+        raise UserError(
+            f"--position {specs.position}: the stage is emulated, so nothing moves; expected a "
+            "stage, or --pilot"
+        )
     stack.enter_context(person)
     keys = _enter(stack, Keys())
     terminal = stack.enter_context(TerminalOperator(Console(), keys, heading=heading))

@@ -35,6 +35,7 @@ from slipscale.experiments.running.contact_sources import (
     open_sources,
     require_virtual,
     simulated,
+    with_stage,
 )
 from slipscale.experiments.running.rehearsal import bounded, check_answered, check_supported
 from slipscale.experiments.session.operator import UnattendedOperator
@@ -280,7 +281,7 @@ def run_simulated(
             clock=clock,
             operator=UnattendedOperator(),
             sounds=ImaginedSounds(),
-            sources=open_sources(contact, surroundings, stack),
+            sources=open_sources(with_stage(contact, plan.study), surroundings, stack),
             steps=person.attend(bounded(plan.steps(), plan)),
         )
 

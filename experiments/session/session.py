@@ -22,6 +22,7 @@ from slipscale.experiments.session.markers import Event, Markers
 from slipscale.experiments.session.masking_noise import NoNoise
 from slipscale.experiments.session.measured_contact import Contact
 from slipscale.experiments.session.operator_answers import OperatorAnswers
+from slipscale.experiments.session.passive_exploration import moved, stage_of
 from slipscale.experiments.session.progress import Progress
 from slipscale.experiments.session.question_sounds import NoSounds
 from slipscale.experiments.session.replay import finished, replay
@@ -126,6 +127,7 @@ class Session:
         following = Following(plate, clock, sources or {})
         self._surface = SurfaceState(plate, clock, self._feel, following)
         self._contact = Contact(sources or {}, journal, self._moved)
+        self._stage = stage_of(stroke, sources or {})
         # The window shows its own pointer.
         position = (sources or {}).get("position")
         self._shows_finger = position is not None and position.name != "mouse"
@@ -302,8 +304,9 @@ class Session:
     def _feel(self, step: Explore) -> Reply:
         """Have the participant explore the plate."""
         self._wait()
-        with self._contact.measured(step, self._interruptions.watch) as watch:
-            return self._participant.perform(step, watch)
+        watch = self._interruptions.watch
+        with moved(self._stage, step, watch), self._contact.measured(step, watch) as watched:
+            return self._participant.perform(step, watched)
 
     def _ask(self, step: Ask) -> Reply:
         self._presenting.restore(step)

@@ -62,14 +62,16 @@ class Instruct:
 class Guide:
     """How to stroke a surface: speed, force and direction, and whether a mark shows the speed.
 
-    Speed and force are None if any is accepted.
+    Speed and force are None if any is accepted. If ``passive``, a stage strokes.
     """
 
+    LATER: ClassVar = frozenset({"passive"})
     speed_mm_s: float | None
     normal_force_n: float | None
     direction: Literal["any", "forward", "backward"]
     stroke_mm: float
     pacer: bool
+    passive: bool = False
 
     def place_share(self, time_s: float) -> float | None:
         """Return a mark's position on the stroke, 0 to 1, at a time; None without speed."""

@@ -267,7 +267,7 @@ class RunPlan:
         """Yield all steps of the run."""
         steps, study = self._steps(), self.study
         if study.stroke:
-            steps = guided(steps, study.stroke)
+            steps = guided(steps, study.stroke, self.texts())
         return _spoken(steps) if study.keys.numbers == "spoken" else steps
 
     def _steps(self) -> Steps:

@@ -6,6 +6,7 @@ Rules:
   ``finger_speed_mm_s`` or ``normal_force_n`` replaces the target in its conditions;
 - the finger's mean speed, mean normal force and direction in an exploration are compared with the
   windows; what no sensor measures is not compared;
+- with ``passive``, a stage moves at the speed and in the direction, and only the force is compared;
 - a trial with any exploration outside its window is rejected (voided) and repeated, at most
   ``repeat`` times.
 """
@@ -24,6 +25,7 @@ from slipscale.faults.frozen_table import FrozenTable
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from slipscale.experiments.languages.texts import Texts
     from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.steps.steps import Steps
     from slipscale.experiments.steps.trial import Value
@@ -86,6 +88,11 @@ class Stroke(FrozenTable):
         description="Direction of the strokes: forward is towards larger positions of the sensor, "
         "and the finger is lifted before the next stroke.",
     )
+    passive: Switch = Field(
+        default=False,
+        description="Whether a stage makes the strokes, while the finger rests: --position then "
+        "names the stage.",
+    )
     pacer: Switch = Field(
         default=True,
         description="Whether a mark on the participant's screen moves with the speed.",
@@ -111,6 +118,9 @@ class Stroke(FrozenTable):
     def faults(self, plate: PlateSettings) -> Iterator[Fault]:
         """Yield what the study's sensors cannot measure."""
         position = bool(plate.position)
+        if self.passive and not (position and self.speed_mm_s):
+            said = "expected speed_mm_s, and a stage as position in [plate]"
+            yield ("stroke", "passive"), {"msg": said}
         if self.speed_mm_s and not (position or self.pacer):
             yield ("stroke", "speed_mm_s"), {"msg": "expected position in [plate], or pacer = true"}
         if self.direction != "any" and not position:
@@ -125,13 +135,19 @@ class Stroke(FrozenTable):
             normal_force_n=_number(factors, FORCE, self.normal_force_n),
             direction=self.direction,
             stroke_mm=self.stroke_mm,
-            pacer=self.pacer,
+            pacer=self.pacer and not self.passive,
+            passive=self.passive,
         )
 
     def outside(self, guide: Guide, found: Stroked) -> tuple[str, ...]:
         """Return how an exploration deviates; empty if it is within all windows."""
         pairs = (
-            (found.speed_mm_s, guide.speed_mm_s, self.speed_share, OUTSIDE[:2]),
+            (
+                None if self.passive else found.speed_mm_s,
+                guide.speed_mm_s,
+                self.speed_share,
+                OUTSIDE[:2],
+            ),
             (found.normal_n, guide.normal_force_n, self.force_share, OUTSIDE[2:4]),
         )
         said = [
@@ -140,13 +156,13 @@ class Stroke(FrozenTable):
             if value is not None and wanted and abs(value - wanted) > share * wanted
         ]
         forward = found.forward_share
-        if forward is not None and guide.direction != "any":
+        if forward is not None and guide.direction != "any" and not self.passive:
             along = forward if guide.direction == "forward" else 1 - forward
             said += [OUTSIDE[4]] if along < DIRECTION_SHARE else []
         return tuple(said)
 
 
-def guided(steps: Steps, stroke: Stroke) -> Steps:
+def guided(steps: Steps, stroke: Stroke, texts: Texts) -> Steps:
     """Yield steps whose explorations state how to stroke."""
     answer: Answer = None
     while True:
@@ -155,15 +171,19 @@ def guided(steps: Steps, stroke: Stroke) -> Steps:
         except StopIteration:
             return
         if isinstance(step, Explore):
-            step = _with_guide(step, stroke)
+            step = _with_guide(step, stroke, texts)
         elif isinstance(step, Present) and step.lead_in:
             present, explore = step.lead_in
-            step = replace(step, lead_in=(present, _with_guide(explore, stroke)))
+            step = replace(step, lead_in=(present, _with_guide(explore, stroke, texts)))
         answer = yield step
 
 
-def _with_guide(step: Explore, stroke: Stroke) -> Explore:
-    return replace(step, guide=stroke.guide(step.trial.factors if step.trial else {}))
+def _with_guide(step: Explore, stroke: Stroke, texts: Texts) -> Explore:
+    guide = stroke.guide(step.trial.factors if step.trial else {})
+    if not stroke.passive:
+        return replace(step, guide=guide)
+    key = "session.passive_interval" if step.interval else "session.passive"
+    return replace(step, guide=guide, text=texts[key].format(number=step.interval))
 
 
 def _number(factors: Mapping[str, Value], name: str, otherwise: float | None) -> float | None:

@@ -69,13 +69,16 @@ class SimulatedFinger:
     def at(self, time_s: float) -> Touch | None:
         """Return position and force; the finger moves sinusoidally at its own mean speed.
 
-        In one direction, it moves evenly and is lifted for `LIFTED_S` before the next stroke.
+        In one direction, it moves evenly and is lifted for `LIFTED_S` before the next stroke. It
+        rests if a stage strokes.
         """
         if self._begun_s is None or time_s < self._begun_s:
             return None
         passed_s = time_s - self._begun_s
         guide = self._guide
-        if guide and guide.direction != "any":
+        if guide and guide.passive:
+            place = 0.0
+        elif guide and guide.direction != "any":
             stroke_s = guide.stroke_mm / self._speed_mm_s
             passed_s %= stroke_s + LIFTED_S
             if passed_s > stroke_s:

@@ -141,10 +141,11 @@ def test_a_published_study_is_run_killed_resumed_and_whole(name, start, emulate,
     board = emulate()
     places, forces = lines
     pointed = name == "pointing2023"
+    position = {"pointing2023": "mouse:mm_per_pixel=0.375", "gueorguiev2017": "emulated_stage"}
     process = start(
         *("run", f"{name}.toml", "--participant", "01", "--windowed", "--out", ".", "--pilot"),
         *("--plate", f"serial:{board.port}"),
-        *("--position", "mouse:mm_per_pixel=0.375" if pointed else f"lasers:{places}"),
+        *("--position", position.get(name, f"lasers:{places}")),
         *("--force", f"load_cells:{forces},normal=3,lateral=4"),
         folder=tmp_path,
     )

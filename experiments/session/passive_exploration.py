@@ -1,0 +1,69 @@
+"""Explorations in which a stage moves: it strokes while the participant explores, and only then.
+
+The stage is stopped when the exploration ends, whatever ends it, and then returns to its start. A
+resumed session therefore begins every exploration at the same place as an uninterrupted one.
+"""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from slipscale.faults import UserError
+from slipscale.hardware.contact.stage import Stage, Strokes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from slipscale.experiments.participants.base import Watch
+    from slipscale.experiments.steps.steps import Explore
+    from slipscale.experiments.study.stroke import Stroke
+    from slipscale.hardware.contact.source import ContactSource, Kind
+
+
+def stage_of(stroke: Stroke | None, sources: Mapping[Kind, ContactSource]) -> Stage | None:
+    """Return the stage of a study with passive strokes; None for other studies.
+
+    Raises
+    ------
+    UserError
+        If the study needs a stage and the position is measured otherwise, or the reverse; or the
+        strokes are beyond the stage's limits.
+    """
+    position, passive = sources.get("position"), stroke is not None and stroke.passive
+    if passive and not isinstance(position, Stage):
+        raise UserError(
+            "[stroke] is passive, but no stage measures the position; expected a stage as "
+            "--position, such as emulated_stage"
+        )
+    if isinstance(position, Stage) and not passive:
+        raise UserError(
+            f"--position {position.name}: a stage moves the plate, but the study's [stroke] is not "
+            "passive; expected passive = true"
+        )
+    if not (isinstance(position, Stage) and stroke and stroke.speed_mm_s):
+        return None
+    position.check(Strokes(speed_mm_s=stroke.speed_mm_s, length_mm=stroke.stroke_mm))
+    return position
+
+
+@contextmanager
+def moved(stage: Stage | None, step: Explore, watch: Watch) -> Iterator[None]:
+    """Have the stage stroke during an exploration; stop it on every path."""
+    guide = step.guide
+    if stage is None or guide is None or guide.speed_mm_s is None:
+        yield
+        return
+    strokes = Strokes(
+        speed_mm_s=guide.speed_mm_s,
+        length_mm=guide.stroke_mm,
+        direction=guide.direction,
+        normal_n=guide.normal_force_n,
+    )
+    try:
+        stage.home(strokes, watch)
+        stage.stroke(strokes)
+        yield
+    finally:
+        stage.stop()
+    stage.home(strokes, watch)

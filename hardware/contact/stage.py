@@ -1,0 +1,328 @@
+"""Passive stages: a stage moves the plate under a resting finger, or the finger over the plate.
+
+A stage is a source of position that can also move: its position is the finger's position on the
+plate, which textures and transients follow. Rules:
+
+- every command is one finite movement; the next stroke is commanded when a sample is taken, so a
+  computer that fails leaves a stage that rests at the end of its stroke;
+- strokes beyond the travel or the largest speed are refused before anything moves;
+- a stage that rests at another place than commanded is a fault;
+- `close` stops the stage.
+
+Packages add stages as entry points of ``slipscale.positions`` that return a `Stage`. SPEC of the
+emulated one: ``emulated_stage`` or ``emulated_stage:option=value,...`` with
+
+================  ================================================================
+``travel``        length of the travel between the end stops, mm (100)
+``speed``         largest speed, mm/s (300)
+``acceleration``  acceleration and deceleration, mm/s² (2000)
+``blocked``       place of an obstacle, mm, for tests (none)
+``rate``          samples per second (100)
+================  ================================================================
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+from slipscale.faults import UserError
+from slipscale.hardware import address as addresses
+from slipscale.hardware.contact.source import POSITION, ContactSource, Sample, SensorFault, Touch
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.contact.source import Surroundings
+
+EMULATED = "emulated_stage"
+POLL_S = 0.01  # while the stage returns to its start
+ARRIVED_MM = 0.1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Strokes:
+    """Strokes between 0 and a length: back and forth, or one stroke in one direction."""
+
+    speed_mm_s: float
+    length_mm: float
+    direction: Literal["any", "forward", "backward"] = "any"
+    normal_n: float | None = None
+
+    @property
+    def start_mm(self) -> float:
+        """The place at which the strokes begin."""
+        return self.length_mm if self.direction == "backward" else 0.0
+
+
+class Stage(ContactSource):
+    """A stage, whatever drives it.
+
+    Parameters
+    ----------
+    clock : Clock
+    travel_mm, fastest_mm_s : float
+        Length of the travel from 0, and the largest speed.
+
+    Attributes
+    ----------
+    presses : bool
+        Whether the stage controls the normal force; otherwise the participant does.
+    """
+
+    quantities = POSITION
+    presses: ClassVar[bool] = False
+
+    def __init__(self, clock: Clock, *, travel_mm: float, fastest_mm_s: float) -> None:
+        self._clock = clock
+        self.travel_mm, self.fastest_mm_s = travel_mm, fastest_mm_s
+        self._strokes: Strokes | None = None
+        self._target_mm = 0.0
+
+    def check(self, strokes: Strokes) -> None:
+        """Raise `UserError` if the stage cannot make the strokes."""
+        if strokes.length_mm > self.travel_mm:
+            raise UserError(
+                f"stage '{self.name}': strokes of {strokes.length_mm:g} mm exceed its travel of "
+                f"{self.travel_mm:g} mm; reduce stroke_mm in [stroke]"
+            )
+        if strokes.speed_mm_s > self.fastest_mm_s:
+            raise UserError(
+                f"stage '{self.name}': {strokes.speed_mm_s:g} mm/s exceed its largest speed of "
+                f"{self.fastest_mm_s:g} mm/s; reduce speed_mm_s in [stroke]"
+            )
+
+    def home(self, strokes: Strokes, watch: Callable[[], None]) -> None:
+        """Go to the start of the strokes; call ``watch`` until the stage rests there."""
+        self.check(strokes)
+        self._wait(watch)
+        if abs(self._place_mm() - strokes.start_mm) > ARRIVED_MM:
+            self._command(strokes.start_mm, strokes.speed_mm_s)
+            self._wait(watch)
+            self._check_arrived()
+
+    def stroke(self, strokes: Strokes) -> None:
+        """Begin the strokes, from their start."""
+        self.check(strokes)
+        if self.presses and strokes.normal_n is not None:
+            self._press(strokes.normal_n)
+        self._strokes = strokes
+        self._command(strokes.length_mm - strokes.start_mm, strokes.speed_mm_s)
+
+    def take(self) -> list[Sample]:
+        """Return the samples since the last call, and command the next stroke at a turn."""
+        samples = self._samples()
+        if self._strokes and self._rests():
+            self._check_arrived()
+            if self._strokes.direction == "any":
+                turn_mm = self._strokes.length_mm - self._target_mm
+                self._command(turn_mm, self._strokes.speed_mm_s)
+        return samples
+
+    def stop(self) -> None:
+        """Stop as fast as the stage can; may be called at any time."""
+        self._strokes = None
+        self._halt()
+
+    def close(self) -> None:
+        """Stop the stage and release the device."""
+        self.stop()
+
+    def describe(self) -> dict[str, object]:
+        """Return the name and the limits."""
+        limits = {"travel_mm": self.travel_mm, "fastest_mm_s": self.fastest_mm_s}
+        return {"name": self.name, **limits, "presses": self.presses}
+
+    def _command(self, target_mm: float, speed_mm_s: float) -> None:
+        self._target_mm = target_mm
+        self._go(target_mm, speed_mm_s)
+
+    def _wait(self, watch: Callable[[], None]) -> None:
+        while not self._rests():
+            watch()
+            self._clock.sleep(POLL_S)
+
+    def _check_arrived(self) -> None:
+        if abs((place_mm := self._place_mm()) - self._target_mm) > ARRIVED_MM:
+            raise SensorFault(
+                f"stage '{self.name}': it rests at {place_mm:.1f} mm instead of "
+                f"{self._target_mm:.1f} mm; something blocks it"
+            )
+
+    @abstractmethod
+    def _go(self, target_mm: float, speed_mm_s: float) -> None:
+        """Begin one movement from rest."""
+
+    @abstractmethod
+    def _halt(self) -> None:
+        """Begin to stop; do nothing at rest or if not connected."""
+
+    @abstractmethod
+    def _rests(self) -> bool:
+        """Return whether the stage is at rest."""
+
+    @abstractmethod
+    def _place_mm(self) -> float:
+        """Return the stage's place now."""
+
+    @abstractmethod
+    def _samples(self) -> list[Sample]:
+        """Return the samples since the last call."""
+
+    def _press(self, normal_n: float) -> None:
+        """Set the normal force; requires `presses`."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion:
+    """A movement with constant accelerations.
+
+    Parameters
+    ----------
+    begun_s, from_mm, from_mm_s : float
+        Time, place and velocity at its beginning.
+    parts : tuple of (float, float)
+        Duration in s and acceleration in mm/s² of each part.
+    """
+
+    begun_s: float
+    from_mm: float
+    from_mm_s: float = 0.0
+    parts: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def ends_s(self) -> float:
+        """The time from which the stage rests."""
+        return self.begun_s + sum(duration_s for duration_s, _ in self.parts)
+
+    def state(self, time_s: float) -> tuple[float, float]:
+        """Return place in mm and velocity in mm/s at a time."""
+        left_s, place, velocity = time_s - self.begun_s, self.from_mm, self.from_mm_s
+        for duration_s, acceleration in self.parts:
+            within_s = min(max(left_s, 0.0), duration_s)
+            place += velocity * within_s + acceleration * within_s**2 / 2
+            velocity += acceleration * within_s
+            left_s -= duration_s
+        return place, 0.0 if time_s >= self.ends_s else velocity
+
+
+def travelled(
+    now_s: float, from_mm: float, to_mm: float, *, speed_mm_s: float, acceleration_mm_s2: float
+) -> Motion:
+    """Return the movement from rest to rest, at most as fast as commanded.
+
+    >>> motion = travelled(0, 0, 40, speed_mm_s=100, acceleration_mm_s2=1000)
+    >>> round(motion.ends_s, 6), [round(each, 6) for each in motion.state(0.25)]
+    (0.5, [20.0, 100.0])
+    """
+    distance_mm, sign = abs(to_mm - from_mm), math.copysign(1, to_mm - from_mm)
+    fastest = min(speed_mm_s, math.sqrt(acceleration_mm_s2 * distance_mm))
+    ramp_s = fastest / acceleration_mm_s2
+    even_s = distance_mm / fastest - ramp_s if fastest else 0.0
+    ramp = sign * acceleration_mm_s2
+    return Motion(
+        begun_s=now_s, from_mm=from_mm, parts=((ramp_s, ramp), (even_s, 0.0), (ramp_s, -ramp))
+    )
+
+
+class EmulatedStage(Stage):
+    """A stage with limited acceleration and end stops; see the module for its options.
+
+    It is also the finger (`slipscale.hardware.contact.source.Finger`) for simulated forces: it
+    moves over the plate as the stage does, and presses as the simulated participant.
+    """
+
+    name = EMULATED
+    virtual = True
+    unit: Literal["mm", "px"] = "mm"
+
+    def __init__(
+        self,
+        surroundings: Surroundings,
+        *,
+        travel_mm: float = 100.0,
+        fastest_mm_s: float = 300.0,
+        acceleration_mm_s2: float = 2000.0,
+        blocked_mm: float = math.inf,
+        rate_hz: float = 100.0,
+    ) -> None:
+        super().__init__(surroundings.clock, travel_mm=travel_mm, fastest_mm_s=fastest_mm_s)
+        self._finger = surroundings.finger
+        self._acceleration_mm_s2 = acceleration_mm_s2
+        self._end_mm = min(travel_mm, blocked_mm)
+        self._rate_hz = rate_hz
+        self._motions = [Motion(begun_s=-math.inf, from_mm=0.0)]
+        self._begun_s, self._taken = self._clock.now(), 0
+
+    def connect(self) -> None:
+        """Do nothing: the stage begins at 0."""
+
+    def begin(self) -> None:
+        """Restart the time grid of the samples at the current time."""
+        self._begun_s, self._taken = self._clock.now(), 0
+        self._motions = self._motions[-1:]
+
+    def place_at(self, time_s: float) -> float:
+        """Return the place at a time since the last movement before `begin`, in mm."""
+        motion = next(
+            (each for each in reversed(self._motions) if each.begun_s <= time_s), self._motions[0]
+        )
+        return min(max(motion.state(time_s)[0], 0.0), self._end_mm)
+
+    def at(self, time_s: float) -> Touch | None:
+        """Return the finger's state; None while the simulated participant does not touch."""
+        touch = self._finger.at(time_s) if self._finger else None
+        return touch and Touch(self.place_at(time_s), 0.0, touch.normal_n)
+
+    def _go(self, target_mm: float, speed_mm_s: float) -> None:
+        now_s = self._clock.now()
+        self._motions.append(
+            travelled(
+                now_s,
+                self._place_mm(),
+                target_mm,
+                speed_mm_s=speed_mm_s,
+                acceleration_mm_s2=self._acceleration_mm_s2,
+            )
+        )
+
+    def _halt(self) -> None:
+        if self._rests():
+            return
+        now_s = self._clock.now()
+        place, velocity = self._motions[-1].state(now_s)
+        ramp = -math.copysign(self._acceleration_mm_s2, velocity)
+        parts = ((abs(velocity) / self._acceleration_mm_s2, ramp),)
+        self._motions.append(Motion(begun_s=now_s, from_mm=place, from_mm_s=velocity, parts=parts))
+
+    def _rests(self) -> bool:
+        return self._clock.now() >= self._motions[-1].ends_s
+
+    def _place_mm(self) -> float:
+        return self.place_at(self._clock.now())
+
+    def _samples(self) -> list[Sample]:
+        until = math.floor((self._clock.now() - self._begun_s) * self._rate_hz + 1e-6)
+        times = (self._begun_s + n / self._rate_hz for n in range(self._taken, until + 1))
+        self._taken = max(until + 1, self._taken)
+        return [Sample(each, (self.place_at(each), 0.0)) for each in times]
+
+
+OPTIONS: dict[str, tuple[str, Callable[[str], Any]]] = {
+    "travel": ("travel_mm", addresses.positive_number),
+    "speed": ("fastest_mm_s", addresses.positive_number),
+    "acceleration": ("acceleration_mm_s2", addresses.positive_number),
+    "blocked": ("blocked_mm", addresses.positive_number),
+    "rate": ("rate_hz", addresses.positive_number),
+}
+
+
+def open_position(address: str, surroundings: Surroundings) -> ContactSource:
+    """Return the emulated stage (entry point ``emulated_stage``). Raises `UserError`."""
+    known = {name: convert for name, (_, convert) in OPTIONS.items()}
+    _, options = addresses.split_address(address, known, what=f"--position {EMULATED}")
+    return EmulatedStage(surroundings, **{OPTIONS[name][0]: v for name, v in options.items()})
