@@ -171,6 +171,12 @@ def test_the_wait_for_a_ring_down_follows_from_the_plates_own_q():
     began_s = plate.clock.now()
     plate.present(surface(0))
     assert plate.clock.now() - began_s == pytest.approx(7 * 600 / (math.pi * 30_500))
+    unknown = Ringing(time_constant_s=0.0006)
+    unknown.connect()
+    unknown.silence()
+    began_s = unknown.clock.now()
+    unknown.present(surface(0))
+    assert unknown.clock.now() - began_s == pytest.approx(7 * 0.01)  # a Q of 1,000
 
 
 def test_a_plate_that_is_driven_when_it_should_be_off_is_still_a_fault():
@@ -395,6 +401,25 @@ def test_an_applied_amplitude_is_held_to_one_per_cent(commanded, applied):
     with pytest.raises(NotReached, match="is applied"):
         plate.present(surface(commanded))
     assert state_of(plate) is Output.OFF
+
+
+def test_an_applied_amplitude_is_accepted_within_one_per_cent_and_rounding():
+    limits = PlateLimits(level=0.5)
+    limits.check_reached(0.0, 3.9e-7 * 0.5, applied=True)
+    with pytest.raises(NotReached, match="is applied"):
+        limits.check_reached(0.0, 4.1e-7 * 0.5, applied=True)
+
+
+def test_a_check_asks_the_device_and_silences_the_plate_at_its_fault(plate, monkeypatch):
+    plate.present(surface(1.2))
+
+    def lost():
+        raise ConnectionLost("the line is gone")
+
+    monkeypatch.setattr(plate, "_check", lost)
+    with pytest.raises(ConnectionLost):
+        plate.check()
+    assert plate.heard[-1] == "silence"
 
 
 class Powered(Recorder):

@@ -136,6 +136,7 @@ def test_a_change_counts_only_when_it_is_signed_and_comments_stay(file):
         with pytest.raises(OverLimit):
             driver.present(VirtualSurface(level=1.1))
     assert "# it is cracked" in file.read_text(encoding="utf-8")
+    assert "After a change:\n# slipscale plate sign " in file.read_text(encoding="utf-8")
 
 
 def test_limits_beyond_the_shipped_ones_need_an_acknowledgement_by_name(file, capsys):

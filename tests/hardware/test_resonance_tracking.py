@@ -14,7 +14,7 @@ from slipscale.hardware.errors import ConnectionLost, OffCalibration, PlateRefus
 from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.plate.dynamics import Resonator
 from slipscale.hardware.plate.twin import OFF, Twin
-from slipscale.hardware.resonance_tracking import track, vertex
+from slipscale.hardware.resonance_tracking import half_width_hz, track, vertex
 
 CALIBRATED_HZ = 30_500.0
 
@@ -89,6 +89,10 @@ def test_a_resonance_that_has_moved_is_found_and_driven_from_now_on(moved_hz):
     assert found.before_hz == CALIBRATED_HZ
     assert plate.tracked_hz == found.frequency_hz == pytest.approx(true_hz(plate), abs=1)
     assert track(plate, measured(plate)).before_hz == found.frequency_hz  # from there on
+
+
+def test_the_half_width_is_where_the_amplitude_has_fallen_to_71_per_cent():
+    assert half_width_hz(calibration(61.0).resonance) == pytest.approx(250.0)
 
 
 def test_a_sensors_noise_moves_the_resonance_by_less_than_a_tenth_of_its_width():

@@ -231,6 +231,15 @@ def test_numbers_that_do_not_follow_from_the_readings_are_refused(calibration, p
 def test_a_resonance_outside_the_plates_band_is_refused(calibration):
     with pytest.raises(UserError, match="outside the plate's band, 31000 to 40000 Hz"):
         calibration.narrow(PlateLimits(frequency_min_hz=31_000))
+    resonance_hz = calibration.resonance.frequency_hz
+    assert (
+        calibration.narrow(PlateLimits(frequency_min_hz=resonance_hz)).frequency_min_hz
+        == resonance_hz
+    )
+    assert (
+        calibration.narrow(PlateLimits(frequency_max_hz=resonance_hz)).frequency_max_hz
+        == resonance_hz
+    )
 
 
 def test_volts_of_the_file_are_volts_peak_to_the_driver(calibration):
@@ -252,6 +261,7 @@ def test_volts_of_the_file_are_volts_peak_to_the_driver(calibration):
             lambda text: text.replace("voltage_max_v = 16.0", "voltage_max_v = 99.0"),
             "is larger than the voltages in points",
         ),
+        (lambda text: text.replace("[made]", "[made]\ntemperature_c = inf"), "temperature_c"),
         (lambda text: text.replace("[gain]", "[gian]"), "gian: unknown key"),
         (lambda text: text.replace("[device]", "[device"), "is not TOML"),
         (lambda text: text.replace('"V peak"', '"volts"'), "drive.voltage_convention"),
@@ -286,6 +296,9 @@ def test_a_resonance_has_three_parameters_and_a_gain_one():
     clean = response(hz, 30_500, 60, 0.15)
     scattered = points("fine", hz, dict(zip(hz, clean + noise, strict=True)).get)
     peak = fit_resonance(scattered)
+    assert fit_resonance(scattered[:6]).resonance.frequency_hz == pytest.approx(30_500, abs=50)
+    with pytest.raises(UserError, match="5 points, expected 6 or more"):
+        fit_resonance(scattered[:5])
     found = peak.resonance
     left = (
         clean
