@@ -157,6 +157,14 @@ class Grating(Parametric):
     third_harmonic_phase_deg: Annotated[float, _harmonic_phase("third")] = 0.0
     fourth_harmonic_share: Annotated[float, _share("fourth")] = 0.0
     fourth_harmonic_phase_deg: Annotated[float, _harmonic_phase("fourth")] = 0.0
+    fifth_harmonic_share: Annotated[float, _share("fifth")] = 0.0
+    fifth_harmonic_phase_deg: Annotated[float, _harmonic_phase("fifth")] = 0.0
+    sixth_harmonic_share: Annotated[float, _share("sixth")] = 0.0
+    sixth_harmonic_phase_deg: Annotated[float, _harmonic_phase("sixth")] = 0.0
+    seventh_harmonic_share: Annotated[float, _share("seventh")] = 0.0
+    seventh_harmonic_phase_deg: Annotated[float, _harmonic_phase("seventh")] = 0.0
+    eighth_harmonic_share: Annotated[float, _share("eighth")] = 0.0
+    eighth_harmonic_phase_deg: Annotated[float, _harmonic_phase("eighth")] = 0.0
 
     def __post_init__(self) -> None:
         self.refuse_parameters()

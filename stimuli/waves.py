@@ -10,8 +10,17 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 HALF = 0.5  # of a period
-#: Orders of a sine's harmonics, by the beginning of their parameters' names.
-HARMONICS = {"second": 2, "third": 3, "fourth": 4}
+#: Orders of a sine's harmonics, by the beginning of their parameters' names. The plate sets the
+#: highest order: its list has 64 amplitudes per period, and a sine needs 8.
+HARMONICS = {
+    "second": 2,
+    "third": 3,
+    "fourth": 4,
+    "fifth": 5,
+    "sixth": 6,
+    "seventh": 7,
+    "eighth": 8,
+}
 # Phases at which a wave's peak is searched, and the width to which its place is narrowed down.
 _LOOKED_AT, _EXACT = 720, 1e-7
 Waveform = Literal["sine", "square", "triangle", "sawtooth"]

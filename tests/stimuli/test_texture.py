@@ -1,12 +1,13 @@
 import math
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slipscale.faults import UserError
-from slipscale.stimuli.modulation import AmplitudeStep, Loop, Modulator
+from slipscale.stimuli.modulation import STEPS_MAX, AmplitudeStep, Loop, Modulator
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.texture import Grating
 
@@ -167,6 +168,18 @@ def test_the_highest_harmonic_decides_what_plate_and_friction_follow():
     assert third.followed().friction == pytest.approx(Modulator().friction_passed(30.0))
     with pytest.raises(UserError, match=r"follow at most 7\.81"):  # 32 steps of 4 ms
         grating(fourth_harmonic_share=0.1, finger_speed_mm_s=50.0).loop()
+
+
+def test_the_plate_s_list_represents_harmonics_up_to_the_eighth():
+    shares = {"fifth_harmonic_share": 0.2, "eighth_harmonic_share": 0.1}
+    surface = grating(**shares, finger_speed_mm_s=19.0)  # 3.8 periods a second, 31 Hz
+    played = surface.loop()
+    assert len(played.levels) == STEPS_MAX
+    spectrum = np.abs(np.fft.rfft(played.levels)) / (STEPS_MAX / 2)
+    relative = spectrum[1:10] / spectrum[1]
+    assert relative == pytest.approx([1, 0, 0, 0, 0.2, 0, 0, 0.1, 0], abs=1e-6)
+    with pytest.raises(UserError, match=r"follow at most 3\.91"):
+        grating(**shares, finger_speed_mm_s=20.0).loop()
 
 
 @pytest.mark.parametrize("wave", WAVES)
