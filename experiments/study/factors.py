@@ -78,6 +78,7 @@ class Factor(FrozenTable):
         allow_inf_nan=False,
         description="Standard deviation, between simulated people, of the natural logarithm of the "
         "factor of each level.",
+        json_schema_extra={"unit": "none"},
     )
 
 

@@ -180,7 +180,7 @@ def test_a_study_s_page_has_its_source_effect_assumed_values_analysis_and_file()
     effect = gallery.PUBLISHED["monnoyer2016"]
     assert f"| {' | '.join(effect[each] for each in gallery.EFFECT)} |" in page
     assert "Final amplitude of the stimulus: 0.9, 1.15, 1.4 µm peak to peak; from_um_pp" in page
-    assert '| `force` | `"load_cells:/dev/ttyUSB0"` | your sensor |' in page
+    assert '| `force = "load_cells:/dev/ttyUSB0"` | your sensor |' in page
     assert "The exponent is the mean of participants' regression slopes" in page
     assert "Each factor was tested together with final amplitude" in page
     assert study_text("monnoyer2016").strip() in page

@@ -119,8 +119,8 @@ def _effect(name: str) -> Iterator[tuple[str, str]]:
 
 def _remarks(keys: str) -> Iterator[tuple[str, str]]:
     """Yield the values on which the study file has a remark, such as "assumed"."""
-    if rows := [[code(key), code(value), said] for key, value, said in REMARK.findall(keys)]:
-        yield "## Remarks on values", table(["key", "value", "remark"], rows)
+    if rows := [[code(f"{key} = {value}"), said] for key, value, said in REMARK.findall(keys)]:
+        yield "## Remarks on values", table(["value", "remark"], rows)
 
 
 def _methods(study: Study) -> Iterator[str]:

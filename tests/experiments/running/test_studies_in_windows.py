@@ -55,6 +55,11 @@ STUDIES = {
         {"repetitions = 3": "repetitions = 1\npractice = 0"},
         6,
     ),
+    "vezzoli2015": (  # two actuators: the board, and a simulated one
+        "magnitudeestimation",
+        {"repetitions = 2": "repetitions = 1\npractice = 0", "[0.6, 1.0, 1.5, 2.3]": "[0.6, 2.3]"},
+        4,
+    ),
     "pointing2023": (
         "pointing",
         {
@@ -141,10 +146,11 @@ def test_a_published_study_is_run_killed_resumed_and_whole(name, start, emulate,
     board = emulate()
     places, forces = lines
     pointed = name == "pointing2023"
+    paired = name == "vezzoli2015"
     position = {"pointing2023": "mouse:mm_per_pixel=0.375", "gueorguiev2017": "emulated_stage"}
     process = start(
         *("run", f"{name}.toml", "--participant", "01", "--windowed", "--out", ".", "--pilot"),
-        *("--plate", f"serial:{board.port}"),
+        *("--plate", f"pair:serial:{board.port}+mock" if paired else f"serial:{board.port}"),
         *("--position", position.get(name, f"lasers:{places}")),
         *("--force", f"load_cells:{forces},normal=3,lateral=4"),
         folder=tmp_path,
@@ -177,6 +183,9 @@ def test_a_published_study_is_run_killed_resumed_and_whole(name, start, emulate,
         changes = rows[[column for column in rows if column.endswith("changes")]].astype(float)
         assert changes.size >= len(rows)
         assert (changes > 0).all(axis=None)
+    if paired:
+        off = rows["second_readback_v_peak"].astype(float) - rows["second_voltage_v_peak"]
+        assert off.abs().max() < 5
     if pointed:
         assert set(rows["selection"]) == {"target"}
     else:
