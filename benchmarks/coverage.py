@@ -18,7 +18,6 @@ import pandas as pd
 
 from benchmarks.measured_page import put
 from slipscale.analysis.preprocessing.log_transform import prepare
-from slipscale.analysis.statistics import omnibus
 from slipscale.analysis.statistics.descriptives import student_intervals, within_intervals
 from slipscale.analysis.statistics.effect_sizes import hedges_g
 from slipscale.analysis.statistics.equivalence import equivalence
@@ -26,11 +25,12 @@ from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
 )
-from slipscale.analysis.statistics.pairwise import PairedT, pairwise
 from slipscale.analysis.statistics.power_law import PowerLaw, power_law
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
 from slipscale.analysis.statistics.reliability import Reliability, reliability
+from slipscale.analysis.statistics.repeated_measures import omnibus
+from slipscale.analysis.statistics.repeated_measures.pairwise import PairedT, pairwise
 from slipscale.analysis.tasks.difference.probit import d_primes
 from slipscale.analysis.tasks.difference.proportions import clustered_interval
 from slipscale.analysis.tasks.difference.step_size_curve import psychometric

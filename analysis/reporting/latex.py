@@ -14,7 +14,7 @@ from slipscale.analysis.writing.numbers import p_cell
 MICRO = r"$\mu$"
 
 if TYPE_CHECKING:
-    from slipscale.analysis.statistics.pairwise import PairComparison
+    from slipscale.analysis.statistics.repeated_measures.pairwise import PairComparison
     from slipscale.analysis.tasks.kind import Analysis
 
 

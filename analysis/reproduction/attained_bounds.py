@@ -27,7 +27,7 @@ from slipscale.analysis.reconstruction.inference.conclusions import (
 )
 from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS
 from slipscale.analysis.reproduction.allowed_datasets import columns
-from slipscale.analysis.statistics import batched
+from slipscale.analysis.statistics.repeated_measures import batched
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

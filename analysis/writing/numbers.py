@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
     from slipscale.analysis.statistics.not_computed import NotComputed
-    from slipscale.analysis.statistics.omnibus import PageTrend
+    from slipscale.analysis.statistics.repeated_measures.omnibus import PageTrend
     from slipscale.stimuli.quantity import Quantity
 
 T = TypeVar("T")

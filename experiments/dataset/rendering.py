@@ -10,9 +10,14 @@ from dataclasses import replace
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
-from slipscale.experiments.dataset.headphones import headphone_result
+from slipscale.experiments.dataset.further_tables.headphones import headphone_result
+from slipscale.experiments.dataset.further_tables.person_columns import (
+    person_columns,
+    session_columns,
+)
+from slipscale.experiments.dataset.further_tables.phenotype import phenotype
+from slipscale.experiments.dataset.further_tables.time_series import series_of
 from slipscale.experiments.dataset.journals import Problem
-from slipscale.experiments.dataset.phenotype import phenotype
 from slipscale.experiments.dataset.schema import (
     COMPLETE,
     MISSING,
@@ -22,11 +27,8 @@ from slipscale.experiments.dataset.schema import (
     SIDECAR,
     columns,
     filled,
-    person_columns,
-    session_columns,
     table_stem,
 )
-from slipscale.experiments.dataset.time_series import series_of
 from slipscale.experiments.dataset.tsv import cell, sidecar, table
 from slipscale.experiments.journal.plan_and_progress import software
 from slipscale.experiments.journal.serialisation import QUANTITY

@@ -12,7 +12,11 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from slipscale.experiments.dataset.measured import MEASURED, SECOND_READBACK, measured_columns
+from slipscale.experiments.dataset.measured import (
+    MEASURED,
+    SECOND_READBACK,
+    measured_columns,
+)
 from slipscale.experiments.protocol_parts.base import Column
 from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.experiments.study.questionnaires import ROW
@@ -22,23 +26,21 @@ from slipscale.stimuli.field_names import in_um
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from slipscale.experiments.protocol_parts.base import IntervalRecord, Protocol, TrialRecord
     from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.surface import Stimulus
 
+
 MISSING = "n/a"
 # The columns of participants.tsv that Slipscale fills in. The first identifies the participant, as
 # in every table of the analysis.
 PARTICIPANT, MODE, COMPLETE = TAKEN
-
 # The column of a participant's sessions.tsv that identifies the session; a questionnaire's table
 # also has a column for the run.
 SESSION, RUN = ROW
-
 PRACTICE, MAIN = "practice", "main"
-
 VOIDED, TIMED_OUT, FAULT, PAUSED = "voided", "timed_out", "fault", "paused"
 REPRESENTED, RESUMED, DAMAGED = "represented", "resumed", "damaged"
 SENSOR = "sensor"
@@ -61,7 +63,6 @@ READBACK = "readback"
 INTERVAL = "interval"
 # Separator between the flags of a trial.
 FLAG_SEPARATOR = ";"
-
 # Key of Slipscale's object in a run's sidecar, in addition to the BIDS keys.
 SIDECAR = "Slipscale"
 NOTES: Mapping[str, str] = {
@@ -95,7 +96,6 @@ NOTES: Mapping[str, str] = {
     "damaged": "journal lines that could not be used",
     "journal": "number of records in the journal, and their running hash; n/a for a pilot",
 }
-
 TABLE_NAME = re.compile(
     r"sub-(?P<sub>[A-Za-z0-9]+)(_ses-(?P<ses>[A-Za-z0-9]+))?_task-(?P<task>[A-Za-z0-9]+)"
     r"(_run-(?P<run>[0-9]+))?_beh\.tsv"
@@ -328,89 +328,5 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
             kind="label",
             description=f"Events in the trial, separated by '{FLAG_SEPARATOR}': "
             + ", ".join(f"{flag} ({meaning})" for flag, meaning in FLAGS.items()),
-        ),
-    }
-
-
-def session_columns() -> dict[str, Column]:
-    """Return the columns of a participant's sessions.tsv after `SESSION`, in order."""
-    return {
-        "acq_time": Column(
-            value=lambda _: None,
-            kind="text",
-            description="Start time of the session's first run, in UTC; n/a for a pilot",
-        ),
-        COMPLETE: Column(
-            value=lambda _: None,
-            kind="label",
-            description="Whether every run of the session was completed",
-            levels={"yes": "complete", "no": "interrupted, or still running"},
-        ),
-    }
-
-
-def questionnaire_columns(
-    items: Mapping[str, tuple[str, Mapping[str, str]]], visits: Collection[str] = ()
-) -> dict[str, Column]:
-    """Return the columns of a questionnaire's table after `PARTICIPANT`, in order.
-
-    Parameters
-    ----------
-    items : Mapping
-        Item code -> its text, and the text of each answer code.
-    visits : collection of str
-        The session and run columns in the table.
-    """
-    which = {
-        SESSION: "The participant's session in which the question was asked",
-        RUN: "The run of the session in which the question was asked",
-    }
-    return {
-        name: Column(value=lambda _: None, kind="label", description=meaning)
-        for name, meaning in which.items()
-        if name in visits
-    } | {
-        name: Column(
-            value=lambda _: None, kind="label", description=f"Item: {words}", levels=levels
-        )
-        for name, (words, levels) in items.items()
-    }
-
-
-def person_columns(questions: Mapping[str, Mapping[str, str]] | None = None) -> dict[str, Column]:
-    """Return the columns of participants.tsv after `PARTICIPANT`, in order.
-
-    Parameters
-    ----------
-    questions : Mapping
-        The study's questions about the participant: name -> the text for each answer code; empty
-        for a number.
-    """
-    answers = {
-        name: Column(
-            value=lambda _: None,
-            kind="label",
-            description=f"Answer to the question '{name}'",
-            levels=levels,
-        )
-        for name, levels in (questions or {}).items()
-    }
-    return answers | {
-        MODE: Column(
-            value=lambda _: None,
-            kind="label",
-            description="Whether these are data",
-            levels={
-                "participant": "a person's answers, to be analysed",
-                "pilot": (
-                    "a pilot run: simulated, or answered by a person who tried out the study"
-                ),
-            },
-        ),
-        COMPLETE: Column(
-            value=lambda _: None,
-            kind="label",
-            description="Whether every run was completed",
-            levels={"yes": "complete", "no": "interrupted, or still running"},
         ),
     }

@@ -6,6 +6,11 @@ from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from slipscale.experiments.dataset.further_tables.person_columns import (
+    person_columns,
+    questionnaire_columns,
+    session_columns,
+)
 from slipscale.experiments.dataset.measured import MEASURED
 from slipscale.experiments.dataset.schema import (
     FLAG_SEPARATOR,
@@ -17,9 +22,6 @@ from slipscale.experiments.dataset.schema import (
     SESSION,
     SIDECAR,
     columns,
-    person_columns,
-    questionnaire_columns,
-    session_columns,
     table_stem,
 )
 from slipscale.experiments.protocol_parts.registry import load_protocol, protocol_names

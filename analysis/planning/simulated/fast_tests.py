@@ -16,9 +16,9 @@ import numpy as np
 
 from slipscale.analysis.planning.simulated.estimates import means
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
-from slipscale.analysis.statistics import batched
 from slipscale.analysis.statistics.holm import holm_rows
 from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.analysis.statistics.repeated_measures import batched
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

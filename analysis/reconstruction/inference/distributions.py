@@ -27,7 +27,7 @@ from slipscale.analysis.reconstruction.inference.pairing import (
     most_alike,
     searched,
 )
-from slipscale.analysis.statistics import batched
+from slipscale.analysis.statistics.repeated_measures import batched
 
 if TYPE_CHECKING:
     from collections.abc import Callable

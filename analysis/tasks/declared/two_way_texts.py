@@ -17,7 +17,7 @@ from slipscale.analysis.writing.numbers import (
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-    from slipscale.analysis.statistics.two_way import Effect
+    from slipscale.analysis.statistics.repeated_measures.two_way import Effect
     from slipscale.stimuli.quantity import Quantity
 
     Effects = tuple[Effect, Effect, Effect]

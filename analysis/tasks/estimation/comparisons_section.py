@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from slipscale.analysis.statistics.pairwise import PairComparison, PairedT
+    from slipscale.analysis.statistics.repeated_measures.pairwise import PairComparison, PairedT
     from slipscale.analysis.statistics.statistic import Inference, Statistic
     from slipscale.analysis.tasks.kind import Analysis
     from slipscale.stimuli.quantity import Quantity

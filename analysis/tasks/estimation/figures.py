@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.ticker import LogLocator, NullLocator
 
 from slipscale.analysis.published import biet2007
-from slipscale.analysis.statistics import omnibus
 from slipscale.analysis.statistics.descriptives import within_intervals
+from slipscale.analysis.statistics.repeated_measures import omnibus
 from slipscale.analysis.writing.axes import LINES_AT_MOST, amplitude_axis, tip
 from slipscale.figure_style import BLUE, GREEN, ORANGE, PALE, PURPLE, VERMILION, canvas, styled
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, capitalised

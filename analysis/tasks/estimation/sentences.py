@@ -25,10 +25,15 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-    from slipscale.analysis.statistics.omnibus import Friedman, LinearTrend, PageTrend, RmAnova
-    from slipscale.analysis.statistics.pairwise import PairComparison, PairedT
     from slipscale.analysis.statistics.power_law import PowerLaw
     from slipscale.analysis.statistics.reliability import Reliability
+    from slipscale.analysis.statistics.repeated_measures.omnibus import (
+        Friedman,
+        LinearTrend,
+        PageTrend,
+        RmAnova,
+    )
+    from slipscale.analysis.statistics.repeated_measures.pairwise import PairComparison, PairedT
     from slipscale.analysis.tasks.estimation.growth.bayesian_growth import BayesianGrowth
     from slipscale.analysis.tasks.estimation.growth.statistics import Growth
     from slipscale.analysis.tasks.estimation.mixed_model import MixedModel

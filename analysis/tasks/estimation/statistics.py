@@ -9,12 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics import omnibus
 from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.pairwise import PairedT, pairwise
 from slipscale.analysis.statistics.power_law import PowerLaw, power_law
 from slipscale.analysis.statistics.reliability import Reliability, reliability
+from slipscale.analysis.statistics.repeated_measures import omnibus
+from slipscale.analysis.statistics.repeated_measures.pairwise import PairedT, pairwise
 from slipscale.analysis.statistics.statistic import (
     Family,
     Inputs,
@@ -35,7 +35,7 @@ from slipscale.analysis.tasks.estimation.robust_exponent import RobustExponent, 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from slipscale.analysis.statistics.pairwise import PairComparison
+    from slipscale.analysis.statistics.repeated_measures.pairwise import PairComparison
     from slipscale.experiments.study.analysis_choices import SdConvention, ZeroRule
 
     Pairs = tuple[PairComparison, ...]

@@ -28,8 +28,8 @@ from slipscale.analysis.statistics.mean_over_participants import (
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import exponents
+from slipscale.analysis.statistics.repeated_measures.two_way import Effect, two_way
 from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
-from slipscale.analysis.statistics.two_way import Effect, two_way
 from slipscale.analysis.tasks.estimation.mixed_model import AT_MOST, likeliest
 from slipscale.experiments.dataset.schema import PARTICIPANT
 

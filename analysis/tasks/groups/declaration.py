@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from slipscale.analysis.statistics.two_way import Effect
+    from slipscale.analysis.statistics.repeated_measures.two_way import Effect
     from slipscale.analysis.tasks.groups.statistics import GroupComparison
     from slipscale.analysis.tasks.groups.welch import GroupDifference, Welch
     from slipscale.analysis.tasks.kind import Analysis

@@ -27,8 +27,13 @@ from slipscale.analysis.statistics.mean_over_participants import (
     mean_over_participants,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.omnibus import Friedman, PageTrend, friedman_of, page_trend_of
-from slipscale.analysis.statistics.pairwise import signed_rank_p
+from slipscale.analysis.statistics.repeated_measures.omnibus import (
+    Friedman,
+    PageTrend,
+    friedman_of,
+    page_trend_of,
+)
+from slipscale.analysis.statistics.repeated_measures.pairwise import signed_rank_p
 from slipscale.analysis.statistics.statistic import Family, Statistic
 from slipscale.analysis.tasks.scales.statistics import in_order
 from slipscale.experiments.dataset.schema import PARTICIPANT

@@ -10,7 +10,7 @@ import pandas as pd
 from slipscale.analysis.preprocessing.normalisation import cell_means
 from slipscale.analysis.preprocessing.sufficiency import few
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.two_way import Effect, two_way
+from slipscale.analysis.statistics.repeated_measures.two_way import Effect, two_way
 
 if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared

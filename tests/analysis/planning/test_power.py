@@ -21,7 +21,7 @@ from slipscale.analysis.planning.power.terminal import summary
 from slipscale.analysis.planning.simulated.dataset import simulated_dataset
 from slipscale.analysis.planning.simulated.estimates import Ratings, Task, simulate_ratings
 from slipscale.analysis.planning.simulated.fast_tests import factor_p, pairwise, tables
-from slipscale.analysis.statistics.two_way import two_way
+from slipscale.analysis.statistics.repeated_measures.two_way import two_way
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.participants.simulated_people.habits import REALISTIC
 from slipscale.experiments.participants.simulated_people.population import Population

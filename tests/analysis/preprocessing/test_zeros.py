@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 
 from slipscale.analysis.preprocessing.log_transform import prepare
-from slipscale.analysis.statistics import omnibus
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.pairwise import pairwise
+from slipscale.analysis.statistics.repeated_measures import omnibus
+from slipscale.analysis.statistics.repeated_measures.pairwise import pairwise
 from slipscale.analysis.tasks.estimation import primary
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.experiments.study.analysis_choices import AnalysisChoices

@@ -11,7 +11,11 @@ from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.equivalence import Equivalence
-from slipscale.analysis.statistics.pairwise import PairComparison, PairedT, SignedRank
+from slipscale.analysis.statistics.repeated_measures.pairwise import (
+    PairComparison,
+    PairedT,
+    SignedRank,
+)
 from slipscale.analysis.tasks.difference.verbal_coding import load_codebook
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.faults import UserError

@@ -21,7 +21,7 @@ from slipscale.analysis.reconstruction.inference.conclusions import (
 from slipscale.analysis.reconstruction.inference.extreme_t import paired_t, t_of_moments
 from slipscale.analysis.reconstruction.inference.repeated_measures_f import greatest_f, least_f
 from slipscale.analysis.reproduction.allowed_datasets import columns
-from slipscale.analysis.statistics import batched
+from slipscale.analysis.statistics.repeated_measures import batched
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from scipy import stats
 from slipscale import commands
 from slipscale.analysis.reconstruction.inference.interval_tests import answer
 from slipscale.analysis.reconstruction.table.table_files import from_toml
-from slipscale.analysis.statistics import batched
+from slipscale.analysis.statistics.repeated_measures import batched
 from slipscale.faults import UserError
 
 KINDS = ("paired_t", "independent_t", "welch_t", "one_way_f", "rm_f", "correlation")

@@ -22,7 +22,7 @@ from slipscale.analysis.reconstruction.inference.pairing import (
     searched,
 )
 from slipscale.analysis.reproduction.allowed_datasets import columns
-from slipscale.analysis.statistics import batched as statistics
+from slipscale.analysis.statistics.repeated_measures import batched as statistics
 from slipscale.faults import UserError
 
 LOG_AMPLITUDE = tuple(np.log([0.5, 1.2, 2.3]))

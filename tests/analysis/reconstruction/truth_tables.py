@@ -18,7 +18,7 @@ from slipscale.analysis.reconstruction.inference.printed_test_answers import ans
 from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
 from slipscale.analysis.reconstruction.table.published_table import Column, Scale
 from slipscale.analysis.reconstruction.table.rounding import Printed
-from slipscale.analysis.statistics import batched
+from slipscale.analysis.statistics.repeated_measures import batched
 
 PAIRED = ("paired_t", "correlation", "rm_f")
 KINDS = (*PAIRED, "independent_t", "welch_t", "one_way_f")

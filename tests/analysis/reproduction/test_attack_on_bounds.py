@@ -17,7 +17,7 @@ from slipscale.analysis.reconstruction.inference.pairing import least_alike, mos
 from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS
 from slipscale.analysis.reproduction.allowed_datasets import AMPLITUDES_UM_PP, columns
 from slipscale.analysis.reproduction.comparison import recorded_values
-from slipscale.analysis.statistics.batched import paired_t, repeated_measures_f
+from slipscale.analysis.statistics.repeated_measures.batched import paired_t, repeated_measures_f
 
 DRAWN = 300
 ROUNDS = 4

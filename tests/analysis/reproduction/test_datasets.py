@@ -6,7 +6,7 @@ import pytest
 from slipscale.analysis.published.biet2007 import TABLE3, agrees
 from slipscale.analysis.reproduction import datasets
 from slipscale.analysis.reproduction.comparison import compare
-from slipscale.analysis.statistics.batched import paired_t, repeated_measures_f
+from slipscale.analysis.statistics.repeated_measures.batched import paired_t, repeated_measures_f
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.reading.mapping import parse_mapping
 from slipscale.analysis.statistics.equivalence import bayes_factor, equivalence
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
-from slipscale.analysis.statistics.pairwise import pairwise
+from slipscale.analysis.statistics.repeated_measures.pairwise import pairwise
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError

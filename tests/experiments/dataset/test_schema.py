@@ -4,6 +4,7 @@ from dataclasses import replace
 import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.further_tables.person_columns import person_columns
 from slipscale.experiments.dataset.rows_from_journal import EVENT_FLAGS
 from slipscale.experiments.dataset.schema import (
     FLAGS,
@@ -11,7 +12,6 @@ from slipscale.experiments.dataset.schema import (
     PARTICIPANT,
     TABLE_NAME,
     columns,
-    person_columns,
     table_stem,
 )
 from slipscale.experiments.protocol_parts.base import Column, Options

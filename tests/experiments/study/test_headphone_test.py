@@ -5,7 +5,7 @@ import json
 import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
-from slipscale.experiments.dataset.headphones import headphone_result
+from slipscale.experiments.dataset.further_tables.headphones import headphone_result
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.experiments.session.question_sounds import NoSounds

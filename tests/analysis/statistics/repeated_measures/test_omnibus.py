@@ -11,11 +11,12 @@ from scipy import stats
 from statsmodels.regression.mixed_linear_model import MixedLM
 
 from slipscale.analysis.preprocessing.log_transform import prepare
-from slipscale.analysis.statistics import omnibus, power_law
+from slipscale.analysis.statistics import power_law
 from slipscale.analysis.statistics.descriptives import cousineau_morey
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.pairwise import pairwise, signed_rank_p
 from slipscale.analysis.statistics.reliability import reliability
+from slipscale.analysis.statistics.repeated_measures import omnibus
+from slipscale.analysis.statistics.repeated_measures.pairwise import pairwise, signed_rank_p
 from slipscale.analysis.tasks.difference.proportions import exact_interval
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.analysis.tasks.estimation.growth.statistics import growth
@@ -24,7 +25,7 @@ from slipscale.analysis.tasks.estimation.order_effects import order_effects
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
-HERE = Path(__file__).parents[2] / "data" / "r_reference"
+HERE = Path(__file__).parents[3] / "data" / "r_reference"
 R = json.loads((HERE / "reference.json").read_text())
 AMPLITUDES = np.array([0, 0.5, 1.2, 2.3])
 

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.analysis.statistics.pairwise import EXACT_AT_MOST
 from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.analysis.statistics.repeated_measures.pairwise import EXACT_AT_MOST
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
-from slipscale.experiments.dataset.schema import PARTICIPANT, RUN, SESSION, questionnaire_columns
+from slipscale.experiments.dataset.further_tables.person_columns import questionnaire_columns
+from slipscale.experiments.dataset.schema import PARTICIPANT, RUN, SESSION
 from slipscale.experiments.dataset.tsv import cell, sidecar, table
 
 if TYPE_CHECKING:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from slipscale.analysis.statistics.batched import signed_rank_p
-from slipscale.analysis.statistics.pairwise import EXACT_AT_MOST
+from slipscale.analysis.statistics.repeated_measures.batched import signed_rank_p
+from slipscale.analysis.statistics.repeated_measures.pairwise import EXACT_AT_MOST
 
 
 def kinds(n):

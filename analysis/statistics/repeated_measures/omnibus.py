@@ -13,13 +13,13 @@ import numpy as np
 
 from slipscale.analysis.json_form import OurName, bounds, record, renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
-from slipscale.analysis.statistics import batched
 from slipscale.analysis.statistics.effect_sizes import eta_squared, eta_squared_interval
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.repeated_measures import batched
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:

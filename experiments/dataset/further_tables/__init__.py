@@ -1,0 +1,1 @@
+"""Tables other than those of the trials: finger, headphones, questionnaires, people."""

@@ -1,0 +1,95 @@
+"""Columns of the tables of participants, sessions and questionnaires."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.dataset.schema import COMPLETE, MODE, RUN, SESSION
+from slipscale.experiments.protocol_parts.base import Column
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
+
+def session_columns() -> dict[str, Column]:
+    """Return the columns of a participant's sessions.tsv after `SESSION`, in order."""
+    return {
+        "acq_time": Column(
+            value=lambda _: None,
+            kind="text",
+            description="Start time of the session's first run, in UTC; n/a for a pilot",
+        ),
+        COMPLETE: Column(
+            value=lambda _: None,
+            kind="label",
+            description="Whether every run of the session was completed",
+            levels={"yes": "complete", "no": "interrupted, or still running"},
+        ),
+    }
+
+
+def questionnaire_columns(
+    items: Mapping[str, tuple[str, Mapping[str, str]]], visits: Collection[str] = ()
+) -> dict[str, Column]:
+    """Return the columns of a questionnaire's table after `PARTICIPANT`, in order.
+
+    Parameters
+    ----------
+    items : Mapping
+        Item code -> its text, and the text of each answer code.
+    visits : collection of str
+        The session and run columns in the table.
+    """
+    which = {
+        SESSION: "The participant's session in which the question was asked",
+        RUN: "The run of the session in which the question was asked",
+    }
+    return {
+        name: Column(value=lambda _: None, kind="label", description=meaning)
+        for name, meaning in which.items()
+        if name in visits
+    } | {
+        name: Column(
+            value=lambda _: None, kind="label", description=f"Item: {words}", levels=levels
+        )
+        for name, (words, levels) in items.items()
+    }
+
+
+def person_columns(questions: Mapping[str, Mapping[str, str]] | None = None) -> dict[str, Column]:
+    """Return the columns of participants.tsv after `PARTICIPANT`, in order.
+
+    Parameters
+    ----------
+    questions : Mapping
+        The study's questions about the participant: name -> the text for each answer code; empty
+        for a number.
+    """
+    answers = {
+        name: Column(
+            value=lambda _: None,
+            kind="label",
+            description=f"Answer to the question '{name}'",
+            levels=levels,
+        )
+        for name, levels in (questions or {}).items()
+    }
+    return answers | {
+        MODE: Column(
+            value=lambda _: None,
+            kind="label",
+            description="Whether these are data",
+            levels={
+                "participant": "a person's answers, to be analysed",
+                "pilot": (
+                    "a pilot run: simulated, or answered by a person who tried out the study"
+                ),
+            },
+        ),
+        COMPLETE: Column(
+            value=lambda _: None,
+            kind="label",
+            description="Whether every run was completed",
+            levels={"yes": "complete", "no": "interrupted, or still running"},
+        ),
+    }
