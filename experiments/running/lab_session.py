@@ -56,6 +56,7 @@ from slipscale.experiments.study.file import read_study
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError, harmless
 from slipscale.hardware.address import is_mock, with_plate_file
+from slipscale.hardware.backends.pair import PlatePair
 from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.contact.serial_columns import open_vibrometer
 from slipscale.hardware.contact.source import Surroundings
@@ -329,6 +330,8 @@ def _tracking(
 ) -> ResonanceTracking | None:
     """Return the resonance tracker if the study requires one; a simulated plate needs none."""
     wanted = plan.study.plate
+    if isinstance(plate, PlatePair):
+        plate = plate.first  # between trials, when both are off
     if not wanted.track_resonance or plate.simulated:
         return None
     if not plate.tracks:

@@ -48,12 +48,21 @@ def stage_of(stroke: Stroke | None, sources: Mapping[Kind, ContactSource]) -> St
 
 
 @contextmanager
-def moved(stage: Stage | None, step: Explore, watch: Watch) -> Iterator[None]:
-    """Have the stage stroke during an exploration; stop it on every path."""
+def moved(stage: Stage | None, step: Explore, watch: Watch) -> Iterator[Watch]:
+    """Have the stage stroke during an exploration; stop it on every path.
+
+    Yields the function to call on every frame. Outside trials, where nothing is measured, it also
+    takes the stage's samples, by which the stage turns.
+    """
     guide = step.guide
     if stage is None or guide is None or guide.speed_mm_s is None:
-        yield
+        yield watch
         return
+
+    def turning() -> None:
+        watch()
+        stage.take()
+
     strokes = Strokes(
         speed_mm_s=guide.speed_mm_s,
         length_mm=guide.stroke_mm,
@@ -63,7 +72,7 @@ def moved(stage: Stage | None, step: Explore, watch: Watch) -> Iterator[None]:
     try:
         stage.home(strokes, watch)
         stage.stroke(strokes)
-        yield
+        yield watch if step.trial else turning
     finally:
         stage.stop()
     stage.home(strokes, watch)

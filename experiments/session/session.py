@@ -304,9 +304,11 @@ class Session:
     def _feel(self, step: Explore) -> Reply:
         """Have the participant explore the plate."""
         self._wait()
-        watch = self._interruptions.watch
-        with moved(self._stage, step, watch), self._contact.measured(step, watch) as watched:
-            return self._participant.perform(step, watched)
+        with (
+            moved(self._stage, step, self._interruptions.watch) as moving,
+            self._contact.measured(step, moving) as watch,
+        ):
+            return self._participant.perform(step, watch)
 
     def _ask(self, step: Ask) -> Reply:
         self._presenting.restore(step)

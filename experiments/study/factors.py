@@ -173,7 +173,7 @@ def second_levels(second: SecondPlate | None, factors: Iterable[Factor]) -> tupl
     return tuple(level for level in next(named, ()) if isinstance(level, float))
 
 
-def second_unset(second: SecondPlate, factors: Sequence[Factor]) -> Iterator[Fault]:
+def second_faults(second: SecondPlate, factors: Sequence[Factor]) -> Iterator[Fault]:
     """Yield the errors in the factor that sets the level of a second actuator."""
     named = [each for each in factors if each.name == second.factor]
     levels = second_levels(second, named)

@@ -24,7 +24,7 @@ from slipscale.experiments.study.factors import (
     MOST_CONDITIONS,
     Factor,
     conditions_of,
-    second_unset,
+    second_faults,
     uncrossable,
 )
 from slipscale.experiments.study.levels import Levels
@@ -120,7 +120,7 @@ def valid_factors(value: tuple[Factor, ...], info: ValidationInfo) -> tuple[Fact
     for number, factor in enumerate(value):
         faults += uncrossable(("factors", number), factor, info.data)
     if second := info.data.get("second_plate"):
-        faults += second_unset(second, value)
+        faults += second_faults(second, value)
     count = len(conditions_of(value)) if value else 1
     if count > MOST_CONDITIONS:
         said = f"expected at most {MOST_CONDITIONS} combinations, not {count}"

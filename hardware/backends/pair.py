@@ -62,6 +62,10 @@ class PlatePair(PlateDriver):
         self.second.check_supported(VirtualSurface(level=self.second_level))
         return super().check_supported(surface, sensors=sensors)
 
+    def confirm(self, commanded_level: float, readback: Readback) -> None:
+        """Raise `NotReached` or `OffCalibration` by the first actuator's rules."""
+        self.first.confirm(commanded_level, readback)
+
     def vibration_level(self) -> float:
         """Return the level of the first actuator that a finger on the plate feels now."""
         return self.first.vibration_level()
@@ -99,7 +103,9 @@ class PlatePair(PlateDriver):
         self.second.check()
 
     def _play(self, loop: Loop) -> None:
-        self.first._play(loop)  # noqa: SLF001 - `_drive` has settled it
+        # `_drive` has settled the first; to present again would drive the second again.
+        self.first._play(loop)  # noqa: SLF001
+        self.first._played = loop  # noqa: SLF001
 
     def _change(self, change: Loop) -> None:
         self.first.play(change)

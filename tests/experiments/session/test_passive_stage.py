@@ -117,8 +117,11 @@ def test_whatever_ends_an_exploration_stops_the_stage(error):
 def test_after_an_exploration_the_stage_is_at_its_start():
     clock = VirtualClock()
     stage = EmulatedStage(Surroundings(clock=clock))
-    with moved(stage, Explore(text="", guide=GUIDE), lambda: None):
-        clock.sleep(0.4)
+    with moved(stage, Explore(text="", guide=GUIDE), lambda: None) as watch:
+        for _ in range(120):  # 0.825 s a stroke
+            clock.sleep(0.01)
+            watch()
+        assert stage.place_at(clock.now()) == pytest.approx(22, abs=2)  # on its way back
     assert stage.place_at(clock.now()) == pytest.approx(0)
 
 

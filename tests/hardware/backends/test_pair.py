@@ -1,5 +1,7 @@
 """Two actuators as one plate: both are driven, and a fault of either switches off both."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from slipscale.faults import UserError
@@ -13,6 +15,7 @@ from slipscale.hardware.records import Output
 from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.quantity import made_by_plate
 from slipscale.stimuli.surface import VirtualSurface
+from slipscale.stimuli.texture import Grating
 
 VOLTS = PlateLimits(
     quantity=made_by_plate("voltage", "V", "peak"), level=150.0, deviation_level=3.0
@@ -97,6 +100,13 @@ def test_a_second_actuator_that_drifts_is_a_fault(pair):
     with pytest.raises(NotReached, match="100 V peak was commanded"):
         pair.read_back()
     assert levels(pair) == (0, 0)
+
+
+def test_the_calibration_of_another_plate_is_harmless_if_the_first_is_simulated(pair):
+    pair.calibration = pair.first.calibration = SimpleNamespace(voltage_v_peak=lambda _: 99.0)
+    assert pair.present(ON).predicted_v_peak == 99.0
+    pair.present(Grating(spatial_period_mm=5.0, mean_level=1.0, depth_level=0.5))
+    pair.read_back()
 
 
 def test_a_level_beyond_the_second_s_limit_is_refused_before_anything_moves(pair):
