@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-#: The script, and its input if there are tasks other than magnitude estimation and differences.
+#: The script, and its part for other tasks, factors and sessions, if there are any.
 SCRIPT, TASK_SCRIPT = "recompute.R", "recompute_tasks.R"
 
 
@@ -87,12 +87,14 @@ def _pdf(_analysis: Analysis, report: Path) -> list[str]:
 
 
 def _scripts(analysis: Analysis, report: Path) -> list[str]:
-    write_csv(reported_numbers(analysis), report.with_name("numbers.csv"))
+    numbers = reported_numbers(analysis)
+    write_csv(numbers, report.with_name("numbers.csv"))
     write_csv(settings(analysis), report.with_name("settings.csv"))
     trials = task_trials(analysis)
     for name, rows in trials.items():
         write_csv(rows, report.with_name(f"{name}.csv"))
-    scripts = [SCRIPT, *([TASK_SCRIPT] if trials else [])]
+    crossed = numbers["name"].str.match(r"(factors|sessions)\.").any()
+    scripts = [SCRIPT, *([TASK_SCRIPT] if trials or crossed else [])]
     for name in scripts:
         text = (
             files("slipscale.analysis.export").joinpath("scripts", name).read_text(encoding="utf-8")

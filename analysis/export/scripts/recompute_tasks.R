@@ -628,33 +628,32 @@ factor_effects <- function(trials, levels, confidence) {
     })
     present <- sapply(labels, function(label) length(unique(trials$who[condition == label])))
     means <- Map(function(v, n) c(n = n, setNames(exp(colMeans(v, na.rm = TRUE)), paste0("geometric_means.", levels))), logs, present)
-    mixed <- mixed_changes(trials, condition, labels, confidence)
+    mixed <- mixed_changes(trials, condition, sub("^factor: ", "", column), labels, confidence)
     slopes_of <- lapply(logs, slopes, levels)
     changes <- lapply(seq_along(labels)[-1], function(i) c(
       under("exponent.", mean_test(slopes_of[[i]] - slopes_of[[1]], confidence)),
       under("log_ratio.", mean_test(rowMeans(logs[[i]] - logs[[1]], na.rm = TRUE), confidence)),
-      mixed[[i - 1]]))
+      mixed$changes[[i - 1]]))
     for (what in c("exponent", "log_ratio")) {
       p <- sapply(changes, function(each) unname(each[paste0(what, ".p")]))
       changes <- Map(function(each, holm) c(each, setNames(holm, paste0(what, "_p_holm"))), changes, p.adjust(p, "holm"))
     }
     c(numbered("conditions.", means), under("anova.", two_way_anova(trials, condition, "factor", confidence)),
-      numbered("changes.", changes))
+      mixed$fit, numbered("changes.", changes))
   }))
 }
 
 # Each condition's change of exponent, and of the logarithm at the mean log level, by a mixed model.
-# Nothing if its variances are at their bound, where optimisers stop at different places.
-mixed_changes <- function(trials, condition, labels, confidence) {
+mixed_changes <- function(trials, condition, column, labels, confidence) {
   d <- transform(trials, condition = factor(condition, labels))[trials$level > 0 & !is.na(trials$log), ]
   d$lx <- log(d$level) - mean(log(d$level))
   n <- length(unique(d$who))
   if (!requireNamespace("lme4", quietly = TRUE) || n < 3 || nrow(d) <= 2 * length(labels) * n) return(NULL)
   m <- suppressMessages(suppressWarnings(lme4::lmer(log ~ lx * condition + (lx + condition | who), d)))
-  if (lme4::isSingular(m)) return(NULL)
+  if (lme4::isSingular(m, tol = 1e-2)) cat("mixed model with factor", paste0(column, ":"), at_its_bound, "\n")
   se <- sqrt(diag(as.matrix(vcov(m))))
   names(se) <- names(lme4::fixef(m))
-  lapply(labels[-1], function(label) {
+  changes <- lapply(labels[-1], function(label) {
     one <- function(name, term) {
       b <- lme4::fixef(m)[[term]]
       half <- qt((1 + confidence) / 2, n - 1) * se[[term]]
@@ -662,6 +661,7 @@ mixed_changes <- function(trials, condition, labels, confidence) {
     }
     c(one("mixed_exponent", paste0("lx:condition", label)), one("mixed_log_ratio", paste0("condition", label)))
   })
+  list(fit = c(mixed.log_likelihood_reml = as.numeric(logLik(m))), changes = changes)
 }
 
 # The stress of a reported map, and participants' weights of its axes. The search for maps is not

@@ -31,8 +31,10 @@ AT_MOST = 200
 OPTIMISERS = ("bfgs", "lbfgs", "powell")
 #: Log likelihoods closer than this count as the same maximum.
 SAME_MAXIMUM = 1e-3
-#: Text common to the statsmodels warnings about a variance or correlation at its bound.
-AT_ITS_BOUND = ("boundary", "not positive definite", "singular")
+#: Smallest diagonal element of the random effects' Cholesky factor, in residual standard
+#: deviations, that is not at its bound. lme4's `isSingular` tests the same, with 1e-4 by default.
+AT_ITS_BOUND = 1e-2
+BOUND_SENTENCE = "a variance or correlation is on its boundary"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,7 +123,7 @@ def mixed_model(data: Prepared) -> MixedModel | NotComputed:
         sd_residual=float(np.sqrt(fit.scale)),
         log_likelihood_reml=float(fit.llf),
         converged=bool(fit.converged),
-        at_bound=any(mark in text for text in said for mark in AT_ITS_BOUND),
+        at_bound=singular(fit),
         optimiser=optimiser,
         warnings=tuple(said),
         n=n,
@@ -157,6 +159,13 @@ def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
 
 def _centre(frame: pd.DataFrame) -> float:
     return float(frame["lx"].mean())
+
+
+def singular(fit: MixedLMResults) -> bool:
+    """Return whether a variance or correlation of the random effects is at its bound."""
+    variances, axes = np.linalg.eigh(fit.cov_re.to_numpy(float) / fit.scale)
+    factor = np.linalg.qr((axes * np.sqrt(np.clip(variances, 0, None))).T, mode="r")
+    return bool(np.abs(np.diag(factor)).min() < AT_ITS_BOUND)
 
 
 def likeliest(

@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import missing
+from slipscale.analysis.tasks.estimation.mixed_model import BOUND_SENTENCE
 from slipscale.analysis.writing.numbers import (
     bracketed,
     level_of,
@@ -383,7 +384,7 @@ def mixed_model(found: MixedModel, confidence: float, _quantity: Quantity) -> st
             "The linear mixed model with random intercepts and slopes did not converge; its "
             "exponent is not reported."
         )
-    bound = "; a variance or correlation is on its boundary" if found.at_bound else ""
+    bound = f"; {BOUND_SENTENCE}" if found.at_bound else ""
     return (
         "A linear mixed model gave an exponent of "
         f"{number(found.exponent)}{_ci(found.interval, confidence)} ({found.trials} trials from "

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.declared.two_way_texts import anova_sentence, anova_table
+from slipscale.analysis.tasks.estimation.mixed_model import BOUND_SENTENCE
 from slipscale.analysis.tasks.factors.statistics import FACTORS
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing import html
@@ -106,6 +107,8 @@ def _means(found: FactorEffects, quantity: Quantity) -> Markup:
 
 
 def _changes(found: FactorEffects, level: str) -> Markup:
+    singular = found.mixed and found.mixed.at_bound
+    bound = f" In the mixed model, {BOUND_SENTENCE}." if singular else ""
     heads = ("Ratio of geometric means", "the same, mixed model", "Exponent", "mixed model")
     return html.table(
         html.columns(
@@ -126,7 +129,7 @@ def _changes(found: FactorEffects, level: str) -> Markup:
         "Mean changes from the first condition across participants (t-based interval), and a mixed "
         "model of all trials, whose ratio applies at the mean logarithmic level. The model assumes "
         "that exponents change equally for all participants; if they do not, its intervals are too "
-        "narrow.",
+        f"narrow.{bound}",
     )
 
 

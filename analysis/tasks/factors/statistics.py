@@ -30,7 +30,7 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import exponents
 from slipscale.analysis.statistics.repeated_measures.two_way import Effect, two_way
 from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
-from slipscale.analysis.tasks.estimation.mixed_model import AT_MOST, likeliest
+from slipscale.analysis.tasks.estimation.mixed_model import AT_MOST, likeliest, singular
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
@@ -54,6 +54,17 @@ class FixedEffect:
     def json_form(self) -> Mapping[str, object]:
         """Return the result as a mapping."""
         return renamed(self, interval="ci")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MixedFit:
+    """How the mixed model was fitted: restricted log likelihood, and whether it is singular.
+
+    ``at_bound`` is true if a variance or correlation is at its bound.
+    """
+
+    log_likelihood_reml: float
+    at_bound: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,6 +132,7 @@ class FactorEffects:
     factor: str
     conditions: tuple[ConditionMeans, ...]
     anova: TwoWay | NotComputed
+    mixed: MixedFit | NotComputed
     changes: tuple[ConditionChange, ...]
 
 
@@ -148,6 +160,7 @@ def _of_factor(prepared: Prepared, column: str, confidence: float) -> FactorEffe
         for label in sorted(conditions.unique(), key=numbers_first)
     }
     whole = pd.concat(logs, axis=1).dropna()
+    mixed = _mixed(prepared, conditions, list(logs), confidence)
     effects = two_way(whole, confidence, f"every {prepared.quantity.level} in every condition")
     return FactorEffects(
         factor=column.removeprefix(FACTOR),
@@ -164,7 +177,8 @@ def _of_factor(prepared: Prepared, column: str, confidence: float) -> FactorEffe
         anova=effects
         if isinstance(effects, NotComputed)
         else TwoWay(n=len(whole), factor=effects[0], amplitude=effects[1], interaction=effects[2]),
-        changes=_changes(logs, _mixed(prepared, conditions, list(logs), confidence), confidence),
+        mixed=mixed if isinstance(mixed, NotComputed) else mixed[0],
+        changes=_changes(logs, mixed if isinstance(mixed, NotComputed) else mixed[1], confidence),
     )
 
 
@@ -202,7 +216,7 @@ def _changes(
 
 def _mixed(
     prepared: Prepared, conditions: pd.Series[str], labels: list[str], confidence: float
-) -> Mapping[tuple[str, str], FixedEffect] | NotComputed:
+) -> tuple[MixedFit, Mapping[tuple[str, str], FixedEffect]] | NotComputed:
     """Fit ly ~ lx * condition by REML, with lx and condition as random effects of participants."""
     from scipy import stats  # noqa: PLC0415 - takes a second to import
 
@@ -240,7 +254,7 @@ def _mixed(
             ends = ConfidenceInterval(value - quantile * se, value + quantile * se, confidence)
             p = float(2 * stats.t.sf(abs(value / se), n - 1))
             found[label, what] = FixedEffect(value=value, se=se, interval=ends, p=p)
-    return found
+    return MixedFit(log_likelihood_reml=float(fit.llf), at_bound=singular(fit)), found
 
 
 def _anova_ps(found: tuple[FactorEffects, ...]) -> list[float]:
