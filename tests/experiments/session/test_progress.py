@@ -37,3 +37,7 @@ def test_the_time_left_is_that_of_the_trials_left_at_the_pace_so_far_without_pau
     # 60 s in all; 2 trials since the resume, 8 are left.
     assert told[-1].elapsed_s == pytest.approx(60.0)
     assert told[-1].time_left_s == pytest.approx(60.0 / 2 * 8)
+    for number in range(5, 14):  # one trial was repeated
+        trial(number)
+    progress.tell("showing")
+    assert told[-1].time_left_s == 0.0

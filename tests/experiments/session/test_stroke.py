@@ -2,6 +2,7 @@
 
 import json
 import os
+from types import SimpleNamespace
 
 import pytest
 
@@ -11,7 +12,9 @@ from slipscale.experiments.participants.psychopy_window.scene import Disc
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.running.pilot import run_pilot, run_simulated
 from slipscale.experiments.running.rehearsal import dry_run
+from slipscale.experiments.session.stroke_control import StrokeControl
 from slipscale.experiments.steps.steps import Explore, Guide
+from slipscale.experiments.steps.trial import Trial
 from slipscale.experiments.study.file import parse_study
 from slipscale.experiments.study.stroke import Stroke, Stroked
 from slipscale.faults import UserError
@@ -51,6 +54,23 @@ practice = 0
 def test_an_exploration_is_compared_with_what_was_measured(found, outside):
     stroke = Stroke(speed_mm_s=100.0, normal_force_n=0.5, direction="forward")
     assert stroke.outside(stroke.guide({}), found) == outside
+
+
+@pytest.mark.parametrize(
+    "speed_mm_s, feedback_s, text", [(80.0, 2.0, None), (30.0, 2.0, "slow"), (30.0, 0.0, None)]
+)
+def test_only_an_outside_stroke_is_followed_by_feedback_if_the_study_wants_it(
+    speed_mm_s, feedback_s, text
+):
+    stroke = Stroke(speed_mm_s=80.0, feedback_s=feedback_s)
+    control = StrokeControl(
+        stroke, SimpleNamespace(append=lambda *_, **__: None), {"session.stroke_too_slow": "slow"}
+    )
+    times_s = [0.01 * each for each in range(100)]
+    samples = [Sample(time_s=at_s, values=(speed_mm_s * at_s, 0.0)) for at_s in times_s]
+    step = Explore(text="", trial=Trial(task="a", number=1, total=1), guide=stroke.guide({}))
+    told = control.judged(step, {"position": samples})
+    assert (told and told.text) == text
 
 
 def test_a_factor_replaces_the_speed_in_its_conditions():
