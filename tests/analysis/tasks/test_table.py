@@ -1,12 +1,17 @@
 """The table of kinds of task: nothing that a kind declares is forgotten."""
 
 import re
+from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
 from typing import get_args
 
 import pytest
 
+from slipscale.analysis import tasks
 from slipscale.analysis.reporting import files, page
+from slipscale.analysis.statistics.statistic import Statistic
+from slipscale.analysis.tasks.kind import TaskAnalysis
 from slipscale.analysis.tasks.table import KINDS, STATISTICS
 from slipscale.experiments.study.analysis_choices import Test
 from slipscale.experiments.study.file import shipped_studies
@@ -29,6 +34,14 @@ def test_every_figure_is_shown_in_the_report(pilot):
 
 def test_every_statistic_is_in_the_json_under_its_key(pilot):
     assert list(pilot.inference.results) == [each.key for each in STATISTICS]
+
+
+def test_every_statistic_and_kind_of_a_module_is_in_the_table():
+    listed = {id(each) for each in (*STATISTICS, *KINDS)}
+    for module in walk_packages(tasks.__path__, f"{tasks.__name__}."):
+        for name, each in vars(import_module(module.name)).items():
+            if isinstance(each, Statistic | TaskAnalysis):
+                assert id(each) in listed, f"{module.name}.{name}"
 
 
 def test_a_study_can_choose_every_test_and_no_other():

@@ -112,7 +112,8 @@ class Reads(ast.NodeVisitor):
         self.names = set()
 
     def visit_FunctionDef(self, node):
-        if not any("validator" in ast.unparse(each) for each in node.decorator_list):
+        checks = any("validator" in ast.unparse(each) for each in node.decorator_list)
+        if not (checks or node.name.startswith("valid_")):
             self.generic_visit(node)
 
     def visit_Attribute(self, node):
