@@ -179,7 +179,7 @@ class PlateDriver(GuardedOutput):
         raise self._unpresented(
             surface,
             self.why_not_modulated,
-            ", name a sensor of the finger's position ([plate] position)" if follows else "",
+            ", name a finger-position sensor ([plate] position)" if follows else "",
         )
 
     def _check_loop(self, loop: Loop) -> None:

@@ -29,7 +29,7 @@ class PlateNotFound(PlateFault):
     """There is no device at that address."""
 
     code = "not_there"
-    remedy = "Check the cable and the port's name: slipscale plate list shows the ports."
+    remedy = "Check the cable and the port name: slipscale plate list shows the ports."
 
 
 class NoPermission(PlateFault):

@@ -16,7 +16,7 @@ class QuantityTable(FrozenTable):
     """The quantity that the plate produces, in which a study's levels are also expressed."""
 
     name: Annotated[str, Field(strict=True, pattern=r"^[a-z]+( [a-z]+)*$")] = Field(
-        default=PLATE_AMPLITUDE.name, description="A noun in small letters, such as voltage."
+        default=PLATE_AMPLITUDE.name, description="A lower-case noun, such as voltage."
     )
     unit: Text = Field(
         default=PLATE_AMPLITUDE.unit, description=("The unit as written: V, m/s², N.")

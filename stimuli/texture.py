@@ -260,7 +260,7 @@ class Grating(Parametric):
     def level_at(self, position_mm: float, _across_mm: float = 0.0) -> float:
         """Return the amplitude at a position along the stroke, the same for all across it."""
         if self.spatial_period_mm is None:
-            raise ValueError(f"{self.where} is a wave in time and has no position")
+            raise ValueError(f"{self.where} varies only in time and has no position")
         return self.level_in(position_mm / self.spatial_period_mm)
 
     def level_in(self, periods: float) -> float:

@@ -97,7 +97,7 @@ def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
         files[f"{NOTES}{wanted.notes.suffix}"] = (_notes(wanted.notes).encode(), "notes", "")
     stopping = wanted.stopping_rule or (
         f"Data are collected from {study.participants} participants, whatever the results; nobody "
-        "looks at results before then."
+        "looks at the results before then."
     )
     plan = Manifest(
         frozen_utc=when.isoformat(timespec="seconds"),

@@ -48,12 +48,12 @@ def add_data(parser: ArgumentParser) -> None:
         epilog="example: slipscale data merge data other-data --out merged",
     )
     for name in ("one", "other"):
-        merge.add_argument(name, type=Path, metavar="DATASET", help="a data set's folder")
+        merge.add_argument(name, type=Path, metavar="DATASET", help="a data set folder")
     merge.add_argument("--out", type=Path, required=True, metavar="DIR", help="a new folder")
     optional = dataset_default()
     for command in (build, verify, withdraw):
         command.add_argument(
-            "dataset", type=Path, metavar="DATASET", help="a data set's folder", **optional
+            "dataset", type=Path, metavar="DATASET", help="a data set folder", **optional
         )
     for command in (build, verify):
         command.add_argument("--json", action="store_true", help="print the problems as JSON")
@@ -73,7 +73,7 @@ def run_data(args: Namespace) -> int:
     found = journals(args.dataset)
     if not found:
         raise UserError(
-            f"{args.dataset}: no journals; expected a data set's folder, with "
+            f"{args.dataset}: no journals; expected a data set folder, with "
             "sourcedata/sub-01/sub-01_run-01_journal.jsonl"
         )
     actions = {"build": build_dataset, "verify": verify}

@@ -122,7 +122,7 @@ def add_next(parser: ArgumentParser) -> None:
         action="store_true",
         help="rehearse: run a pilot, with data in the rehearsals folder",
     )
-    parser.add_argument("--yes", action="store_true", help="begin without a question")
+    parser.add_argument("--yes", action="store_true", help="begin without asking for confirmation")
 
 
 def run_next(args: Namespace) -> int:
@@ -165,7 +165,9 @@ def _agreed() -> bool:
     from slipscale.faults import UserError  # noqa: PLC0415
 
     if not sys.stdin.isatty():
-        raise UserError("nobody can answer the question here; add --yes to begin at once")
+        raise UserError(
+            "no terminal is available to answer the question; add --yes to begin at once"
+        )
     return input("Begin? [y/N] ").strip().casefold() in ("y", "yes")
 
 
@@ -195,7 +197,7 @@ def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
     if wanted is None or (person := roster.person(wanted)) is None:
         return wanted or str(roster.new), None
     if person.next_visit is None:
-        raise UserError(f"participant {wanted}: no planned run is left ({person.state})")
+        raise UserError(f"participant {wanted}: no planned runs remain ({person.state})")
     return wanted, person.next_visit
 
 
@@ -340,7 +342,7 @@ def _folder(*, pilot: bool = False) -> tuple[Defaults, Roster]:
 
     defaults = here()
     if defaults.file is None:
-        raise UserError(f"there is no {FILE} here; make a laboratory folder: slipscale lab init")
+        raise UserError(f"there is no {FILE} here; create a laboratory folder: slipscale lab init")
     say(defaults)
     study, text = read_study(defaults.study)
     return defaults, read_roster(defaults.out(pilot=pilot), study, text)

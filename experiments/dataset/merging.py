@@ -108,7 +108,7 @@ def _write(one: Path, other: Path, out: Path, chosen: dict[Path, Path]) -> list[
 def _check_source(folder: Path) -> None:
     found = journals(folder)
     if not found:
-        raise UserError(f"{folder}: no journals; expected a data set's folder")
+        raise UserError(f"{folder}: no journals; expected a data set folder")
     for path in found:
         if is_being_written(path):
             raise UserError(f"{path}: a session is running; end it first")

@@ -292,13 +292,13 @@ def _readme(plan: RunPlan, *, simulated: bool) -> str:
     """Return a data set's README, which states who answered and whether the plate was real."""
     study = plan.study
     kinds = {
-        "pilot": "**Pilot.** People answered to try out the study; these are not data. The JSON "
-        "file next to each table states who answered (`answered_by`) and on which plate "
-        "(`plate`).",
+        "pilot": "**Pilot.** These answers come from people who tried out the study; they are not "
+        "data. The JSON file next to each table states who answered (`answered_by`) and on which "
+        "plate (`plate`).",
         "participant": "Recorded from participants.",
     }
     kind = (
-        "**Simulated.** No person took part: a pilot run of the protocol."
+        "**Simulated.** No person took part: this is a pilot run of the protocol."
         if simulated
         else kinds[plan.mode]
     )

@@ -96,7 +96,7 @@ def _rows(name: str, text: str, expected: str) -> Iterator[Problem]:
         return
     header, *rows = _cells(expected)
     if not there or there[0] != header:
-        yield Problem(file=name, place="row 1", what="has other columns than the journal")
+        yield Problem(file=name, place="row 1", what="has different columns from the journal")
         return
     for number, (row, right) in enumerate(zip_longest(there[1:], rows), start=2):
         place = f"row {number}"

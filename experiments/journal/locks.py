@@ -89,7 +89,7 @@ def take(stream: FileIO, journal: Path) -> None:
         time.sleep(LOOK_S)
         free = _lock(stream, portalocker.LOCK_EX)
     if free is False:
-        raise UserError(f"journal {journal}: another session is writing it")
+        raise UserError(f"journal {journal}: another session is writing to it")
     _leave_lock_file(journal, system_locks=free is not None)
 
 
@@ -127,7 +127,7 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
     claim = lock.with_name(f"{lock.name}.new")
     try:
         if not (_make(claim) or _make_again(claim, system_locks=system_locks)):
-            raise UserError(f"journal {journal}: another session is about to write it")
+            raise UserError(f"journal {journal}: another session is about to write to it")
         # The time of the claim is the file system's; this computer's clock may differ.
         now_s = claim.stat().st_mtime
         holder = _believed(journal, system_locks=system_locks, now_s=now_s)
@@ -138,8 +138,8 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
     except OSError:
         return  # if the folder is not writable, the journal reports this at its first record
     raise UserError(
-        f"journal {journal}: another session is writing it ({holder}); if no session is "
-        f"running there, delete {lock}"
+        f"journal {journal}: another session is writing to it ({holder}); if no session is running "
+        f"there, delete {lock}"
     )
 
 

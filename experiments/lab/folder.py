@@ -87,7 +87,7 @@ class LabFile(FrozenTable):
     @classmethod
     def _apart(cls, value: str, info: ValidationInfo) -> str:
         if Path(value) == Path(info.data.get("data", "")):
-            raise ValueError("expected a folder other than that of participants' data")
+            raise ValueError("expected a folder other than the one for participants' data")
         return value
 
 

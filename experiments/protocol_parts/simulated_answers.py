@@ -213,7 +213,7 @@ ANSWERS: Mapping[type, tuple[Callable[[Any, Any], bool], str]] = {
         lambda question, value: (
             _number(question, value) and value == question.nearest(float(value))
         ),
-        "a place on the line, 0 to 100",
+        "a position on the line, 0 to 100",
     ),
     PointingQuestion: (lambda _, value: Selection.of(value) is not None, "a selection"),
     Adjust: (_notches, "a whole number of notches"),
@@ -228,7 +228,5 @@ def misfit(step: Ask | Adjust, value: object) -> str | None:
     question = step if isinstance(step, Adjust) else step.question
     fits, words = ANSWERS.get(type(question), (lambda *_: True, ""))
     return (
-        None
-        if fits(question, value)
-        else (f"answered {value!r} to '{step.name}', expected {words}")
+        None if fits(question, value) else f"answered {value!r} to '{step.name}', expected {words}"
     )

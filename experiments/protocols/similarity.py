@@ -122,7 +122,7 @@ PROTOCOL = Protocol(
         "dissimilarity": Column(
             value=lambda record: record.answer("dissimilarity"),
             kind="number",
-            description="Place of the mark on the line: 0 identical, 100 completely different",
+            description="Position of the mark on the line: 0 identical, 100 completely different",
         ),
     },
     intervals=lambda _: PAIR,

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 #: Feature that only full sessions can simulate -> whether a run has it.
 NEED_SESSIONS: dict[str, Callable[[RunPlan], bool]] = {
-    "textures depend on the finger's position": lambda plan: bool(plan.study.textures),
+    "textures depend on the finger position": lambda plan: bool(plan.study.textures),
     "the plate file specifies finger sensors": lambda plan: bool(plan.study.plate.file),
     "the finger is measured": lambda plan: bool(
         plan.study.plate.position or plan.study.plate.force

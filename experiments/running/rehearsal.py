@@ -263,13 +263,13 @@ def check_supported(plan: RunPlan, plate: PlateDriver, contact: ContactSpecs = N
             continue
         if "position" not in specs.used:
             raise UserError(
-                f"task '{protocol.task}' changes the plate's level at a place, so the finger's "
-                "position must be measured; name a sensor ([plate] position, or --position)"
+                f"task '{protocol.task}' changes the plate's level at a certain position, so the "
+                "finger position must be measured; name a sensor ([plate] position, or --position)"
             )
         if plate.follow_lag_s is None:
             raise UserError(
-                f"task '{protocol.task}' changes the plate's level at a place, but this plate "
-                "cannot follow the finger; use a driver board"
+                f"task '{protocol.task}' changes the plate's level at a certain position, but this "
+                "plate cannot follow the finger; use a driver board"
             )
     q = plan.study.quantity
     if q.unit_in_full != plan.study.plate_quantity.unit_in_full:

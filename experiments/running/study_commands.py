@@ -169,7 +169,7 @@ def show(name: str, participant: str, session: str = "", run: str = "01") -> str
         lines += [f"  {q.named(key)} = {value}" for key, value in options if key != "protocol"]
     lines += ["", *balance(name, study, text)]
     which = f"session {plan.session}, " if plan.session else ""
-    place = f"place {plan.row + 1} in the counterbalancing, visit {plan.visit + 1}"
+    place = f"position {plan.row + 1} in the counterbalancing, visit {plan.visit + 1}"
     lines += [
         "",
         f"participant {participant}, {which}run {run}: {place}",

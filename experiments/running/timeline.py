@@ -256,7 +256,7 @@ def lines(found: Timeline) -> list[str]:
     rows = [*found.parts, ("in all", found.total_min), ("plate vibrating", found.plate_on_min)]
     width = max(width, *(len(name) + 2 for name, _ in rows))
     told = [
-        f"Timeline of a participant ({found.people} simulated people)",
+        f"Timeline for a participant ({found.people} simulated people)",
         head,
         *(f"{name:<{width}}{s.p5:8.1f}{s.p50:8.1f}{s.p95:8.1f}" for name, s in rows),
         "",

@@ -166,7 +166,9 @@ class Interruptions:
         if trial is None:
             self._progress.say("no trial can be voided now")
         elif now is None or trial.task != now.task:
-            self._progress.say(f"trial {trial.number}: its part is over, so it cannot be repeated")
+            self._progress.say(
+                f"trial {trial.number}: its part of the run is over, so it cannot be repeated"
+            )
         elif (trial.task, trial.number) in self._voided():
             self._progress.say(f"trial {trial.number} is already voided")
         else:

@@ -268,7 +268,7 @@ def post(journal: Path, request: LiveRequest) -> None:
         # Names sort by time; the random part keeps two simultaneous requests apart.
         _write(folder / f"{time.time_ns()}-{secrets.token_hex(4)}.json", request.model_dump_json())
     except OSError:
-        raise UserError(f"{journal.name}: no session of this run accepts requests now") from None
+        raise UserError(f"{journal.name}: no session of this run is accepting requests") from None
 
 
 def _write(path: Path, text: str) -> None:

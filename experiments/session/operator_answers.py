@@ -70,7 +70,7 @@ class OperatorAnswers:
     def take(self, typed: str) -> None:
         """Accept the operator's entry as the answer, or show why it is invalid."""
         if self._question is None:
-            self._progress.say("no question is open now")
+            self._progress.say("no question is currently open")
             return
         texts = shipped_texts(ENGLISH)  # the operator's language
         entry = entry_for(self._question.question, texts)

@@ -117,8 +117,8 @@ class Thresholds(FrozenTable):
     )
     reliability: Annotated[float, Field(ge=-1, le=1)] = Field(
         default=0.5,
-        description="Flag unreliable: smallest accepted correlation between the first and the "
-        "second half of the repetitions.",
+        description="Flag unreliable: smallest accepted correlation between the first and second "
+        "halves of the repetitions.",
         json_schema_extra={"unit": "correlation, -1 to 1"},
     )
     drift_factor: Annotated[float, Field(gt=1)] = Field(
@@ -129,7 +129,9 @@ class Thresholds(FrozenTable):
     )
     false_alarm_share: Share = Field(
         default=0.5,
-        description=('Flag false_alarms: largest share of catch steps that may be answered "yes".'),
+        description=(
+            'Flag false_alarms: largest accepted proportion of catch steps answered "yes".'
+        ),
     )
     fault_share: Share = Field(
         default=0.25,
@@ -153,7 +155,7 @@ class AnalysisChoices(FrozenTable):
 
     normalisation: Normalisation | None = Field(
         default=None,
-        description="Method of bringing estimates to a common scale; default: scale_top if every "
+        description="Method for putting estimates on a common scale; default: scale_top if every "
         "trial has one, otherwise grand_maximum.",
     )
     zero_rule: ZeroRule = Field(
@@ -222,7 +224,7 @@ class AnalysisChoices(FrozenTable):
         default=None,
         description="Also report thresholds in measured friction, as a function of each trial's "
         "change in the coefficient (trials) or of its mean per participant and level (level_means: "
-        "errors of single measurements do not flatten the curve); default: not reported.",
+        "noise in individual measurements does not flatten the curve); default: not reported.",
     )
     largest_lapse: Annotated[float, Field(ge=0, lt=0.5)] = Field(
         default=0.2,

@@ -228,8 +228,8 @@ class Study(FrozenTable):
     )
     stroke: Annotated[Stroke | None, AfterValidator(valid_stroke)] = Field(
         default=None,
-        description="How participants are to stroke the surfaces, and what is done with trials "
-        "outside; default: as they like.",
+        description="How participants are to stroke the surfaces, and what happens to trials "
+        "outside these limits; default: as they like.",
     )
     masking_noise: MaskingNoise | None = Field(
         default=None,

@@ -69,7 +69,7 @@ class Stroke(FrozenTable):
     )
     speed_share: Share = Field(
         default=0.3,
-        description="Largest accepted deviation of the mean speed, as a share of the speed.",
+        description="Largest accepted deviation of the mean speed, as a fraction of the speed.",
         json_schema_extra={"unit": "share, 0 to 1"},
     )
     normal_force_n: Positive | None = Field(
@@ -80,7 +80,7 @@ class Stroke(FrozenTable):
     )
     force_share: Share = Field(
         default=0.4,
-        description="Largest accepted deviation of the mean force, as a share of the force.",
+        description="Largest accepted deviation of the mean force, as a fraction of the force.",
         json_schema_extra={"unit": "share, 0 to 1"},
     )
     direction: Literal["any", "forward", "backward"] = Field(
@@ -103,15 +103,17 @@ class Stroke(FrozenTable):
     feedback_s: Seconds = Field(
         default=1.5,
         description="Duration of the text that tells the participant what to change after an "
-        "exploration outside; 0: no text.",
+        "exploration outside the limits; 0: no text.",
     )
     reject: Switch = Field(
         default=True,
-        description="Whether a trial outside is rejected; otherwise a column states the outcome.",
+        description=(
+            "Whether a trial outside the limits is rejected; otherwise a column states the outcome."
+        ),
     )
     repeat: Count = Field(
         default=2,
-        description="Number of times that a rejected trial is repeated at most.",
+        description="Maximum number of times that a rejected trial is repeated.",
         json_schema_extra={"unit": "repetitions"},
     )
 

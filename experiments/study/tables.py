@@ -82,7 +82,10 @@ class Simulated(FrozenTable):
     )
     exponent: Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)] = Field(
         default=1.0,
-        description="Exponent of the sensation without weber: of the level's share of the range.",
+        description=(
+            "Exponent of the sensation without weber, applied to the level as a fraction of the "
+            "range."
+        ),
         json_schema_extra={"unit": "none"},
     )
 
@@ -116,9 +119,8 @@ class PlateSettings(FrozenTable):
     track_resonance: str = Field(
         default="",
         description="SPEC of a vibrometer, vibrometer:PORT, used to measure the plate's resonance "
-        "at three frequencies before a trial if a generator or sound card drives the "
-        "plate; default: the calibrated frequency. A driver board tracks the "
-        "resonance itself.",
+        "at three frequencies before a trial if a generator or sound card drives the plate; "
+        "default: the calibrated frequency. A driver board tracks its resonance automatically.",
     )
     track_every_s: Positive = Field(
         default=120.0, description="Shortest time between two such measurements."

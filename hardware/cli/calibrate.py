@@ -116,7 +116,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         ),
     )
     parser.add_argument(
-        "--plate-serial", default="", help="the plate's own number, if plates can be exchanged"
+        "--plate-serial", default="", help="the plate's own number, if plates are interchangeable"
     )
     parser.add_argument(
         "--changed-plate",
@@ -350,7 +350,9 @@ def prompted(plate: PlateDriver, drive: str) -> float | None:
         try:
             line = typed(f"{drive}: type the vibrometer's reading in µm peak to peak: ", alive)
         except EOFError:
-            raise UserError("--prompt: the readings ended too early; nothing was written") from None
+            raise UserError(
+                "--prompt: the input ended before the last reading; nothing was written"
+            ) from None
         reading = _reading(line)
         if reading is not None or line.strip() == BACK:
             return reading

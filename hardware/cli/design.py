@@ -167,7 +167,7 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
             + " if asperities and film share the load (not validated);"
         ),
         (
-            "          the films of 2007 assume a finger that rests, at any speed, on 1 cm² "
+            "          the film models of 2007 ignore the finger's speed, assume 1 cm² of contact "
             "at any force, and hardly depend on frequency"
         ),
         "",

@@ -13,15 +13,15 @@ if TYPE_CHECKING:
 SUBCOMMANDS: dict[str, tuple[str, str]] = {
     "list": (
         "slipscale.hardware.cli.ports",
-        "list the backends, and the ports on which a plate may be",
+        "list the backends, and the ports to which a plate may be connected",
     ),
     "new": (
         "slipscale.hardware.cli.plate_files",
-        "write a plate's own file: identity, limits, wiring",
+        "create a plate file: identity, limits, wiring",
     ),
     "sign": (
         "slipscale.hardware.cli.plate_files",
-        "sign a plate's file after a change",
+        "sign a plate file after a change",
     ),
     "calibrate": (
         "slipscale.hardware.cli.calibrate",

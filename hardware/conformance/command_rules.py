@@ -125,7 +125,7 @@ def _expect_error(bench: Bench, code: int) -> None:
 
 
 RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
-    ("headers are exactly the table's", _headers),
+    ("only the headers in the table are accepted", _headers),
     ("a missing argument is -109", _missing),
     ("a surplus argument is -104", _surplus),
     ("anything except a plain decimal is -104", _no_numbers),
@@ -134,6 +134,6 @@ RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("values outside the board's limits are -222", _board_limits),
     ("the first error of a command is reported", _order_of_errors),
     ("errors are read oldest first", _errors_in_order),
-    ("a ninth error pushes the oldest out", _error_overflow),
+    ("a ninth error replaces the oldest", _error_overflow),
     ("*RST forgets errors", _reset_forgets_errors),
 )

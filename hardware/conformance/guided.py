@@ -158,8 +158,8 @@ STEPS: tuple[tuple[str, Callable[[Bench, Assistant], None]], ...] = (
     ("an oscilloscope reads the voltage that is reported", _volts),
     ("a vibrometer reads nothing when the board is off", _silence),
     ("HOLD is true with a loaded plate", _loaded),
-    ("a loaded plate at the largest amplitude is held, or SAT", _saturates),
-    ("a vibrometer sees a list's smallest and largest amplitude", _texture),
+    ("a loaded plate at the largest amplitude reports HOLD or SAT", _saturates),
+    ("a vibrometer reads a list's smallest and largest amplitudes", _texture),
 )
 
 

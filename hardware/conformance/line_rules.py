@@ -52,7 +52,7 @@ def _wrong_checksum(bench: Bench) -> None:
         for each in (bench.frame("STAT?") for _ in range(wire.LAST_SEQUENCE))
         if any(byte in b"ABCDEF" for byte in each[-5:-1])
     )
-    bench.expect_silence(lower[:-5] + lower[-5:].lower(), "a checksum in small letters")
+    bench.expect_silence(lower[:-5] + lower[-5:].lower(), "a checksum in lower case")
 
 
 def _noise_before(bench: Bench) -> None:
@@ -203,15 +203,15 @@ RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("a correct frame gets one answer", _one_answer),
     ("answers fit into their line", _answers_fit_their_line),
     ("a wrong checksum gets no answer", _wrong_checksum),
-    ("noise before a frame does not spoil it", _noise_before),
+    ("noise before a frame is ignored", _noise_before),
     ("a frame with a tail gets no answer", _tail),
     ("carriage returns before the line feed are ignored", _line_ends),
     ("SEQ is 1 to 65535 without sign or leading zero", _sequence_numbers),
     ("bodies are printable, not empty and without <", _bodies),
-    ("lines have 96 bytes at most", _longest_line),
+    ("lines have at most 96 bytes", _longest_line),
     ("BOOT stays the same while the board runs", _boot),
-    ("a repetition is answered alike and not run", _repetition),
-    ("no-frames and plain *IDN? do not part a repetition", _repetition_after_other_lines),
+    ("a repetition gets the same answer and is not run", _repetition),
+    ("invalid frames and plain *IDN? do not separate a repetition", _repetition_after_other_lines),
     ("the same SEQ with another body is a new command", _same_sequence_other_body),
     ("! is not answered", _stop_is_not_answered),
     ("! silences the plate", _stop_silences),

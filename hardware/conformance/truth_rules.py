@@ -236,8 +236,8 @@ RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("the watchdog watches open loop", _watchdog_in_open_loop),
     ("the watchdog watches a list", _watchdog_in_a_list),
     ("the watchdog watches a ramp", _watchdog_on_a_ramp),
-    ("DRIV puts the volts on the plate that it reports", _open_loop_is_true),
+    ("DRIV applies the voltage that it reports", _open_loop_is_true),
     ("a list reaches its largest amplitude", _list_reaches_its_largest),
     ("a list keeps its time and its order", _list_keeps_time),
-    ("the longest on-time silences", _on_time),
+    ("the plate is silenced after the longest on-time", _on_time),
 )

@@ -237,7 +237,7 @@ class SerialColumns(ContactSource):
 def _place(text: str) -> int:
     value = addresses.number(text)
     if value != int(value) or not 0 <= value <= 99:  # noqa: PLR2004 - nobody sends more
-        raise ValueError("expected the number's place in the line, from 1")
+        raise ValueError("expected the number's position in the line, from 1")
     return int(value)
 
 
@@ -286,7 +286,7 @@ def _source(
     ]
     if not all(channel.place for channel in channels[: 1 if what == "--position" else None]):
         raise UserError(
-            f"{what} '{name}:{address}': expected the place of {names[0]} in the line, from 1"
+            f"{what} '{name}:{address}': expected the position of {names[0]} in the line, from 1"
         )
     return SerialColumns(
         name,

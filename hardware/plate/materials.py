@@ -49,8 +49,8 @@ class Isotropic:
         positive(f"{self.name}: density_kg_m3", self.density_kg_m3, "kg/m³")
         if not _POISSON_MIN < self.poisson < _POISSON_MAX:
             raise UserError(
-                f"{self.name}: poisson is {self.poisson}, expected a number between -1 and 0.5: "
-                "beyond, the stiffness is not positive definite"
+                f"{self.name}: poisson is {self.poisson}, expected a number between -1 and 0.5; "
+                "outside this range the stiffness matrix is not positive definite"
             )
 
     @property
@@ -219,5 +219,5 @@ P1_91 = Piezoceramic(
     # Not published, so assumed. Between 1000 and 2500, the plate's frequencies change by 30 Hz.
     relative_permittivity=(1700.0, 1700.0, 1470.0),
     quality_factor=60.0,
-    source="Biet et al. 2007, Appendix B; permittivity assumed, quality factor of Table II",
+    source="Biet et al. 2007, Appendix B; permittivity assumed, quality factor from Table II",
 )

@@ -80,7 +80,7 @@ def half_wave_for_frequency_mm(
     if not found.converged:
         raise UserError(
             f"half wave for {wanted:g} Hz: not found in {_ITERATIONS_MAX} iterations of the secant "
-            f"method, which began at {first:.3g} mm; expected a frequency of the paper's Fig. 9"
+            f"method, which began at {first:.3g} mm; expected a frequency from the paper's Fig. 9"
         )
     return float(found.root)
 

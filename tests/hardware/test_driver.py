@@ -459,7 +459,7 @@ def test_a_backend_that_follows_needs_no_modulator_where_the_fingers_place_is_kn
     )  # fmt: skip
     plate = Follower()
     assert plate.check_supported(texture, sensors=["position"]) is None
-    with pytest.raises(UserError, match=r"name a sensor of the finger's position"):
+    with pytest.raises(UserError, match=r"name a finger-position sensor"):
         plate.check_supported(texture)
     with pytest.raises(UserError, match="holds one amplitude at a time"):
         Recorder().check_supported(texture, sensors=["position"])

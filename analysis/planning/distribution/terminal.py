@@ -36,7 +36,7 @@ def sentences(found: Distribution) -> list[str]:
     """Return sentences on what was simulated and how to view one of the studies."""
     number = len(found.results)
     how = f"as full sessions, since {found.sessions}" if found.sessions else "question by question"
-    whose = f"of people from population “{found.population}”"
+    whose = f"with people from population “{found.population}”"
     first = found.results[0].seed
     lines = [
         (
@@ -70,7 +70,7 @@ def _paper(found: Distribution) -> str:
             total += 1
             inside += cell.p5 <= float(getattr(row, statistic)) <= cell.p95
     return (
-        f"Of the paper's {total} cells, {inside} lie within the 5 to 95 % range of the simulated "
+        f"{inside} of the paper's {total} cells lie within the 5 to 95 % range of the simulated "
         "ones."
     )
 
@@ -90,7 +90,7 @@ def print_distribution(found: Distribution, console: Console | None = None) -> N
             cells.add_row(f"{amplitude:g}", *told)
         target.print(cells)
     if found.headlines:
-        chief = Table(title="Chief results", **head)  # type: ignore[arg-type]
+        chief = Table(title="Main results", **head)  # type: ignore[arg-type]
         chief.add_column("")
         for title in ("studies", "median", "5 %", "95 %"):
             chief.add_column(title, justify="right")

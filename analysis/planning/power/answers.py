@@ -216,7 +216,7 @@ def sentence(design: Design, row: Row) -> str:
     alarms = row.false_alarms.get(row.decisive[0])
     if alarms:
         parts.append(
-            f"without any effect {row.decisive[0]} was significant in {alarms.value:.1%} "
+            f"without any effect, {row.decisive[0]} was significant in {alarms.value:.1%} "
             f"({alarms.low:.1%} to {alarms.high:.1%})"
         )
     width = row.widths["exponent"].mean

@@ -216,8 +216,8 @@ GROWTH: Statistic[Growth] = Statistic(
     "with one scale factor per participant, and compared by the corrected Akaike information "
     "criterion [[hurvich1989]].",
     conclusions={
-        r"amplitude\.best: (.+)": "of the growth functions, {0} fits best",
-        r"friction\.best: (.+)": "of the functions of relative friction, {0} fits best",
+        r"amplitude\.best: (.+)": "among the growth functions, {0} fits best",
+        r"friction\.best: (.+)": "among the functions of relative friction, {0} fits best",
         r"friction\.exponent\.p": "the exponent against relative friction differs from 0",
     },
 )

@@ -58,7 +58,7 @@ class Presence:
         if not ports:
             return ()
         sentence = (
-            f"another console of this folder is open (port {ports}): all consoles show and "
+            f"another console for this folder is open (port {ports}): all consoles show and "
             "control the same session, and the first request counts"
         )
         return (sentence,)

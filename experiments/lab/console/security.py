@@ -5,7 +5,7 @@ before it reaches a page.**
 
 - Connections from other users of this computer are rejected, whatever they contain. Cookies are
   not tied to a port, so another user's web page could receive ours.
-- The address shown in the terminal contains a token that opens one browser, once. The browser
+- The address shown in the terminal contains a token that works once, in one browser. The browser
   then receives a different secret in a cookie, and the next address has a new token.
 - The host name must be this console's own. Another name that resolves to this computer is
   rejected.

@@ -67,7 +67,8 @@ def serve(*, port: int, lan: str | None, browser: bool) -> None:
         print(f"the console: {access.address}")
         only = "read-only, for everyone who has this address" if lan else "on this computer only"
         print(
-            f"{only}; the address opens one browser, once; Ctrl-C closes the console but no session"
+            f"{only}; the address works once, in one browser; Ctrl-C closes the console but no "
+            "session"
         )
         sys.stdout.flush()
         door = private_folder() / f"console-{access.port}.html"
@@ -162,7 +163,7 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
     openssl = shutil.which("openssl")
     if not openssl:
         raise UserError(
-            "--lan needs openssl to make a certificate; install it, or use an ssh tunnel from "
+            "--lan needs openssl to create a certificate; install it, or use an ssh tunnel from "
             f"another room: ssh -L {PORT}:127.0.0.1:{PORT} THIS-COMPUTER"
         )
     certificate, key = place / "certificate.pem", place / "key.pem"
@@ -174,7 +175,7 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
     )
     if made.returncode:
         raise UserError(
-            f"openssl failed to make a certificate: {made.stderr.strip().splitlines()[-1]}"
+            f"openssl failed to create a certificate: {made.stderr.strip().splitlines()[-1]}"
         )
     return certificate, key
 

@@ -172,7 +172,7 @@ def take_snapshot() -> Snapshot:
         if defaults.file is None:
             return Snapshot(
                 problem=f"{Path.cwd()}: slipscale.toml is missing; set the folder up on the "
-                "page Settings, or restore the file"
+                "Settings page, or restore the file"
             )
         study, text = read_study(defaults.study)
         roster = read_roster(defaults.data, study, text)

@@ -73,7 +73,7 @@ def import_visual() -> Any:
     except ImportError as error:
         raise UserError(
             f"PsychoPy cannot be loaded: {error}. Run python3 tools/system_packages.py for the "
-            "system's libraries, and make setup for Python's"
+            "system libraries, and make setup for the Python packages"
         ) from None
     except OSError as error:
         raise UserError(

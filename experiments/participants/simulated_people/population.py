@@ -226,7 +226,7 @@ class Population(BaseModel):
             raise ValueError(f"{IN_UM}: expected ascending values")
         if self.shared + self.trial_to_trial > 1:
             raise ValueError(
-                "shared and trial_to_trial are shares of the same variance: expected a sum of "
+                "shared and trial_to_trial are proportions of the same variance: expected a sum of "
                 "at most 1"
             )
         for mean, sd in zip(self.mean_sensation, self.sd_sensation, strict=True):

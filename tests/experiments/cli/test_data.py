@@ -32,4 +32,4 @@ def test_verify_exits_1_and_names_each_difference_until_build_has_made_it_anew(d
 
 def test_a_folder_without_journals_is_named(tmp_path, capsys):
     assert commands.main(["data", "verify", str(tmp_path)]) == 2
-    assert "no journals; expected a data set's folder" in capsys.readouterr().err
+    assert "no journals; expected a data set folder" in capsys.readouterr().err

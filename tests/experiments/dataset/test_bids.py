@@ -62,7 +62,7 @@ def said_of(folder):
 def test_a_person_who_answers_on_the_mock_is_not_called_simulated(dataset):
     name, readme = said_of(dataset)
     assert name == "pilot)"
-    assert "People answered" in readme
+    assert "answers come from people" in readme
     assert "imulated" not in readme
     levels = json.loads((dataset / "participants.json").read_text(encoding="utf-8"))["mode"]
     assert "a person who tried out the study" in levels["Levels"]["pilot"]

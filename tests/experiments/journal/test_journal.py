@@ -293,7 +293,7 @@ def test_a_second_writer_is_refused(tmp_path):
         journal.write("header", format=2)
         other = context.Process(target=_try_to_write, args=(str(path), answer))
         other.start()
-        assert "another session is writing it" in answer.get(timeout=60)
+        assert "another session is writing to it" in answer.get(timeout=60)
         other.join()
 
 

@@ -82,7 +82,7 @@ def test_two_that_begin_at_once_do_not_both_write(path, no_locks):
     """Where another has just claimed the lock file, and not named it yet, nobody else may."""
     claimed = path.with_name(f"{path.name}.lock.new")
     claimed.touch()
-    with pytest.raises(UserError, match="another session is about to write it"):
+    with pytest.raises(UserError, match="another session is about to write to it"):
         Journal.reopen(path, VirtualClock())
     assert claimed.exists()
 
@@ -104,7 +104,7 @@ def test_who_has_the_systems_lock_waits_for_no_claim(path):
 
 def test_who_is_refused_leaves_the_other_lock_file_as_it_was(path, no_locks):
     claim(path, socket.gethostname(), os.getppid())
-    with pytest.raises(UserError, match="another session is writing it"):
+    with pytest.raises(UserError, match="another session is writing to it"):
         Journal.reopen(path, VirtualClock())
     assert locks.lock_file(path).read_text().split()[1] == str(os.getppid())
     assert not path.with_name(f"{path.name}.lock.new").exists()
@@ -116,5 +116,5 @@ def test_a_wrong_date_on_this_computer_takes_no_journal_from_another(path, monke
     claim(path, "elsewhere", 1)
     now_s = locks.time.time()
     monkeypatch.setattr(locks.time, "time", lambda: now_s + days * 86_400)
-    with pytest.raises(UserError, match="another session is writing it"):
+    with pytest.raises(UserError, match="another session is writing to it"):
         Journal.reopen(path, VirtualClock())

@@ -119,7 +119,7 @@ def test_a_run_that_another_process_writes_is_running_and_not_interrupted(window
         )
         assert (found.passed, "running now" in found.detail) == (False, True)
         assert main(["resume", str(path)]) == 2
-        assert "another session is writing it" in capsys.readouterr().err
+        assert "another session is writing to it" in capsys.readouterr().err
         other.kill()
     assert main(["run", *words]) == 2
     assert f"interrupted): {path}; To continue: slipscale resume {path}" in capsys.readouterr().err

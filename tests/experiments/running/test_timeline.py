@@ -78,7 +78,7 @@ def test_the_command_prints_the_table_and_draws_it(capsys, tmp_path):
     words = ["study", "show", "--timeline", "--people", "5", "--figure", str(figure)]
     assert commands.main(words) == 0
     lines = capsys.readouterr().out.splitlines()
-    heads = ["Timeline of a participant", "minutes", "welcome"]
+    heads = ["Timeline for a participant", "minutes", "welcome"]
     assert all(line.startswith(head) for line, head in itertools.zip_longest(lines[:3], heads))
     assert any("cost: the study file has no [cost]" in line for line in lines)
     assert "plate vibrating" in figure.read_text(encoding="utf-8")

@@ -153,7 +153,7 @@ def test_what_a_crashed_session_told_is_not_taken_for_the_next_ones(mailbox, jou
 
 def test_asking_a_session_that_is_over_is_refused(journal):
     request = LiveRequest.model_validate({"token": "0", "what": "stop"})
-    with pytest.raises(UserError, match="no session of this run accepts requests"):
+    with pytest.raises(UserError, match="no session of this run is accepting requests"):
         post(journal, request)
     assert read_status(journal) is None
 

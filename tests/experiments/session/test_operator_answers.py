@@ -91,7 +91,7 @@ def test_what_is_no_number_is_said_kept_and_typed_again(laboratory, plan):
 def test_an_answer_that_nobody_waits_for_is_refused(laboratory, plan):
     typist = Typist(first=["5"])
     laboratory.run(plan(SPOKEN), person=aloud(laboratory), operator=typist)
-    assert "no question is open now" in typist.messages
+    assert "no question is currently open" in typist.messages
 
 
 def test_simulated_people_need_no_operator_and_say_what_they_would_type(laboratory, plan):

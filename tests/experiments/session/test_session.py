@@ -431,7 +431,7 @@ def test_once_the_participant_has_gone_on_a_task_is_over(laboratory):
     laboratory.run(operator=operator)
     assert operator.asked.task == DESCENT
     assert not laboratory.records(kind="void")
-    assert any("its part is over" in status.message for status in operator.told)
+    assert any("its part of the run is over" in status.message for status in operator.told)
 
 
 def test_a_reason_typed_slowly_voids_the_trial_it_is_about(laboratory):

@@ -74,7 +74,7 @@ def _calibrate(desk: Desk, asked: Calibrate) -> str:
         words.append("--prompt")
     elif asked.table:
         if asked.table not in (path.name for path in Path().glob("*.csv")):
-            raise UserError(f"{asked.table}: expected a CSV file of the laboratory folder")
+            raise UserError(f"{asked.table}: expected a CSV file in the laboratory folder")
         words += [f"--csv={asked.table}", f"--serial={asked.serial}"]
     if asked.finger:
         words.append("--finger")
@@ -93,7 +93,7 @@ def _reading(desk: Desk, asked: Reading) -> str:
     if job is None or measured is None or not measured.asked:
         raise UserError("no calibration is waiting for a reading")
     if len(measured.points) != asked.number:
-        raise UserError("this point has its reading already; read the instrument again")
+        raise UserError("this point already has a reading; read the instrument again")
     job.type(asked.reading)
     return ""
 

@@ -159,7 +159,7 @@ def _backup(desk: Desk, _: Nothing) -> str:
     found = desk.now()
     data, folder = found.defaults.data, found.defaults.backup
     if folder is None:
-        raise UserError("no backup folder is set; name one on the page Settings")
+        raise UserError("no backup folder is set; name one on the Settings page")
     missing = [journal for journal in not_backed_up(data, folder) if not is_being_written(journal)]
     for journal in missing:
         back_up(data, journal, folder)

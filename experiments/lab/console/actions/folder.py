@@ -183,7 +183,7 @@ def _copy(desk: Desk, asked: Copy) -> str:
     text = re.sub(r"(?m)^name\s*=.*$", f'name = "{label}"', asked.text, count=1)
     parse_whole(text, path.name)
     write_file(path, text)
-    return f"wrote {path}; to use it, select it on the page Settings"
+    return f"wrote {path}; to use it, select it on the Settings page"
 
 
 ACTIONS: Actions = {

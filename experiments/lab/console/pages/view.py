@@ -68,7 +68,7 @@ def failure(job: Job | None) -> str:
 def plan_of(found: Snapshot, participant: str) -> RunPlan:
     """Return the plan of a participant's first run; raise LookupError without a study."""
     if found.study is None:
-        raise LookupError("there is no study with which to plan")
+        raise LookupError("there is no study to plan with")
     return RunPlan(
         study_name=found.defaults.study,
         study_text=found.study_text,

@@ -80,7 +80,7 @@ def test_eight_pages_of_one_browser_all_see_what_changes(page, tmp_path):
 def test_a_new_folder_is_set_up_without_a_file_being_written_by_hand(page, tmp_path):
     with console(tmp_path) as (_, address):
         page.goto(address)
-        page.get_by_text("set the folder up on the page Settings").wait_for()
+        page.get_by_text("set the folder up on the Settings page").wait_for()
         page.get_by_role("link", name="Settings").click()
         page.get_by_label("Plate", exact=True).fill("nonsense:")
         page.get_by_role("button", name="Save").click()
@@ -170,7 +170,7 @@ def test_a_study_is_written_in_the_form_with_keyboard_and_mouse(page, tmp_path):
         expect(page.locator("#study-faults")).to_be_empty()
         page.get_by_label("Name of the copy").fill("own")
         page.get_by_role("button", name="Save as a copy").press("Enter")
-        page.get_by_text("select it on the page Settings").wait_for()
+        page.get_by_text("select it on the Settings page").wait_for()
     study = read_study(str(tmp_path / "own.toml"))[0]
     assert (study.name, study.participants) == ("own", 5)
     assert [task.protocol for task in study.tasks] == ["matching", "magnitude_estimation"]
@@ -427,7 +427,7 @@ def a_study_is_written_in_the_form(page):
     page.locator("#study-timeline").get_by_text("3 trials").first.wait_for()
     page.get_by_label("Name of the copy").fill("day")
     page.get_by_role("button", name="Save as a copy").click()
-    page.get_by_text("select it on the page Settings").wait_for()
+    page.get_by_text("select it on the Settings page").wait_for()
 
 
 def an_emulated_board_is_calibrated(page, lab):
