@@ -1,5 +1,6 @@
 """The documentation site: it builds without a warning, and asks the network for nothing."""
 
+import argparse
 import os
 import re
 import subprocess
@@ -161,6 +162,8 @@ def test_the_reference_of_commands_says_what_every_argument_means():
         if not action.help or action.help.startswith("default")
     ]
     assert silent == []
+    # An option that sets nothing unless it is given has no default.
+    assert argparse.SUPPRESS not in "".join(command_reference.pages().values())
 
 
 def test_the_reference_of_plates_describes_every_shipped_backend():

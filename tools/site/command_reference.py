@@ -82,7 +82,8 @@ def row(parser: argparse.ArgumentParser, action: argparse.Action) -> list[str]:
     if action.choices and not names:
         value = str(action.metavar or " | ".join(map(str, action.choices)))
     meaning = parser._get_formatter()._expand_help(action) if action.help else ""  # noqa: SLF001
-    told = "default" in meaning or action.default in (None, False, "") or action.required
+    none = action.default in (None, False, "", argparse.SUPPRESS)
+    told = "default" in meaning or none or action.required
     default = "" if told else code(action.default)
     if action.required and names:
         default = "must be given"
