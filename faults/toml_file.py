@@ -45,7 +45,6 @@ def read_toml(
     path: Path,
     model: type[Model],
     *,
-    parse_float: Callable[[str], object] = float,
     names: Callable[[dict[str, object]], Names] | None = None,
 ) -> Model:
     """Read a TOML file as a pydantic model.
@@ -56,8 +55,6 @@ def read_toml(
         The file: UTF-8, with or without the byte order mark of Windows editors.
     model : type
         A pydantic model of the whole file.
-    parse_float : callable
-        Converts bare decimal numbers; ``str`` keeps them as written.
     names : callable, optional
         Returns the file's names, given its content. Default: each field is its own key.
 
@@ -74,7 +71,7 @@ def read_toml(
         if "\0" in str(path):
             reason = "a file name cannot contain a null character"
         raise UserError(f"{path}: cannot be read ({reason}); expected a TOML file") from None
-    return parse_toml(text, str(path), model, parse_float=parse_float, names=names)
+    return parse_toml(text, str(path), model, names=names)
 
 
 def parse_toml(

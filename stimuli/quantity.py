@@ -103,11 +103,6 @@ class Quantity:
         return self.noun.replace("_", " ") if self.suffix else f"level of {self.name}"
 
     @property
-    def a_level(self) -> str:
-        """A single value with its article: "an amplitude", "a voltage"."""
-        return f"{'an' if self.level[0] in 'aeiou' else 'a'} {self.level}"
-
-    @property
     def levels(self) -> str:
         """The noun for several values: "amplitudes", "levels of sound pressure"."""
         return self.nouns.replace("_", " ") if self.suffix else f"levels of {self.name}"

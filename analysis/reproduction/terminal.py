@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 AGREES = {True: "[green]yes[/]", False: "[yellow]no[/]", None: "–"}
 
 
-def print_comparisons(comparisons: Sequence[Comparison], console: Console | None = None) -> None:
+def print_comparisons(comparisons: Sequence[Comparison]) -> None:
     """Print the paper's items next to ours, then the reasons for differences."""
     # A file or a pipe has no width, so nothing is truncated.
-    target = console or Console(width=None if sys.stdout.isatty() else 120)
+    target = Console(width=None if sys.stdout.isatty() else 120)
     table = Table(
         title="The paper's values and ours",
         title_justify="left",

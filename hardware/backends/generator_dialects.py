@@ -177,12 +177,12 @@ def _off(*headers: str, word: str = "0") -> tuple[FixedSetting, ...]:
     return tuple(FixedSetting(item=_plain(each), value=word, holds=is_off) for each in headers)
 
 
-def _siglent_off(header: str, key: str = "STATE") -> FixedSetting:
+def _siglent_off(header: str) -> FixedSetting:
     """Return the setting that switches a Siglent function off; the answer lists its parameters."""
     item = Item(
-        write=f"C{{channel}}:{header} {key},{{value}}",
+        write=f"C{{channel}}:{header} STATE,{{value}}",
         ask=f"C{{channel}}:{header}?",
-        value=rf"\b{key},(\w+)",
+        value=r"\bSTATE,(\w+)",
     )
     return FixedSetting(item=item, value="OFF", holds=is_off)
 

@@ -75,9 +75,9 @@ def _paper(found: Distribution) -> str:
     )
 
 
-def print_distribution(found: Distribution, console: Console | None = None) -> None:
+def print_distribution(found: Distribution) -> None:
     """Print Table III's cells with their spread, the main results, and the conclusions."""
-    target = console or Console()
+    target = Console()
     head = {"title_justify": "left", "title_style": "bold", "box": box.SIMPLE_HEAD}
     if found.amplitudes_um_pp:
         cells = Table(title="Table III: median (5 to 95 % of the studies)", **head)  # type: ignore[arg-type]

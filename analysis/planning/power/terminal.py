@@ -26,12 +26,10 @@ WIDTH = 110
 NARROW = 2
 
 
-def print_power(
-    design: Design, found: Sequence[Row], target: float, console: Console | None = None
-) -> None:
+def print_power(design: Design, found: Sequence[Row], target: float) -> None:
     """Print the power of each condition, and how many participants are enough."""
     # Truncated numbers would be misleading, so lines wrap on a narrow terminal.
-    target_console = console or Console()
+    target_console = Console()
     target_console.width = max(target_console.width, WIDTH)
     table = Table(
         title=f"Power: proportion of {found[0].weakest.studies:,} simulated studies",

@@ -168,12 +168,8 @@ def _concluded(
     columns: Sequence[Solutions],
     found: Range,
     p: tuple[float, float] | None,
-    *,
-    decided: bool | None = None,
 ) -> Conclusion:
     """Build a conclusion from a range; it is decided if p lies on one side of the level."""
-    if decided is None:
-        decided = p is None or (p[0] < LEVEL) == (p[1] < LEVEL)
     ps = p or (None, None)
     return Conclusion(
         ".".join([name, *labels(columns)]),
@@ -182,7 +178,7 @@ def _concluded(
         found.high,
         ps[0],
         ps[1],
-        decided=decided,
+        decided=p is None or (p[0] < LEVEL) == (p[1] < LEVEL),
         sharp=found.sharp,
         labels=tuple(labels(columns)),
         at_low=_ratings(columns, found.at_low),

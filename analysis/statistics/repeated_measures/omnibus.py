@@ -163,12 +163,12 @@ def _is_constant(values: NDArray[np.float64]) -> bool:
     return bool(np.abs(additive_residuals(values)).max() <= TINY * scale)
 
 
-def log_table(data: Prepared, conditions: int = 2) -> tuple[pd.DataFrame, str | None]:
+def log_table(data: Prepared) -> tuple[pd.DataFrame, str | None]:
     """Return the complete table of mean logarithms, and the reason if it allows no test."""
     table = data.whole_logs
     if data.refused:
         return table, data.zero_sentence
-    return table, lacking(table, conditions, data.quantity)
+    return table, lacking(table, 2, data.quantity)
 
 
 def _no_ranks(table: pd.DataFrame, quantity: Quantity) -> str | None:

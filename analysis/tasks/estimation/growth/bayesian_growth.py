@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+PREDICTIONS = 400  # data sets drawn from the posterior for the checks
 #: Chains agree if their potential scale reduction is below this (Vehtari et al. 2021, Bayesian
 #: Anal. 16, 667-718).
 LARGEST_R_HAT = 1.01
@@ -224,18 +225,16 @@ def _least_squares(trials: Trials) -> Array:
     return np.array(slopes, float)
 
 
-def predictive_checks(
-    trials: Trials, draws: Draws, *, predictions: int = 400, seed: int = SEED
-) -> dict[str, PredictiveCheck]:
+def predictive_checks(trials: Trials, draws: Draws) -> dict[str, PredictiveCheck]:
     """Compare statistics of the residuals with those of data drawn from the posterior.
 
     Residuals are relative to the participants' lines in the same draw (Gelman, Meng and Stern
     1996, Stat. Sinica 6, 733-807: realised discrepancies).
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(SEED)
     own = draws.values["own"].reshape(-1, len(trials.names), 2)
     sd = draws.values["s"].reshape(-1)
-    chosen = rng.choice(len(sd), min(predictions, len(sd)), replace=False)
+    chosen = rng.choice(len(sd), min(PREDICTIONS, len(sd)), replace=False)
     lines = own[chosen][:, trials.who, 0] + own[chosen][:, trials.who, 1] * trials.log_x
     observed = (trials.log_y - lines) / sd[chosen, None]
     predicted = rng.standard_normal(observed.shape)
