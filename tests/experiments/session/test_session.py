@@ -710,6 +710,7 @@ def test_the_plate_moves_only_while_the_noise_is_at_its_level(laboratory):
     assert noise.state == "silent"
     felt = [s for s in operator.told if s.state in ("presenting", "waiting") and s.task]
     assert {s.noise for s in felt if s.plate != "silent"} == {"playing"}
+    assert {s.noise for s in operator.told if s.state == "showing"} == {"silent"}
     assert {s.plate for s in operator.told} == {"silent", "as commanded"}
 
 
