@@ -20,12 +20,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from slipscale.faults import UserError
 from slipscale.hardware.calibration.device_check import check_device
-from slipscale.hardware.errors import (
-    ConnectionLost,
-    Late,
-    NotReached,
-    PlateRefused,
-)
+from slipscale.hardware.errors import ConnectionLost, Late, NotReached, PlateRefused
 from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.output_state import GuardedOutput
 from slipscale.hardware.records import Output

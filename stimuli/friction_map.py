@@ -17,13 +17,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from slipscale.faults import UserError
-from slipscale.stimuli.modulation import (
-    DEFAULT_MODULATOR,
-    STEPS_MAX,
-    Followed,
-    Loop,
-    Modulator,
-)
+from slipscale.stimuli.modulation import DEFAULT_MODULATOR, STEPS_MAX, Followed, Loop, Modulator
 from slipscale.stimuli.parameters import FINGER_SPEED, Parameter, Parametric
 
 if TYPE_CHECKING:

@@ -21,15 +21,7 @@ from slipscale.stimuli.modulation import (
     Modulator,
 )
 from slipscale.stimuli.parameters import FINGER_SPEED, Parameter, Parametric
-from slipscale.stimuli.waves import (
-    HALF,
-    HARMONICS,
-    WAVES,
-    Harmonic,
-    Waveform,
-    added,
-    ends_of,
-)
+from slipscale.stimuli.waves import HALF, HARMONICS, WAVES, Harmonic, Waveform, added, ends_of
 
 if TYPE_CHECKING:
     from slipscale.stimuli.surface import Sensor

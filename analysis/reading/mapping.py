@@ -6,13 +6,7 @@ import re
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import tomlkit
-from pydantic import (
-    AfterValidator,
-    Field,
-    StringConstraints,
-    ValidationError,
-    model_validator,
-)
+from pydantic import AfterValidator, Field, StringConstraints, ValidationError, model_validator
 
 from slipscale.analysis.reading.units import factor
 from slipscale.experiments.study.analysis_choices import AnalysisChoices

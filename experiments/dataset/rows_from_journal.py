@@ -5,11 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from slipscale.experiments.dataset.measured import (
-    Explorations,
-    of_interval,
-    plate_measures,
-)
+from slipscale.experiments.dataset.measured import Explorations, of_interval, plate_measures
 from slipscale.experiments.dataset.schema import (
     DAMAGED,
     FAULT,

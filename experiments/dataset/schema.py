@@ -12,11 +12,7 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from slipscale.experiments.dataset.measured import (
-    MEASURED,
-    SECOND_READBACK,
-    measured_columns,
-)
+from slipscale.experiments.dataset.measured import MEASURED, SECOND_READBACK, measured_columns
 from slipscale.experiments.protocol_parts.base import Column
 from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.experiments.study.questionnaires import ROW

@@ -13,11 +13,7 @@ from typing import TYPE_CHECKING, assert_never
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.participants.simulated_people.respondent import unanswered
 from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
-from slipscale.experiments.running.contact_sources import (
-    NOT_NAMED,
-    ContactSpecs,
-    of_run,
-)
+from slipscale.experiments.running.contact_sources import NOT_NAMED, ContactSpecs, of_run
 from slipscale.experiments.steps.questions import (
     ChoiceQuestion,
     ComparisonQuestion,

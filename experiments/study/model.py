@@ -8,12 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import (
-    AfterValidator,
-    BeforeValidator,
-    Field,
-    SerializeAsAny,
-)
+from pydantic import AfterValidator, BeforeValidator, Field, SerializeAsAny
 
 from slipscale.experiments.languages.texts import ENGLISH
 from slipscale.experiments.protocol_parts.base import (

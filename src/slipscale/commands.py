@@ -11,15 +11,7 @@ import os
 import sys
 
 from slipscale import __version__
-from slipscale.faults import (
-    DONE,
-    INTERRUPTED,
-    RIG_FAULT,
-    USER_FAULT,
-    RigError,
-    UserError,
-    harmless,
-)
+from slipscale.faults import DONE, INTERRUPTED, RIG_FAULT, USER_FAULT, RigError, UserError, harmless
 
 TYPE_CHECKING = False  # importing it from typing takes milliseconds
 if TYPE_CHECKING:

@@ -11,12 +11,7 @@ from slipscale import commands
 from slipscale.faults import UserError
 from slipscale.hardware.address import with_plate_file
 from slipscale.hardware.backends.mock import MockPlate
-from slipscale.hardware.calibration.record import (
-    Device,
-    DriveChain,
-    Provenance,
-    write_calibration,
-)
+from slipscale.hardware.calibration.record import Device, DriveChain, Provenance, write_calibration
 from slipscale.hardware.calibration.stored import read_calibration
 from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
 from slipscale.hardware.clock import VirtualClock

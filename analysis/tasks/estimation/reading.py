@@ -13,12 +13,7 @@ from slipscale.analysis.reading.cleaning import clean_estimates, empty_estimates
 from slipscale.analysis.reading.labelled_tasks import TaskTrials, factors_of
 from slipscale.analysis.reading.protocol_tables import read_protocol
 from slipscale.analysis.reading.trial_tables import ESTIMATION, IDENTITY, has_flag, set_aside
-from slipscale.experiments.dataset.schema import (
-    FAULT,
-    PARTICIPANT,
-    REPRESENTED,
-    TIMED_OUT,
-)
+from slipscale.experiments.dataset.schema import FAULT, PARTICIPANT, REPRESENTED, TIMED_OUT
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -23,10 +23,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.thresholds.population_threshold import (
-    over,
-    population_threshold,
-)
+from slipscale.analysis.tasks.thresholds.population_threshold import over, population_threshold
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES, OTHER_AXIS
 

@@ -5,12 +5,7 @@ from __future__ import annotations
 from statistics import median
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.not_computed import (
-    NotComputed,
-    all_computed,
-    computed,
-    fold,
-)
+from slipscale.analysis.statistics.not_computed import NotComputed, all_computed, computed, fold
 from slipscale.analysis.tasks.thresholds import sentences as apa_thresholds
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED
 from slipscale.analysis.writing import html

@@ -37,14 +37,7 @@ from slipscale.experiments.steps.questions import (
     WholeNumberQuestion,
 )
 from slipscale.experiments.steps.replies import Reply
-from slipscale.experiments.steps.steps import (
-    Adjust,
-    Ask,
-    Explore,
-    Feedback,
-    Instruct,
-    Rest,
-)
+from slipscale.experiments.steps.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
 from slipscale.experiments.steps.trial import Value, factor_level
 from slipscale.faults import UserError
 

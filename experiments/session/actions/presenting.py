@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.serialisation import answer_record
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from slipscale.hardware.clock import Clock
 
 
+@dataclass(slots=True, kw_only=True)
 class Presenting:
     """Carries out `Present` steps, and restores lost surfaces.
 
@@ -32,63 +34,52 @@ class Presenting:
         The session's objects with these names.
     """
 
-    def __init__(
-        self,
-        *,
-        surface: SurfaceState,
-        journal: Journal,
-        clock: Clock,
-        noise: Noise,
-        markers: Markers,
-        progress: Progress,
-        tracking: ResonanceTracking | None,
-    ) -> None:
-        self._surface = surface
-        self._journal = journal
-        self._clock = clock
-        self._noise = noise
-        self._markers = markers
-        self._progress = progress
-        self._tracking = tracking
-        self._rewinds = False  # the surface was lost because a pilot was interrupted
+    surface: SurfaceState
+    journal: Journal
+    clock: Clock
+    noise: Noise
+    markers: Markers
+    progress: Progress
+    tracking: ResonanceTracking | None
+    _rewinds: bool = field(default=False, init=False)  # an interrupted pilot lost the surface
 
     def present(self, step: Present) -> Presented:
         """Present a surface, and record when it began and settled."""
-        if not self._surface.begins(step):
+        if not self.surface.begins(step):
             self.restore(step)
         self._rewinds = False
-        self._noise.start()
-        self._progress.tell("presenting", level=step.surface.made.level)
-        if self._tracking and self._surface.state == "silent":
-            self._tracking.before(step, self._journal, self._clock)
-        self._markers.mark(Event.ONSET, step)
-        made = self._surface.present(step)
-        self._markers.mark(Event.SETTLED, step)
+        self.noise.start()
+        self.progress.tell("presenting", level=step.surface.made.level)
+        if self.tracking and self.surface.state == "silent":
+            self.tracking.before(step, self.journal, self.clock)
+        self.markers.mark(Event.ONSET, step)
+        made = self.surface.present(step)
+        self.markers.mark(Event.SETTLED, step)
         self._note_standard(step)
         return made
 
     def take_up(self) -> None:
         """Record that a run is resumed; its surface is lost."""
-        virtual = isinstance(self._clock, VirtualClock)
-        self._journal.write("take_up", virtual=virtual)
+        virtual = isinstance(self.clock, VirtualClock)
+        self.journal.write("take_up", virtual=virtual)
         self._rewinds = virtual
         if not virtual:
-            self._surface.interrupt()
+            self.surface.interrupt()
 
     def restore(self, step: Step) -> None:
         """If the surface was lost, present it and have it explored again before the step."""
-        if self._surface.must_be_felt_again(step):
-            self._noise.start()
-            self._progress.tell("presenting")
-            self._markers.mark(Event.ONSET, step)
+        if self.surface.must_be_felt_again(step):
+            self.noise.start()
+            self.progress.tell("presenting")
+            self.markers.mark(Event.ONSET, step)
             with self._when_it_was_presented() as at:
-                made = self._surface.restore(at)
-            self._markers.mark(Event.SETTLED, step)
+                made = self.surface.restore(at)
+            self.markers.mark(Event.SETTLED, step)
             self._note_standard(step)
             trial = step.trial.number if step.trial else None
             for presented, answer in made:
                 interval = {} if presented.interval is None else {"interval": presented.interval}
-                self._journal.write(
+                self.journal.write(
                     "represented", trial=trial, **interval, answer=answer_record(answer)
                 )
 
@@ -99,7 +90,7 @@ class Presenting:
         The clock is restored afterwards. The pilot thus continues as if it had not been
         interrupted: a texture changes with time, so each is explored at its original time.
         """
-        clock = self._clock
+        clock = self.clock
         if not (self._rewinds and isinstance(clock, VirtualClock)):
             yield lambda _began_s: None
             return
@@ -112,6 +103,6 @@ class Presenting:
 
     def _note_standard(self, step: Step) -> None:
         """Record that the standard was repeated before a trial's surface, if it was."""
-        if made := self._surface.take_standard_made():
+        if made := self.surface.take_standard_made():
             trial = step.trial.number if step.trial else None
-            self._journal.write("standard_again", trial=trial, answer=answer_record(made))
+            self.journal.write("standard_again", trial=trial, answer=answer_record(made))

@@ -10,12 +10,7 @@ from slipscale.experiments.languages.texts import load_texts
 from slipscale.experiments.participants.psychopy_window.scene import Box, Disc
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.protocol_parts.base import TrialRecord
-from slipscale.experiments.protocols.pointing import (
-    PROTOCOL,
-    Movement,
-    Pointing,
-    target_surface,
-)
+from slipscale.experiments.protocols.pointing import PROTOCOL, Movement, Pointing, target_surface
 from slipscale.experiments.running.contact_sources import ContactSpecs
 from slipscale.experiments.running.rehearsal import check_supported, dry_run
 from slipscale.experiments.steps.questions import PointingQuestion, Selection

@@ -19,11 +19,7 @@ from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.participants.base import StopRequested
 from slipscale.experiments.running import lab_session, preflight
 from slipscale.experiments.running.lab_session import Setting, begin, go_on, make_plan
-from slipscale.experiments.running.preflight import (
-    PlannedSession,
-    check_participant,
-    check_plate,
-)
+from slipscale.experiments.running.preflight import PlannedSession, check_participant, check_plate
 from slipscale.experiments.running.preflight import check_folder as whole_check_folder
 from slipscale.experiments.running.run_state import studies
 from slipscale.experiments.session.mailbox import Mailbox

@@ -14,12 +14,7 @@ from slipscale.faults import UserError
 from slipscale.hardware.address import split_address
 from slipscale.hardware.backends.sound_card.carrier import RAMP_S, Carrier
 from slipscale.hardware.backends.sound_card.driver import OPTIONS
-from slipscale.hardware.calibration.record import (
-    Device,
-    DriveChain,
-    Provenance,
-    write_calibration,
-)
+from slipscale.hardware.calibration.record import Device, DriveChain, Provenance, write_calibration
 from slipscale.hardware.calibration.stored import read_calibration
 from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
 from slipscale.hardware.clock import VirtualClock
