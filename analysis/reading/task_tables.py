@@ -27,7 +27,7 @@ from slipscale.analysis.reading.labelled_tasks import (
     with_people,
 )
 from slipscale.analysis.reading.surface_labels import plain
-from slipscale.analysis.reading.trial_tables import IDENTITY
+from slipscale.analysis.reading.trial_tables import FACTOR, IDENTITY
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 
 #: Columns that every kind has.
 COMMON = (*IDENTITY, "task", "trial", "catch")
+#: Column of the task's label without its condition, in a study with factors.
+BEFORE_CONDITION = "task of all conditions"
 
 
 def by_task(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
@@ -103,7 +105,11 @@ def task_trials(
             problems=problems,
             counts=counts,
         )
-        for factor in (name for name in factors if name in frame):
+        crossed = [name for name in factors if name in frame]
+        if crossed:
+            frame[BEFORE_CONDITION] = frame["task"]
+        for factor in crossed:
+            frame[f"{FACTOR}{factor}"] = labels(frame, factor, "")
             frame["task"] += f"_{factor}_" + labels(frame, factor, "").astype(str).map(plain)
         frame["catch"] = labels(frame, "catch", "false").astype(str).str.lower().isin(TRUE)
         for word in words:
@@ -121,7 +127,9 @@ def task_trials(
         answered = frame[list(needed)].notna().all(axis=1)
         kept = frame[answered]
         add_counts(counts, title, unanswered=(~answered).sum(), analysed=len(kept))
-        return with_people(kept, kept_columns), sources
+        of_conditions = [f"{FACTOR}{factor}" for factor in crossed]
+        of_conditions += [BEFORE_CONDITION] if crossed else []
+        return with_people(kept, (*kept_columns, *of_conditions)), sources
 
     return TaskTrials(
         name=name,

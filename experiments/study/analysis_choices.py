@@ -60,6 +60,7 @@ Test = Literal[
     "scales",
     "matching",
     "ratings",
+    "rating_conditions",
     "ratios",
     "productions",
     "similarity",

@@ -11,6 +11,7 @@ from slipscale.analysis.statistics.not_computed import NotComputed, computed
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.declared.session_tables import mean_by_session
+from slipscale.analysis.tasks.ratings.conditions import with_conditions
 from slipscale.analysis.tasks.ratings.statistics import RATINGS, TRIALS, cells
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import apart
@@ -245,27 +246,29 @@ def ratings(found: TaskRatings, trials: pd.DataFrame, quantity: Quantity) -> Fig
     return figure
 
 
-ANALYSIS = of_one_statistic(
-    "ratings",
-    TRIALS,
-    RATINGS,
-    question="Where on a scale between two words do the {q.stimuli} lie?",
-    what="a rating scale",
-    title="Rating scales",
-    answers=lambda task, _, q: [_answer(task, q)],
-    sentences=lambda task, level, q: [f"{_answer(task, q)} {_tests(task, level, q)}"],
-    heading="Ratings on a scale",
-    blocks=_blocks,
-    figures=lambda task, trials, q: {
-        f"ratings_{task.task}": ratings(task, trials[trials["task"] == task.task], q)
-    },
-    rows=lambda task: flat_rows(
-        {"task": task.task}, [renamed(each, **COLUMNS) for each in task.surfaces]
-    ),
-    session_tables=mean_by_session(
+ANALYSIS = with_conditions(
+    of_one_statistic(
+        "ratings",
         TRIALS,
-        "mean rating",
-        "position on the line, 0 to 100, or category",
-        lambda rows: rows["rating"].astype(float),
-    ),
+        RATINGS,
+        question="Where on a scale between two words do the {q.stimuli} lie?",
+        what="a rating scale",
+        title="Rating scales",
+        answers=lambda task, _, q: [_answer(task, q)],
+        sentences=lambda task, level, q: [f"{_answer(task, q)} {_tests(task, level, q)}"],
+        heading="Ratings on a scale",
+        blocks=_blocks,
+        figures=lambda task, trials, q: {
+            f"ratings_{task.task}": ratings(task, trials[trials["task"] == task.task], q)
+        },
+        rows=lambda task: flat_rows(
+            {"task": task.task}, [renamed(each, **COLUMNS) for each in task.surfaces]
+        ),
+        session_tables=mean_by_session(
+            TRIALS,
+            "mean rating",
+            "position on the line, 0 to 100, or category",
+            lambda rows: rows["rating"].astype(float),
+        ),
+    )
 )

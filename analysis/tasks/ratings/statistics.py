@@ -233,7 +233,7 @@ def _task(task: str, rows: pd.DataFrame, confidence: float, quantity: Quantity) 
         page_trend=page_trend_of(
             amplitudes.dropna(), len(table) - len(amplitudes.dropna()), quantity
         ),
-        pairs=_pairs(table, confidence),
+        pairs=pairs_of(table, confidence),
         start_effect=start_effect(main, confidence),
     )
 
@@ -260,7 +260,8 @@ def _surface(
     )
 
 
-def _pairs(table: pd.DataFrame, confidence: float) -> tuple[RatedPair, ...]:
+def pairs_of(table: pd.DataFrame, confidence: float) -> tuple[RatedPair, ...]:
+    """Return the comparisons of all pairs of columns; rows are participants."""
     pairs = list(combinations(table.columns, 2))
     steps = [(table[other] - table[one]).dropna().to_numpy(float) for one, other in pairs]
     raw = [signed_rank_p(each) if len(each) >= FEWEST else nan for each in steps]

@@ -5,13 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.stats import norm
+from scipy.stats import friedmanchisquare, norm
 
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.identification.statistics import identifications, information_bits
 from slipscale.analysis.tasks.limits.statistics import LIMITS, limits
+from slipscale.analysis.tasks.ratings.conditions import CONDITIONS, rating_conditions
 from slipscale.analysis.tasks.ratings.statistics import RATINGS
 from slipscale.analysis.tasks.same_different.statistics import differencing, pairs
 from slipscale.analysis.tasks.similarity.reading import _separated
@@ -65,6 +66,48 @@ def test_each_condition_of_a_factor_is_reported_as_a_task_and_effects_are_found(
     means = {task.task: task.surfaces[-1].mean for task in categories}
     assert means["categoryscale_hand_left"] < means["categoryscale_hand_right"] - 0.5
     assert [task.categories for task in categories] == [4, 4]
+
+
+def test_ratings_are_compared_between_the_levels_of_a_factor(piloted, page):
+    """With both hands, everybody rates the same surfaces, so levels differ by their mean."""
+    (found,) = piloted.inference[CONDITIONS]
+    assert (found.task, found.factor) == ("categoryscale", "hand")
+    (pair,) = found.pairs
+    assert (pair.from_surface, pair.to_surface, pair.participants) == ("left", "right", 3)
+    means = {
+        task.task: np.mean([each.mean for each in task.surfaces])
+        for task in piloted.inference[RATINGS]
+    }
+    change = means["categoryscale_hand_right"] - means["categoryscale_hand_left"]
+    assert pair.difference.mean == pytest.approx(change)
+    assert "categoryscale, hand: right minus left: " in page(piloted)
+
+
+def test_three_conditions_are_compared_by_ranks_over_surfaces_rated_in_all():
+    rng = np.random.default_rng(8)
+    rows = [
+        {
+            "participant_id": f"sub-{who}", "task of all conditions": "t", "catch": False,
+            "factor: speed": speed, "surface": surface,
+            "rating": 2.0 + place + float(rng.integers(2)),
+        }
+        for who in range(8)
+        for place, speed in enumerate(("5", "10", "20"))
+        for surface in ("0.5", "1.2")
+        if (who, speed, surface) != (0, "20", "0.5")
+    ]  # fmt: skip
+    frame = pd.DataFrame(rows)
+    (found,) = rating_conditions(frame)
+    whole = frame[~((frame["participant_id"] == "sub-0") & (frame["surface"] == "0.5"))]
+    cells = whole.pivot_table(index="participant_id", columns="factor: speed", values="rating")
+    test = friedmanchisquare(cells["5"], cells["10"], cells["20"])
+    assert (found.friedman.chi2, found.friedman.p) == pytest.approx((test.statistic, test.pvalue))
+    assert [(each.from_surface, each.to_surface) for each in found.pairs] == [
+        ("5", "10"),
+        ("5", "20"),
+        ("10", "20"),
+    ]
+    assert found.pairs[1].difference.mean == pytest.approx((cells["20"] - cells["5"]).mean())
 
 
 def test_the_report_holds_every_task_with_its_numbers(piloted, page):

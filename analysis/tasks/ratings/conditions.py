@@ -1,0 +1,184 @@
+"""Compare ratings, on a line or in categories, between the levels of a study's factors.
+
+In other results, each condition is a separate task (`slipscale.analysis.reading.task_tables`).
+Here, a participant's rating at a level of a factor is the mean over the other factors and over the
+surfaces that the participant rated at every level. Levels are compared by Friedman's test and, in
+pairs, by signed-rank tests. Ordered categories have no cumulative model: statsmodels fits none with
+random effects, and without them intervals are too narrow. Whether the effect of a factor differs
+between surfaces is not tested.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.preprocessing.labels import numbers_first
+from slipscale.analysis.reading.task_tables import BEFORE_CONDITION
+from slipscale.analysis.reading.trial_tables import FACTOR
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.repeated_measures.omnibus import Friedman, friedman_of
+from slipscale.analysis.statistics.statistic import Family, Statistic
+from slipscale.analysis.tasks.ratings.statistics import TRIALS, RatedPair, pairs_of
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import ReportSection
+from slipscale.analysis.writing.numbers import (
+    DASH,
+    bracketed,
+    cell,
+    level_of,
+    number,
+    p_value,
+    reliable,
+    unit_number,
+)
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    import pandas as pd
+
+    from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FactorRatings:
+    """Ratings compared between the levels of one factor.
+
+    Parameters
+    ----------
+    task, factor : str
+    friedman : Friedman or NotComputed
+        Test of all levels; not computed for two.
+    pairs : tuple of RatedPair
+        Comparisons of two levels, in place of surfaces.
+    """
+
+    task: str
+    factor: str
+    friedman: Friedman | NotComputed
+    pairs: tuple[RatedPair, ...]
+
+
+def rating_conditions(
+    trials: pd.DataFrame, confidence: float = 0.95
+) -> tuple[FactorRatings, ...] | NotComputed:
+    """Return the comparisons for each task and factor."""
+    named = [str(name) for name in trials.columns if str(name).startswith(FACTOR)]
+    main = trials[~trials["catch"].astype(bool)] if len(trials) else trials
+    found = [
+        _compared(str(task), name, rows, confidence)
+        for task, rows in (main.groupby(BEFORE_CONDITION) if named else ())
+        for name in named
+        if len(rows[name].unique()) > 1
+    ]
+    return tuple(found) or NotComputed("no ratings in several conditions")
+
+
+def _compared(task: str, name: str, rows: pd.DataFrame, confidence: float) -> FactorRatings:
+    cells = rows.assign(level=rows[name].astype(str)).pivot_table(
+        index=[PARTICIPANT, "surface"], columns="level", values="rating", observed=True
+    )
+    table = cells.dropna().groupby(PARTICIPANT, observed=True).mean()
+    table = table[sorted(table.columns, key=numbers_first)]
+    people = rows[PARTICIPANT].nunique()
+    return FactorRatings(
+        task=task,
+        factor=name.removeprefix(FACTOR),
+        friedman=friedman_of(table, people - len(table)),
+        pairs=pairs_of(table, confidence),
+    )
+
+
+def _sentences(analysis: Analysis) -> list[str]:
+    """Return the sentences on every task and factor."""
+    confidence = analysis.dataset.choices.confidence
+    return [
+        f"{each.task}, {each.factor}: {'; '.join(parts)}."
+        for each in analysis.inference[CONDITIONS] or ()
+        if (parts := list(_parts(each, confidence)))
+    ]
+
+
+def _parts(found: FactorRatings, confidence: float) -> Iterator[str]:
+    test = found.friedman
+    if test:
+        verb = "differed" if reliable(test.p, confidence) else "did not differ reliably"
+        yield (
+            f"mean ratings {verb} between levels (Friedman's test, χ²({test.df}, n = {test.n}) = "
+            f"{number(test.chi2)}, {p_value(test.p)}, Kendall's W = {unit_number(test.kendalls_w)})"
+        )
+    for pair in found.pairs:
+        change = pair.difference
+        if change:
+            yield (
+                f"{pair.to_surface} minus {pair.from_surface}: {number(change.mean)}, "
+                f"{level_of(confidence)} CI {bracketed(change.interval, number)}, "
+                f"{p_value(pair.p_wilcoxon_holm)} (Wilcoxon's test, Holm, n = {pair.participants})"
+            )
+
+
+def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
+    """Return the table of all comparisons; empty without factors."""
+    written = ReportSection("Ratings by condition")
+    rows = [
+        [
+            each.task,
+            each.factor,
+            pair.from_surface,
+            pair.to_surface,
+            str(pair.participants),
+            cell(pair.difference, lambda mean: number(mean.mean)),
+            cell(pair.difference, lambda mean: bracketed(mean.interval, number)),
+            p_value(pair.p_wilcoxon_holm) if pair.difference else DASH,
+        ]
+        for each in analysis.inference[CONDITIONS] or ()
+        for pair in each.pairs
+    ]
+    if rows:
+        head = ("Task", "Factor", "From", "To", "n", "Difference", "CI", "p (Wilcoxon, Holm)")
+        note = (
+            "Differences between participants' mean ratings of the surfaces rated at every level "
+            "of the factor, with t-based intervals and signed-rank tests."
+        )
+        written.blocks.append(html.table(html.columns(*head, left=4), rows, note))
+    return written
+
+
+CONDITIONS: Statistic[tuple[FactorRatings, ...]] = Statistic(
+    key="rating_conditions",
+    meaning="ratings compared between the levels of factors: Friedman's test, pairs",
+    compute=lambda inputs: rating_conditions(
+        inputs.data.of(TRIALS), inputs.data.choices.confidence
+    ),
+    families=(
+        Family(
+            name="ratings by factor, Friedman's test",
+            read=lambda tasks: [each.friedman.p for each in tasks if each.friedman],
+        ),
+        Family(
+            name="ratings by factor, Wilcoxon's test",
+            corrected=True,
+            read=lambda tasks: [pair.p_wilcoxon for each in tasks for pair in each.pairs],
+        ),
+    ),
+    conclusions={
+        r"(.+)\.friedman\.p": "{0}: ratings differ between conditions (Friedman's test)",
+        r"(.+)\.pairs\.(.+) - (.+)\.p_wilcoxon_holm": "{0}: {1} and {2} differ "
+        "(Wilcoxon's test, Holm)",
+    },
+)
+
+
+def with_conditions(kind: TaskAnalysis) -> TaskAnalysis:
+    """Return the declaration of ratings, with the comparison of conditions added."""
+    return replace(
+        kind,
+        statistics=(*kind.statistics, CONDITIONS),
+        sentences=lambda analysis: {
+            **kind.sentences(analysis),
+            "Ratings by condition": _sentences(analysis),
+        },
+        sections=(*kind.sections, _section),
+    )
