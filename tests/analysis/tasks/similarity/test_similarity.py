@@ -70,6 +70,7 @@ def found(trials):
 
 def test_places_and_weights_are_recovered(found):
     assert found.stress[2] < 0.02 < found.stress[1]
+    assert list(found.stress) == [1, 2, 3, 4]
     ours, truth = np.array(list(found.coordinates.values())), np.array(list(PLACES.values()))
     for axis in (0, 1):
         assert abs(np.corrcoef(ours[:, axis], truth[:, axis])[0, 1]) > 0.95
