@@ -357,7 +357,7 @@ class Grating(Parametric):
         )
 
     def _refuse_rate(self, speed_mm_s: float, rate_hz: float, fastest_hz: float) -> NoReturn:
-        """Raise the error for a wave that is too fast for plate and line."""
+        """Raise an error if the wave is too fast for the plate and the line."""
         if self.spatial_period_mm is None:
             raise UserError(
                 f"{self.where}: modulation_hz is {rate_hz:.3g}, but the plate and its line "

@@ -46,7 +46,7 @@ def clean_estimates(
     quantity: Quantity = PLATE_AMPLITUDE,
     factors: Sequence[str] = (),
 ) -> pd.DataFrame:
-    """Return rows with every column of the tidy table and with parsed numbers.
+    """Return rows with every column of the tidy table, with numbers parsed.
 
     Columns listed in ``factors``, if present, become labels named `FACTOR` plus the column name.
     """

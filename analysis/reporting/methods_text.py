@@ -69,7 +69,7 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
     texts.append(" ".join(done))
     level = unit_number(1 - choices.confidence, 3).rstrip("0")
     versions = {name: version for name, version in software.items() if name in CITED}
-    used = ", ".join(f"{CITED[name]} {version}" for name, version in versions.items())
+    used = ", ".join(CITED[name].format(version) for name, version in versions.items())
     texts.append(
         f"Tests were two-sided unless stated otherwise, with a significance level of {level}; "
         f"intervals have a confidence level of {100 * choices.confidence:g} %. Data were analysed "
@@ -79,11 +79,11 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
     return [text for text in texts if text]
 
 
-#: Software cited in a methods section: its name among the versions -> citation.
+#: Software cited in a methods section: its name among the versions -> its version and citation.
 CITED = {
-    "scipy": "SciPy [[scipy2020]]",
-    "pingouin": "pingouin [[pingouin2018]]",
-    "statsmodels": "statsmodels [[statsmodels2010]]",
+    "scipy": "SciPy {} [[scipy2020]]",
+    "pingouin": "pingouin {} [[pingouin2018]]",
+    "statsmodels": "statsmodels {} [[statsmodels2010]]",
 }
 
 

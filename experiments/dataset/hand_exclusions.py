@@ -101,5 +101,5 @@ def decisions(path: Path) -> tuple[Decision, ...]:
     except ValidationError as error:
         raise UserError(f"{path}: {in_words(error)}") from None
     if not found:
-        raise UserError(f"{path}: is empty; expected at least one decision, or no file")
+        raise UserError(f"{path}: the file is empty; expected at least one decision, or no file")
     return found

@@ -280,7 +280,7 @@ class Journal:
         self.moved(self.path)
         self.tell(
             f"THE JOURNAL IS MISSING: {gone} was removed or renamed, or its disk was "
-            f"disconnected. All records, earlier and later, are in {self.path}"
+            f"disconnected. All records, past and future, are kept in {self.path}"
         )
 
     def _take_stock(self) -> None:

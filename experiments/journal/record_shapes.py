@@ -271,7 +271,7 @@ class _Order:
         step = record.data["step"]
         what, self._open = self._open, None
         if what is None or step != self._over or not self.sure:
-            return f"step {step} is done, but never began"
+            return f"step {step} is marked as done but never began"
         self._over += 1
         answer, expected = record.data["answer"], STEPS[what["type"]][1]
         given = None if answer is None else answer["type"]

@@ -194,7 +194,7 @@ def blanks(text: str) -> set[str] | None:
 
 
 def answers(text: str) -> list[str]:
-    """Return the answers that a text lists.
+    """Return the answers listed in a text.
 
     >>> answers("not sure | sure")
     ['not sure', 'sure']

@@ -125,7 +125,7 @@ def _textures(study: Study) -> Iterator[str]:
         if followed := surface.followed():
             said = f"the plate passes {followed.plate:.0%} of {followed.whole}"
             if study.plate_quantity.in_um_pp:  # only ultrasonic plates have a film
-                said += f", friction by the film model {followed.friction:.0%}"
+                said += f", friction from the film model {followed.friction:.0%}"
                 if followed.rise_s:
                     said += f" (10 to 90 % in {1000 * followed.rise_s:.3g} ms)"
             yield f"{name}: {followed.change}; {said}"

@@ -95,7 +95,7 @@ def stated(backend: str, options: Mapping[str, Any], plate: addresses.Plate) -> 
 
 
 def largest_v_peak(limits: PlateLimits) -> float:
-    """Return the largest drive voltage, V peak; for a plate in volts, its largest level."""
+    """Return the largest drive voltage in V peak; for a plate in volts, its largest level."""
     if limits.quantity.unit == VOLTS:
         return limits.level / PER_V_PEAK[limits.quantity.convention]
     return limits.voltage_v

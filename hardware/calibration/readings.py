@@ -61,8 +61,9 @@ class Trace:
             raise ValueError("its times are not evenly spaced; expected seconds")
         if frequency_hz * step_s * SAMPLES_PER_PERIOD_MIN > 1:
             raise ValueError(
-                f"its samples are {step_s:.3g} s apart; expected {SAMPLES_PER_PERIOD_MIN:g} "
-                f"or more per period of {frequency_hz:g} Hz, and times in seconds"
+                f"its samples are {step_s:.3g} s apart; expected at least "
+                f"{SAMPLES_PER_PERIOD_MIN:g} samples per period of {frequency_hz:g} Hz, "
+                "with times in seconds"
             )
         if frequency_hz * step_s * self.times_s.size < PERIODS_MIN:
             raise ValueError(f"it is shorter than {PERIODS_MIN:g} periods of {frequency_hz:g} Hz")

@@ -91,7 +91,7 @@ class Stage(ContactSource):
             )
         if strokes.speed_mm_s > self.fastest_mm_s:
             raise UserError(
-                f"stage '{self.name}': {strokes.speed_mm_s:g} mm/s exceed its largest speed of "
+                f"stage '{self.name}': {strokes.speed_mm_s:g} mm/s exceeds its maximum speed of "
                 f"{self.fastest_mm_s:g} mm/s; reduce speed_mm_s in [stroke]"
             )
 

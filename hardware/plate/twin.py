@@ -159,7 +159,7 @@ class Twin:
         return round(float(abs(self.sensor * true_um_pp + noise_um)), 6)
 
     def voltage_v(self, now_s: float) -> float:
-        """Return the drive voltage, V peak; for a played loop, the largest."""
+        """Return the drive voltage in V peak; for a played loop, return its largest value."""
         played = self.drive.played
         target_um_pp = max(played.levels) if played else self.drive.target_um_pp
         return self._applied(self.conditions(now_s), target_um_pp)[1]

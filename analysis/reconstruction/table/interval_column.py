@@ -61,7 +61,7 @@ class IntervalColumn:
         """Yield the assumptions behind every answer on the column."""
         kind = "logarithms of positive values" if self.logarithms else "continuous values"
         yield f"{kind}, any number between two others is possible"
-        yield f"n = {self.n} contains no missing values"
+        yield f"n = {self.n}, with no missing values"
 
 
 def interval_column(summary: Summary, scale: OpenScale) -> IntervalColumn:

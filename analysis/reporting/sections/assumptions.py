@@ -34,7 +34,7 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     elif anova.df1 > 1:
         texts.append(
             "Sphericity cannot be tested because there are fewer participants than "
-            f"{quantity.levels}. The Greenhouse-Geisser correction is used, ε = "
+            f"{quantity.levels}. The Greenhouse-Geisser correction was applied, ε = "
             f"{grouped(anova.epsilon_gg, 3)}."
         )
     if anova.shapiro_p is not None:
@@ -54,7 +54,7 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         html.figure(
             svgs["residuals"],
             "Residuals of log estimates. Left: points lie on the line if residuals are normal. "
-            f"Right: residuals are evenly spread if variances are equal at each {quantity.level}.",
+            f"Right: residuals are evenly spread if variances are equal at every {quantity.level}.",
             "Two charts of residuals: a normal quantile plot, and the spread at each "
             f"{quantity.level}",
         )

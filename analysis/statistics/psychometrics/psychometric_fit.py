@@ -174,8 +174,8 @@ def coordinates(curve: Curve, levels_um_pp: Array) -> Array:
 def search_bounds(model: Model, u: Array) -> Bounds:
     """Return the search ranges of parameters.
 
-    Thresholds extend one range of levels beyond the outermost levels. Slopes extend from a rise
-    over twenty ranges to a rise over one tenth of the distance between the closest levels.
+    Thresholds may lie outside the levels by up to the width of their range. Slopes extend from a
+    rise over twenty ranges to a rise over one tenth of the distance between the closest levels.
     """
     seen = np.where(u > FAR_BELOW, u, np.nan)
     bottom, top = np.nanmin(seen, axis=1), np.nanmax(seen, axis=1)

@@ -56,25 +56,22 @@ CAUTIONS = (
         "the true value in only {covered}",
         lambda task: task.method == COMPARED,
         ("equality: normal of the logarithm, fitted with normal",),
-        ((6, 0.92), (24, 0.84)),
+        ((12, 0.9), (24, 0.83)),
     ),
     Caution(
         "If psychometric curves depend on the level rather than its logarithm, the threshold is "
-        "too low (by 6 % in simulations, and by 3 % if d' is proportional to the level); 95 % "
+        "too low (by 6 % in simulations, and by 3 to 6 % if d' is proportional to the level); 95 % "
         "intervals then contain the true value in only {covered}",
         lambda task: task.method != COMPARED and CURVES[task.curve].logarithmic,
         ("threshold: Gumbel, fitted with Weibull",),
-        ((6, 0.93), (24, 0.83)),
+        ((12, 0.89), (24, 0.84)),
     ),
     Caution(
         "If people lapse in 5 % of trials, intervals from few people are wider than necessary: in "
         "simulations, 95 % intervals contain the true value in {covered}",
         lambda task: task.method != COMPARED,
-        (
-            "threshold: Weibull",
-            "threshold: d' in proportion to the level, fitted with Weibull",
-        ),
-        ((6, 0.98),),
+        ("threshold: d' in proportion to the level, fitted with Weibull",),
+        ((6, 0.97),),
     ),
     Caution(
         "Without catch trials, the lapse rate of people who never lapse is overestimated on "

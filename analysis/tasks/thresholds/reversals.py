@@ -1,4 +1,4 @@
-"""Estimate thresholds of staircases as means of their last reversals.
+"""Estimate a staircase's threshold as the mean of its last reversals.
 
 Source: Levitt 1971, J. Acoust. Soc. Am. 49, 467-477. Rules:
 

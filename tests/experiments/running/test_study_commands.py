@@ -108,8 +108,8 @@ def test_show_tells_the_orders_of_a_session_and_run(study, capsys):
     for session in ("pre", "post"):
         assert main(["study", "show", name, "--participant", "P03", "--session", session]) == 0
         drawn.append(capsys.readouterr().out)
-    assert "session pre, run 01: place 3 in the counterbalancing, visit 1\n" in drawn[0]
-    assert "session post, run 01: place 3 in the counterbalancing, visit 2\n" in drawn[1]
+    assert "session pre, run 01: position 3 in the counterbalancing, visit 1\n" in drawn[0]
+    assert "session post, run 01: position 3 in the counterbalancing, visit 2\n" in drawn[1]
     assert drawn[0].splitlines()[-1] != drawn[1].splitlines()[-1]
     assert main(["study", "show", name, "--participant", "P03"]) == 0
     assert capsys.readouterr().out == drawn[0]
@@ -161,9 +161,9 @@ def test_validate_reports_how_much_of_each_texture_plate_and_friction_follow():
     said = validate("textures_demo").splitlines()
     # 50 mm/s over 2.5 mm are 20 Hz, over 10 mm 5 Hz; the film's lag is 27 Hz.
     assert "texture fine: 20 Hz at 50 mm/s" in said[1]
-    assert said[1].endswith("passes 100% of a sinusoidal depth, friction by the film model 80%")
+    assert said[1].endswith("passes 100% of a sinusoidal depth, friction from the film model 80%")
     assert "texture coarse: 5 Hz" in said[2]
-    assert said[2].endswith("friction by the film model 98%")
+    assert said[2].endswith("friction from the film model 98%")
 
 
 def test_the_balance_of_a_huge_study_is_told_of_its_first_runs(tmp_path):

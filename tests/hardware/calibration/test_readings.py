@@ -75,7 +75,7 @@ def test_the_files_of_common_makes_are_read(tmp_path, make):
     "made, why",
     [
         ({"step_s": 1.0}, "samples are 1 s apart"),
-        ({"step_s": 1e-5}, r"samples are 1e-05 s apart; expected 4 or more per period"),
+        ({"step_s": 1e-5}, r"samples are 1e-05 s apart; expected at least 4 samples per period"),
         ({"samples": 100}, "shorter than 5 periods"),
         ({"step_s": -1e-6}, "are not evenly spaced"),
     ],

@@ -1,5 +1,7 @@
 """A passive stage: where it is, what it refuses, and that it stops."""
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -108,3 +110,15 @@ def test_strokes_beyond_its_limits_are_refused_before_it_moves(clock, options, m
         with pytest.raises(UserError, match=message):
             act()
     assert stage.place_at(clock.now() + 1) == 0.0
+
+
+@pytest.mark.parametrize("presses, commanded", [(True, [0.6]), (False, [])])
+def test_a_stage_that_presses_has_the_force_before_it_moves(clock, monkeypatch, presses, commanded):
+    stage = opened(clock)
+    told = []
+    monkeypatch.setattr(type(stage), "presses", presses)
+    monkeypatch.setattr(stage, "_press", told.append, raising=False)
+    monkeypatch.setattr(stage, "_go", lambda *_: told.append("go"))
+    stage.stroke(replace(SLOW, normal_n=0.6))
+    stage.stroke(SLOW)  # the participant's own force
+    assert told == [*commanded, "go", "go"]
