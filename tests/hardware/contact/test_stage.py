@@ -102,7 +102,7 @@ def test_an_obstacle_is_a_fault_and_home_is_reached_afterwards(clock):
 
 @pytest.mark.parametrize(
     "options, message",
-    [(":travel=30", "exceed its travel of 30 mm"), (":speed=40", "largest speed of 40 mm/s")],
+    [(":travel=30", "exceed its travel of 30 mm"), (":speed=40", "maximum speed of 40 mm/s")],
 )
 def test_strokes_beyond_its_limits_are_refused_before_it_moves(clock, options, message):
     stage = opened(clock, options)
