@@ -8,9 +8,9 @@ from slipscale.experiments.journal.header import header, resume_data
 from slipscale.experiments.running.contact_sources import describe_contact
 from slipscale.experiments.session.session import Session
 from slipscale.faults import UserError
-from slipscale.hardware.address import is_mock, parts
+from slipscale.hardware.address import PAIR, is_mock
 from slipscale.hardware.backends.mock import MockPlate
-from slipscale.hardware.backends.pair import PlatePair
+from slipscale.hardware.backends.pair import PlatePair, pair_of
 from slipscale.hardware.registry import open_plate
 
 if TYPE_CHECKING:
@@ -40,19 +40,18 @@ def plate_for(plan: RunPlan, spec: str, clock: Clock) -> PlateDriver:
     For a study with a second actuator, ``mock`` is a pair of simulated ones.
     """
     wanted, second = plan.study.plate, plan.study.second_plate
-    specs = parts(spec)
-    if second and len(specs) == 1 and is_mock(spec):
-        specs = (spec, "mock")
-    if second and len(specs) == 1:
-        raise UserError(
-            f"plate '{spec}': the study '{plan.study.name}' has a [second_plate]; expected "
-            "--plate pair:FIRST+SECOND"
-        )
-    if len(specs) > 1 and not second:
+    paired = spec.startswith(PAIR)
+    if paired and not second:
         raise UserError(
             f"plate '{spec}': the study '{plan.study.name}' has no [second_plate]; expected the "
             "SPEC of one plate"
         )
+    if second and not paired and not is_mock(spec):
+        raise UserError(
+            f"plate '{spec}': the study '{plan.study.name}' has a [second_plate]; expected "
+            "--plate pair:FIRST+SECOND"
+        )
+    specs = pair_of(spec) if paired else (spec, "mock")
     first = _opened(plan, specs[0], clock, plan.study.plate_quantity, wanted.level)
     first.limits = first.limits.held_to(
         tolerance=wanted.tolerance, deviation_level=wanted.tolerance_level

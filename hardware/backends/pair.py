@@ -139,19 +139,25 @@ def _severity(error: BaseException) -> int:
     return 2 if not isinstance(error, Exception) else isinstance(error, StillVibrating)
 
 
-def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
-    """Return two actuators (entry point ``pair``).
+def pair_of(spec: str) -> tuple[str, str]:
+    """Return the SPECs of both actuators.
 
     Raises
     ------
     UserError
-        If the address does not contain two SPECs.
+        If the SPEC does not contain exactly two.
     """
-    specs = parts(f"{PlatePair.name}:{address}")
+    specs = parts(spec)
     if len(specs) != 2 or not all(specs):  # noqa: PLR2004 - a pair
         raise UserError(
-            f"plate 'pair:{address}': expected two SPECs with {SPLIT} between them, such as "
+            f"plate '{spec}': expected two SPECs with {SPLIT} between them, such as "
             f"pair:serial:PORT{SPLIT}daq:CHANNEL"
         )
+    return specs[0], specs[1]
+
+
+def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
+    """Return two actuators (entry point ``pair``). Raises `UserError`."""
+    specs = pair_of(f"{PlatePair.name}:{address}")
     first, second = (registry.open_plate(spec, clock=clock, seed=seed) for spec in specs)
     return PlatePair(first, second)

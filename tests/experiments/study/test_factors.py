@@ -205,7 +205,12 @@ def test_a_second_actuator_has_a_factor_with_levels_within_its_limit(old, new, s
 
 @pytest.mark.parametrize(
     "study, spec, said",
-    [("vezzoli2015", "scpi:COM1", "has a [second_plate]"), ("biet2007", "pair:mock+mock", "no [")],
+    [
+        ("vezzoli2015", "scpi:COM1", "has a [second_plate]"),
+        ("vezzoli2015", "pair:mock+mock+mock", "expected two SPECs"),
+        ("vezzoli2015", "pair:mock+", "expected two SPECs"),
+        ("biet2007", "pair:mock+mock", "no ["),
+    ],
 )
 def test_a_study_with_a_second_actuator_needs_a_pair_and_no_other_study_does(
     study, spec, said, plan
