@@ -51,14 +51,14 @@ def add_power(parser: ArgumentParser) -> None:
         default=here().study,
         help="a TOML file, or the name of a shipped study",
     )
+    grid = parser.add_argument_group(
+        "the grid",
+        "one or more values each, such as 8,12 or 1 0.5, or a range such as 8:40:4; every "
+        "combination is simulated",
+    )
     for axis, meaning in AXES.items():
-        parser.add_argument(
-            f"--{axis.replace('_', '-')}",
-            metavar="VALUES",
-            nargs="+",
-            help=f"{meaning}; for example 8:40:4 or 1,0.5",
-        )
-    parser.add_argument(
+        grid.add_argument(f"--{axis.replace('_', '-')}", metavar="VALUES", nargs="+", help=meaning)
+    grid.add_argument(
         "--order",
         metavar="RULES",
         nargs="+",
