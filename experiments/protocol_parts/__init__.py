@@ -1,1 +1,1 @@
-"""What protocols are made of: interface, registry, simulated answers, orders, adaptive methods."""
+"""The parts of protocols: interface, registry, simulated answers, orders, adaptive methods."""

@@ -1,4 +1,4 @@
-"""The parts of a protocol: options, steps, columns and simulated answers.
+"""The interface of a protocol: options, steps, columns and simulated answers.
 
 A protocol is declared once, as a `Protocol`; `registry` finds it by its entry point. It draws all
 random numbers from its `Context`, so the same seed and labels produce the same run.
@@ -38,21 +38,21 @@ Kind = Literal["number", "label", "text"]
 # Version of the rule that generates orders; stored in every journal
 # (docs/decisions/random-orders.md).
 ORDER_VERSION = 2
-EVERYBODY = "every participant"  # cannot be a participant label: labels contain no spaces
+EVERYBODY = "every participant"  # cannot be a participant's label, because labels contain no spaces
 
-# Strict: "3", 3.0 and true are not accepted as 3, because TOML has types.
+# Strict, because TOML has types: "3", 3.0 and true are not accepted as 3.
 Seed = Annotated[int, Field(strict=True, ge=0)]
-# No participant can do more than a thousand of anything, so a larger number must be a typo.
+# A participant cannot do anything more than a thousand times: a larger number must be a typo.
 Count = Annotated[int, Field(strict=True, ge=0, le=1000)]
 AtLeastOne = Annotated[int, Field(strict=True, ge=1, le=1000)]
 Switch = Annotated[bool, Field(strict=True)]
 Seconds = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
-# abs: replaces TOML's -0.0.
+# abs: replaces -0.0, which TOML allows.
 Amplitude = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False), AfterValidator(abs)]
 Words = Annotated[str, Field(strict=True, min_length=1)]
 Label = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
-# Part of a file name (BIDS entity): letters and digits only.
+# Part of a file name (a BIDS entity), so only letters and digits are allowed.
 EntityLabel = Annotated[str, Field(strict=True, pattern="^[A-Za-z0-9]+$")]
 
 
@@ -83,19 +83,18 @@ class Context:
     visit : int
         Index of the run among the participant's planned runs: 0, 1, ...
     advance : bool
-        Whether each visit takes the next position in the counterbalancing.
-    session, run : str
-        The run's labels. Each run has its own orders.
+        Whether each visit takes the next position in the counterbalancing. session, run : str The
+        run's labels. Each run has its own orders.
     levels : tuple of float
         The levels of the study's plain surfaces, in its quantity.
     quantity : Quantity
-        The quantity of all levels; messages use its keys and units.
+        The quantity of all levels, whose name and unit appear in messages.
     texts : Mapping
         The texts that the participant reads, by key.
     textures : tuple of Texture
         The study's textures.
     varied : Varied or None
-        The stimulus that has the levels as one of its parameters; if None, levels are amplitudes.
+        The stimulus whose parameter the levels set; if None, levels are amplitudes.
     condition : str
         The combination of factor levels; each combination has its own orders.
     task : str
@@ -137,7 +136,7 @@ class Context:
         return Place(row=self.row, visit=self.visit, advance=self.advance)
 
     def surface(self, level: float) -> Stimulus:
-        """Return the surface with a given amplitude, under a label that does not reveal it."""
+        """Return the surface with a given amplitude; its label does not reveal the amplitude."""
         known = self.levels
         label = f"S{known.index(level) + 1}" if level in known else UNLISTED
         if self.varied is not None:
@@ -166,8 +165,8 @@ class TrialRecord:
     """A trial as recorded in the journal; it becomes one row of the data set.
 
     In a trial without intervals, ``surface``, ``readback_level``, ``onset_s`` and
-    ``exploration_time_s`` describe its surface. In a trial with intervals, ``intervals`` contains
-    them, keyed by number.
+    ``exploration_time_s`` describe the trial's surface. In a trial with intervals, these values are
+    in ``intervals``, keyed by number.
     """
 
     trial: Trial
@@ -191,7 +190,7 @@ class TrialRecord:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
-    """A column of the data set: how to get its value for a trial, and its sidecar description.
+    """A column of the data set: its value for each trial, and its sidecar description.
 
     Parameters
     ----------
@@ -200,9 +199,8 @@ class Column:
     kind : {"number", "label", "text"}
         Cell type: a number, one of a few words (or a name), or free text.
     description : str
-        For readers of the data set.
-    units : str
-        The unit in BIDS notation; empty for a dimensionless number.
+        For readers of the data set. units : str The unit in BIDS notation; empty for a
+        dimensionless number.
     levels : Mapping
         All possible labels and their meanings; empty if not known in advance.
     as_stated : bool
@@ -221,9 +219,8 @@ class Column:
 class Protocol:
     """A method of asking a participant about surfaces.
 
-    `slipscale.experiments.dataset.schema.columns` uses it to create the trial table, which
-    contains the columns common to all tasks and, in the three positions defined here, the
-    protocol's own.
+    `slipscale.experiments.dataset.schema.columns` builds the trial table from the columns common to
+    all tasks and the protocol's own columns (``design``, ``stimulus`` and ``response``).
 
     Parameters
     ----------
@@ -237,18 +234,18 @@ class Protocol:
         Returns the expected number of trials in a run, including practice, from the options and the
         context.
     most_trials : callable, optional
-        Returns the largest number of trials if none is repeated, from the same arguments. The
-        default is ``trials``.
+        Returns the largest possible number of trials if no trial is repeated, from the same
+        arguments. The default is ``trials``.
     steps : callable
         The generator of steps, from the options and the context.
     answer : str
-        The column for the trial's main answer, which defines the row's response time.
+        The column for the trial's main answer, to which the row's response time belongs.
     instructions : str
-        The key of the participant instructions (quoted in the data set).
+        The key of the participant's instructions, which the data set quotes.
     simulated : Mapping
-        Maps each question name to the function that answers it in a pilot
-        (`slipscale.experiments.protocol_parts.simulated_answers`). If one is missing, pilots are
-        refused.
+        Maps the name of each question to the function that answers it in a pilot
+        (`slipscale.experiments.protocol_parts.simulated_answers`). If a function is missing, the
+        protocol cannot be piloted.
     texts : Mapping
         The protocol's texts: for each language, a mapping from key to text. Keys begin with the
         protocol's name and a dot. The texts of shipped protocols are in
@@ -259,29 +256,30 @@ class Protocol:
         Columns before the amplitude: other stimulus properties (texture, previous surface,
         ...).
     response : Mapping
-        Columns after the readback: every answer, by question name, and values needed
-        to interpret it.
+        Columns after the readback: every answer, by question name, and the values needed to
+        interpret the answers.
     intervals : callable, optional
         Returns the number of intervals per trial, from the options. Each interval has its own
-        columns, which replace those of a single surface. By default a trial presents one surface.
+        columns, which replace the columns of a single surface. By default a trial presents one
+        surface.
     amplitudes : tuple of str
-        The options that contain an amplitude that the plate must be able to produce. These are
-        all options whose names end in ``_level`` or ``_levels``.
+        The options that contain an amplitude, all of which the plate must be able to produce. The
+        names of exactly these options end in ``_level`` or ``_levels``.
     possible_levels : callable, optional
-        Returns every amplitude (or the smallest and the largest) that could be presented, whatever
-        the answers, in µm peak to peak, from the options and the context. By default, the
-        amplitudes that occur in a rehearsal.
+        Returns all amplitudes (or the smallest and the largest) that any sequence of answers could
+        lead to, in µm peak to peak, from the options and the context. By default, the amplitudes
+        are collected in a rehearsal.
     finest_level : callable, optional
         Returns the smallest amplitude difference that matters to the task, and the amplitude at
         which it occurs, in µm peak to peak, from the options and the context. The plate must hold
-        its amplitude more precisely than that.
+        its amplitude more precisely than this difference.
     check : callable, optional
         Raises `UserError` if options and context are incompatible.
     needs_position : callable
-        Returns whether a surface changes at a place, from the options, so that the finger's
-        position must be measured. By default, none does.
+        Returns whether any surface depends on position, from the options. If so, the finger's
+        position must be measured. By default, no surface does.
     textures : bool
-        Whether the protocol presents the study's textures. If so, ``texture`` is one of its
+        Whether the protocol presents the study's textures. If so, ``texture`` must be one of its
         columns, unless its trials have intervals.
     interval_columns : int
         Number of intervals for which the table has columns; set by `for_task`.
@@ -346,7 +344,7 @@ class Protocol:
 
     @property
     def named(self) -> str:
-        """The protocol's name in messages: its task, and the package that provides it."""
+        """The protocol's name in messages: its task label and the package that provides it."""
         return f"protocol '{self.task}'" + (
             f" of the package {self.package}" if self.package else ""
         )
@@ -356,25 +354,25 @@ class Protocol:
         return self.title.format(q=quantity) if "{q." in self.title else self.title
 
     def for_task(self, options: Options) -> Protocol:
-        """Return the protocol with the label and the number of intervals for a study task."""
+        """Return a copy with the label and the number of intervals that a study's task requires."""
         shown = self.intervals(options) if self.intervals else 0
         return replace(self, task=options.label or self.task, interval_columns=shown)
 
     def most(self, options: Options, context: Context) -> int:
-        """Return the largest number of trials in a run if none is repeated."""
+        """Return the largest possible number of trials in a run if no trial is repeated."""
         return (self.most_trials or self.trials)(options, context)
 
 
 def protocol_texts(protocol: Protocol, language: str) -> Mapping[str, str]:
     """Return the texts that a protocol provides in a language; empty for a shipped protocol.
 
-    If the study adds the language, the texts are returned in English or another language, and the
-    study replaces them.
+    If the study defines this language, the texts are returned in English or another available
+    language, and the study replaces them.
 
     Raises
     ------
     UserError
-        If the language ships with Slipscale and the protocol has texts, but none in that language.
+        If the language ships with Slipscale, but the protocol has texts only in other languages.
     """
     if protocol.texts and language not in (*protocol.texts, *languages()):
         return protocol.texts.get(ENGLISH) or next(iter(protocol.texts.values()))

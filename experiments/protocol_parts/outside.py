@@ -1,8 +1,8 @@
-"""Protocols from other packages: report their exceptions and wrong return values as messages.
+"""Report exceptions and wrong return values of protocols from other packages as messages.
 
-Slipscale's own protocols are covered by its tests, but another package's code may fail in the
-middle of a session. Each function of such a protocol is called through this module, so that the
-message names the package and the line.
+Slipscale's tests cover its own protocols, but another package's code may fail during a session.
+This module wraps every function of such a protocol, so that the message names the package and the
+line.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
         if getattr(protocol, name) is not None
     }
     if (possible := protocol.possible_levels) is not None:
-        # Converted to a tuple, so that a generator's exceptions are raised here.
+        # The conversion to a tuple raises a generator's exceptions here.
         optional["possible_levels"] = watched(
             lambda *told: tuple(possible(*told)), "possible_levels"
         )

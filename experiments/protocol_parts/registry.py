@@ -1,4 +1,4 @@
-"""Find protocols: entry points in the group ``slipscale.protocols``.
+"""Find installed protocols: the entry points in the group ``slipscale.protocols``.
 
 Each entry point refers to a `Protocol`. The study file's ``protocol`` key is the entry point's
 name.
@@ -20,12 +20,13 @@ def protocol_names() -> list[str]:
 
 
 def load_protocol(name: str) -> Protocol:
-    """Return an installed protocol by name; raises KeyError if there is none.
+    """Return the installed protocol with a given name; raises KeyError if there is none.
 
     Raises
     ------
     UserError
-        If it cannot be imported, is not a `Protocol`, or its texts could hide others.
+        If the entry point cannot be imported or is not a `Protocol`, or if its texts could replace
+        another protocol's texts.
     """
     point = installed(PROTOCOLS)[name]
     package = package_of(point)

@@ -1,8 +1,8 @@
 """Functions that answer a protocol's questions for simulated participants.
 
-In a pilot there is no participant. For each of its questions, a protocol names a function that
-returns the answer of a person who felt these surfaces (`base.Protocol.simulated`). The function
-has access only to a `SimulatedPerson`, not to the protocol's plan or the correct answer.
+For each of its questions, a protocol names the function that answers in a pilot
+(`base.Protocol.simulated`). The function has access only to a `SimulatedPerson`, not to the
+protocol's plan or the correct answer.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ if TYPE_CHECKING:
     from slipscale.experiments.steps.steps import Ask
     from slipscale.experiments.steps.trial import Value
 
-ASKS_AGAIN = 0.5  # proportion of matches that repeat the reference before the end: our assumption
+ASKS_AGAIN = 0.5  # assumed proportion of matches that repeat the reference before the end
 
 
 class SimulatedPerson(Protocol):
-    """Information about a simulated participant that a protocol can use.
+    """The properties of a simulated participant on which simulated answers can depend.
 
-    All of it depends on (seed, participant, trial) and on what the plate did, never on the number
-    of calls.
+    All values depend on the seed, the participant, the trial and the plate's behaviour, never on
+    the number of calls.
     """
 
     @property
@@ -47,7 +47,7 @@ class SimulatedPerson(Protocol):
 
     @property
     def scale_top(self) -> float:
-        """The person's number for the most slippery surface imaginable."""
+        """The number that the person would give to the most slippery surface imaginable."""
 
     @property
     def rises(self) -> bool:
@@ -71,15 +71,15 @@ class SimulatedPerson(Protocol):
 
     @property
     def impressions(self) -> tuple[float, ...]:
-        """The noisy strengths of these sensations, 0 to 100."""
+        """The noisy strengths of the sensations in this trial, 0 to 100."""
 
     def usual(self, level: float) -> float:
-        """Return the usual strength of a level, 0 to 100, as the person has learned it."""
+        """Return the usual strength (0 to 100) of a level, which the person has learned."""
 
     def pick(self, strengths: Sequence[float]) -> int:
         """Return the index of the strength that the person judges largest.
 
-        This includes lapses and a bias towards one of the intervals.
+        The choice includes lapses and a bias towards one of the intervals.
         """
 
     def says_yes(self, strength: float) -> bool:
@@ -108,7 +108,7 @@ class SimulatedPerson(Protocol):
         """Return whether the last two surfaces seem different."""
 
     def verbal_report(self) -> str:
-        """Return this person's description of what has been removed."""
+        """Return this person's description of the sensation that has disappeared."""
 
     def stream(self, *purpose: str | int) -> Stream:
         """Return this person's random number stream for one purpose in this trial."""
@@ -120,7 +120,7 @@ SimulatedAnswer = Callable[[Any, SimulatedPerson], "Value"]
 
 
 def compared(step: Ask, person: SimulatedPerson) -> float:
-    """Answer a `ComparisonQuestion` with the interval that seemed most, or least, slippery."""
+    """Answer a `ComparisonQuestion` with the interval that seemed most (or least) slippery."""
     question = step.question
     if not isinstance(question, ComparisonQuestion):
         raise UserError(f"'{step.name}' compares nothing: expected a ComparisonQuestion")
@@ -139,7 +139,7 @@ def notices_difference(_step: Ask, person: SimulatedPerson) -> bool:
 
 
 def any_choice(step: Ask, person: SimulatedPerson) -> Value:
-    """Answer a `ChoiceQuestion` that has no correct answer with a random option."""
+    """Answer a `ChoiceQuestion` without a correct answer with a random option."""
     if isinstance(step.question, ComparisonQuestion):
         raise UserError(f"'{step.name}' compares surfaces: a pilot cannot answer it by chance")
     options = getattr(step.question, "options", ())
@@ -148,7 +148,7 @@ def any_choice(step: Ask, person: SimulatedPerson) -> Value:
 
 
 def until_equal(step: Adjust, person: SimulatedPerson) -> int | str:
-    """Adjust until the current surface seems to have reached the one felt first.
+    """Adjust until the current surface seems equal to the surface felt first.
 
     If the reference can be repeated, half of the matches repeat it once before the end.
     """

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Answered(NamedTuple):
-    """An answer, with its track and level."""
+    """An answer, and the track and level to which it belongs."""
 
     track: int
     level: float
@@ -20,11 +20,11 @@ class Answered(NamedTuple):
 
 
 class AnsweredTracks:
-    """Tracks, with the answers by trial.
+    """Interleaved tracks, together with the answers by trial.
 
-    A trial that is voided while it runs or that times out has no answer, so its track repeats the
-    level. If an answer is taken back later, its track is recomputed from its other answers, at
-    their original levels, as if that answer had not been given.
+    A trial that times out or is voided while it runs has no answer, so its track repeats the level.
+    If an answer is taken back later, the track is recomputed from its remaining answers at their
+    original levels.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class AnsweredTracks:
         self.now = self.now.answered(correct=correct)
 
     def take_back(self, trials: Iterable[int]) -> None:
-        """Take back the answers to trials; trials without an answer are ignored."""
+        """Take back the answers to the given trials; trials without an answer are ignored."""
         gone = [self._answers.pop(trial) for trial in trials if trial in self._answers]
         if gone:
             again = tuple(answered.track for answered in gone)

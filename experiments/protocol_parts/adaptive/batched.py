@@ -25,12 +25,12 @@ LARGEST_BATCH = 50_000_000
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class QuestPlusBatch:
-    """The state of many runs.
+    """The state of many simultaneous QUEST+ runs.
 
     Parameters
     ----------
     rule : QuestPlus
-        The grids, the same for all runs.
+        The grids of levels and parameters, the same for all runs.
     posteriors : array, shape (runs, combinations)
         Each row sums to 1.
     trials : int
@@ -70,7 +70,7 @@ class QuestPlusBatch:
         return np.round(np.array(self.rule.levels)[self.level_indices], DECIMALS)
 
     def answered(self, correct: npt.NDArray[np.bool_]) -> Self:
-        """Return the runs after one answer each, shape (runs,)."""
+        """Return the state after one more answer in every run; ``correct`` has shape (runs,)."""
         posteriors = self.rule.likelihood[correct.astype(int), self.level_indices]
         posteriors *= self.posteriors
         totals = posteriors @ np.ones((self.rule.prior.size, 1))

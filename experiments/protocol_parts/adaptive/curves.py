@@ -79,7 +79,8 @@ class Curve:
     title : str
         Display name.
     logarithmic : bool
-        Whether it is a function of the log level. If so, the value at 0 µm is the guess rate.
+        Whether the proportion depends on the logarithm of the level. If so, the proportion at 0 µm
+        is the guess rate.
     distribution, inverse, density : callable
         ``G``, its inverse and its derivative, for arrays of any shape.
     """

@@ -1,4 +1,4 @@
-"""Several tracks in one block, so that participants cannot infer the next level."""
+"""Interleave several tracks in one block, so that participants cannot infer the next level."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Order = Literal["alternating", "shuffled"]
 
 @dataclass(frozen=True, kw_only=True)
 class Interleaved:
-    """Tracks that take turns until each is over.
+    """Tracks that take turns until all of them are over.
 
-    In each round, every unfinished track has one trial. A voided trial passes on no answer, so the
-    track repeats its level.
+    In each round, every unfinished track has one trial. If a trial is voided, its track repeats the
+    level.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Interleaved:
         Returns the random numbers for a round, given its number; the same number gives the same
         stream.
     order : {"alternating", "shuffled"}
-        Tracks in a fixed order, or in a new order each round.
+        Whether the tracks keep a fixed order or are shuffled in each round.
     left : tuple of int
         Tracks that still have a trial in this round, in order.
     round_number : int
@@ -81,7 +81,7 @@ class Interleaved:
 
     @property
     def level(self) -> float:
-        """The level of the next trial, µm peak to peak; IndexError if all tracks are over."""
+        """Level of the next trial, µm peak to peak; IndexError if all tracks are over."""
         return self.tracks[self.current].level
 
     @property
@@ -101,10 +101,10 @@ class Interleaved:
         return sum(most - track.progress.trials for track in self.tracks if self._goes_on(track))
 
     def taken_back(self, tracks: tuple[Track, ...], again: tuple[int, ...]) -> Self:
-        """Return the block with ``tracks``, from which the answers have been removed.
+        """Return the block after some answers have been removed from ``tracks``.
 
-        ``again`` contains the tracks that these answers belonged to. Each has another trial in
-        this round.
+        ``again`` lists the numbers of the affected tracks. Each of them has another trial in this
+        round.
         """
         going = tuple(number for number in again if self._goes_on(tracks[number]))
         return replace(self, tracks=tracks, left=(*self.left, *going))
@@ -124,7 +124,7 @@ class Interleaved:
 
 
 def _round(block: Interleaved) -> tuple[int, ...]:
-    """Return the order of the unfinished tracks in a block's current round."""
+    """Return the order of the unfinished tracks in the current round."""
     going = [
         number
         for number, track in enumerate(block.tracks)

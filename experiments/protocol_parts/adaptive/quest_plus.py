@@ -1,9 +1,9 @@
-"""QUEST+: select the level at which the answer is expected to be most informative.
+"""QUEST+: present the level at which the next answer is expected to be most informative.
 
-Watson 2017, J. Vis. 17(3):10, doi:10.1167/17.3.10. The expected decrease in the posterior's
-entropy is the mutual information between answer and parameters: the entropy of the predicted
-answer, minus the mean entropy of the answer given the parameters. Both are products of a fixed
-table and the posterior.
+Watson 2017, J. Vis. 17(3):10, doi:10.1167/17.3.10. The expected decrease in the posterior's entropy
+is the mutual information between answer and parameters: the entropy of the predicted answer, minus
+the mean entropy of the answer given the parameters. Both terms are products of a fixed table and
+the posterior.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 #: Levels times parameter combinations: four tables of 8-byte values, 64 MB in total. Each trial
 #: reads two of them, which takes 0.37 of a frame at 60 Hz.
 LARGEST_GRID = 2_000_000
-#: An observer with a larger lapse rate is not doing the task.
+#: With a larger lapse rate, an observer is not performing the task.
 LARGEST_LAPSE = 0.5
 
 
@@ -38,14 +38,14 @@ def entropy(share: Array) -> Array:
 
 @dataclass(frozen=True, kw_only=True)
 class QuestPlus:
-    """The available levels, and a grid of the function's possible parameters.
+    """A QUEST+ rule: the available levels, and a grid of psychometric functions.
 
     Parameters
     ----------
     levels : tuple of float
         Levels that can be presented, in µm peak to peak, ascending.
     threshold_levels, slopes, lapses : tuple of float
-        Grid of the psychometric function's parameters (`curves.Curve`), each ascending; thresholds
+        Grid of the psychometric functions' parameters (`curves.Curve`), each ascending; thresholds
         in µm peak to peak.
     guess : float
         Proportion correct by guessing.
@@ -165,7 +165,7 @@ class QuestPlusTrack:
 
     @cached_property
     def level_index(self) -> int:
-        """Index of the next level: the first one with the largest expected information."""
+        """Index of the next level: the first level with the largest expected information."""
         return int(np.argmax(information_gain(self.rule, self.posterior[None, :])[0]))
 
     @property
@@ -197,12 +197,12 @@ class QuestPlusTrack:
         return self.told(levels.index(at_level), correct=correct)
 
     def told(self, level_index: int, *, correct: bool) -> Self:
-        """Return the track after an answer at any of the levels.
+        """Return the track after an answer at the level with the given index.
 
         Raises
         ------
         UserError
-            If no combination of parameters on the grid allows the answer.
+            If the answer has probability 0 for every combination of parameters on the grid.
         """
         posterior = self.posterior * self.rule.likelihood[int(correct), level_index]
         total = posterior.sum()

@@ -1,4 +1,4 @@
-"""Simulated runs of an adaptive rule with a known psychometric function, without a session."""
+"""Simulate runs of an adaptive rule with a known psychometric function, without a session."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def simulated_runs(
     runs: int,
     rng: np.random.Generator,
 ) -> list[Run]:
-    """Return the trials of many runs; within each run, the tracks follow one another.
+    """Return the trials of many runs; each run simulates its tracks one after the other.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def _one(
     known: dict[float, float],
     rng: np.random.Generator,
 ) -> Run:
-    """Return one run of a track; ``known`` caches proportions by level."""
+    """Simulate one run of a track; ``known`` caches proportions by level."""
     levels, answers = [], []
     while stopping.reason(track.progress) is None:
         level = track.level
@@ -84,7 +84,7 @@ def _at_once(
     runs: int,
     rng: np.random.Generator,
 ) -> list[Run]:
-    """Return simultaneous QUEST+ runs with a fixed number of trials."""
+    """Simulate many QUEST+ runs of a fixed number of trials simultaneously."""
     batch = QuestPlusBatch.start(track.rule, runs)
     levels, answers = [], []
     for _ in range(trials):

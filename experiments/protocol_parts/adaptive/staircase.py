@@ -1,8 +1,9 @@
 """The transformed staircase: k correct answers in a row step down, one error steps up.
 
-Equal steps do not converge to Levitt's proportions (70.7 % for two-down one-up): the proportion
-depends on the step size. With the ratios below it does not (García-Pérez 1998, Vision Res. 38,
-1861-1881, doi:10.1016/S0042-6989(97)00340-4, abstract).
+With equal steps, a staircase does not converge to Levitt's proportions (70.7 % for two-down
+one-up), because the proportion depends on the step size. With the ratios below, the proportion is
+independent of the step size (García-Pérez 1998, Vision Res. 38, 1861-1881,
+doi:10.1016/S0042-6989(97)00340-4, abstract).
 """
 
 from __future__ import annotations
@@ -10,8 +11,8 @@ from __future__ import annotations
 from slipscale.experiments.protocol_parts.adaptive.up_down import Scale, UpDown
 from slipscale.faults import UserError
 
-#: Correct answers in a row for a step down -> size of that step relative to the step up. They
-#: converge to 77.85, 80.35, 83.15 and 85.84 % correct.
+#: Number of correct answers in a row for a step down -> size of the step down relative to the step
+#: up. These staircases converge to 77.85, 80.35, 83.15 and 85.84 % correct.
 STEP_RATIOS = {1: 0.2845, 2: 0.5488, 3: 0.7393, 4: 0.8415}
 
 

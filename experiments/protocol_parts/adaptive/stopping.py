@@ -1,4 +1,4 @@
-"""Stopping rules for tracks: enough trials, reversals or certainty, with an upper limit."""
+"""Stopping rules for tracks: a number of trials or reversals, or a sufficient certainty."""
 
 from __future__ import annotations
 
@@ -16,23 +16,22 @@ MOST_TRIALS = 1000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stopping:
-    """The criteria that end a track; the first one reached applies.
+    """The criteria that end a track; the track ends when the first criterion is met.
 
     Parameters
     ----------
     most_trials : int
-        Upper limit: the track ends after this number of answers in any case.
+        Maximum number of answers; the track always ends here.
     reversals : int or None
-        Number of changes of direction.
+        Number of direction changes that ends the track.
     threshold_sd_log10 : float or None
-        Posterior standard deviation of the threshold, in decades.
-    least_trials : int
-        Reversals and certainty are ignored before this number of answers.
+        Posterior standard deviation of the threshold, in decades. least_trials : int Reversals and
+        certainty are ignored before this number of answers.
 
     Raises
     ------
     UserError
-        If a number is out of range, or a rule cannot apply before the upper limit.
+        If a number is out of range, or a criterion cannot be met within ``most_trials``.
     """
 
     most_trials: int
@@ -64,7 +63,7 @@ class Stopping:
             )
 
     def check(self, track: Track) -> None:
-        """Raise `UserError` if a rule cannot stop this track, or stops it before it starts."""
+        """Raise `UserError` if a criterion can never be met, or is met before the first trial."""
         progress = track.progress
         for name in ("reversals", "threshold_sd_log10"):
             if getattr(self, name) is not None and getattr(progress, name) is None:

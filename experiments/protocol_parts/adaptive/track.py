@@ -1,4 +1,4 @@
-"""The interface of all adaptive methods, and the rounding of levels.
+"""The common interface of adaptive methods, and the rounding of levels.
 
 Levels are µm peak to peak: an amplitude, or the difference between two amplitudes.
 """
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Progress:
-    """The progress of a track, for the stopping rules.
+    """The progress of a track, which the stopping rules evaluate.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class Progress:
 
 
 class Track(Protocol):
-    """One run of a method, as a frozen state."""
+    """One run of an adaptive method, as a frozen state."""
 
     @property
     def level(self) -> float:
@@ -50,8 +50,8 @@ class Track(Protocol):
     def answered(self, *, correct: bool, at_level: float | None = None) -> Self:
         """Return the track after an answer: correct, or "yes" in a yes-no task.
 
-        The answer refers to the track's level, or to ``at_level`` if an earlier answer was taken
-        back. A rule that does not use levels moves from its own level.
+        The answer was given at the track's current level, or at ``at_level`` if the track is being
+        recomputed. Up-down rules ignore ``at_level`` and move from their current level.
         """
         ...
 

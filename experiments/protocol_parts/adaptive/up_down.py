@@ -1,9 +1,9 @@
-"""Fixed-step up-down methods: the level falls after correct answers and rises after an error.
+"""Up-down methods, in which the level falls after correct answers and rises after an error.
 
-All such methods converge to the level at which steps down and up balance. With ``k`` correct
-answers in a row for a step down of size d, and one error for a step up of size u, this is the
-level where ``p**k d = (1 - p**k) u`` (Kaernbach 1991, Percept. Psychophys. 49, 227-229, for k = 1;
-García-Pérez 1998, Vision Res. 38, 1861-1881, for the ratios at which finite steps converge to it).
+These methods converge to the level at which steps down and up balance. With ``k`` correct answers
+in a row for a step down of size d, and one error for a step up of size u, this is the level where
+``p**k d = (1 - p**k) u`` (Kaernbach 1991, Percept. Psychophys. 49, 227-229, for k = 1; García-Pérez
+1998, Vision Res. 38, 1861-1881, for the ratios at which finite steps converge to it).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ DOWN, UP = -1, 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UpDown:
-    """An up-down rule.
+    """A rule that lowers the level after correct answers and raises it after an error.
 
     Parameters
     ----------
@@ -35,17 +35,17 @@ class UpDown:
     lowest_level, highest_level : float
         Limits of the level; a step beyond a limit ends at the limit.
     steps_up : tuple of float
-        Size of the step up before the first reversal, after it, after the second, and so on; the
-        last one applies from then on. In µm on the linear scale, in decades on the logarithmic
-        one.
+        Size of the step up before the first reversal, after the first, after the second, and so on.
+        The last size is used for all remaining steps. In µm on the linear scale, in decades on the
+        logarithmic scale.
     down_to_up : float
         Size of the step down relative to the step up.
     down_after : int
-        Number of correct answers in a row for a step down.
+        Number of correct answers in a row before a step down.
     scale : {"linear", "log10"}
-        Whether steps add or multiply.
+        Whether a step adds to the level or multiplies it.
     until_first_error : bool
-        Whether each correct answer is a step down until the first error.
+        Whether every correct answer leads to a step down until the first error.
 
     Raises
     ------
@@ -103,18 +103,18 @@ class UpDown:
         return UpDownTrack(rule=self, level=self.start_level)
 
     def moved(self, level: float, direction: int, reversals: int) -> float:
-        """Return the level one step up (1) or down (-1), within the limits."""
+        """Return the level after one step up (1) or down (-1), within the limits."""
         up = self.steps_up[min(reversals, len(self.steps_up) - 1)]
         step = up if direction == UP else -up * self.down_to_up
         new = level + step if self.scale == "linear" else level * 10.0**step
         return min(max(rounded(new), self.lowest_level), self.highest_level)
 
     def coordinate(self, level: float) -> float:
-        """Return a level's position on the axis of the steps."""
+        """Return a level's position on the linear or logarithmic scale of the steps."""
         return level if self.scale == "linear" else math.log10(level)
 
     def level_at(self, coordinate: float) -> float:
-        """Return the level at a position on the axis of the steps."""
+        """Return the level at a position on the linear or logarithmic scale of the steps."""
         return coordinate if self.scale == "linear" else 10.0**coordinate
 
 
@@ -125,7 +125,7 @@ class UpDownTrack:
     Parameters
     ----------
     rule : UpDown
-        The rule that moves the level.
+        The rule that changes the level.
     level : float
         Level of the next trial.
     trials : int
@@ -151,7 +151,7 @@ class UpDownTrack:
         return Progress(trials=self.trials, reversals=len(self.reversal_levels))
 
     def answered(self, *, correct: bool, at_level: float | None = None) -> Self:  # noqa: ARG002
-        """Return the track after an answer; the rule moves from its own level."""
+        """Return the track after an answer; the step starts from the current level."""
         in_row = self.correct_in_row + 1 if correct else 0
         beginning = self.rule.until_first_error and self.direction != UP
         needed = 1 if beginning and not self.reversal_levels else self.rule.down_after

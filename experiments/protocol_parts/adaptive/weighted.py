@@ -1,7 +1,8 @@
-"""The weighted up-down method: every answer moves the level, with different steps down and up.
+"""The weighted up-down method, in which every answer changes the level.
 
-Kaernbach 1991, Percept. Psychophys. 49, 227-229, doi:10.3758/BF03214307: the level converges to
-``down p = up (1 - p)``, so the ratio is 3:1 for 75 % correct.
+Kaernbach 1991, Percept. Psychophys. 49, 227-229, doi:10.3758/BF03214307: the level converges to the
+proportion correct p with ``down p = up (1 - p)``, so steps up are three times as large as steps
+down for 75 % correct.
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ def weighted(
     target: float = 0.75,
     scale: Scale = "log10",
 ) -> UpDown:
-    """Return the weighted up-down rule for a proportion correct.
+    """Return the weighted up-down rule that converges to a given proportion correct.
 
     For the other parameters and the errors raised, see `UpDown`.
 
     Parameters
     ----------
     target : float
-        Proportion correct to converge to, between 0 and 1.
+        Proportion correct to which the level converges, between 0 and 1.
 
     Examples
     --------

@@ -1,1 +1,1 @@
-"""Parts shared by protocols: comparisons, rated surfaces, adaptive options, pacing and repeats."""
+"""Building blocks that several protocols share: comparisons, ratings, pacing, repeats and so on."""

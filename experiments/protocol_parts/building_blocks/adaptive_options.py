@@ -1,4 +1,4 @@
-"""Options for the rule that selects the levels in a threshold task."""
+"""Options for the adaptive rule that selects the levels in a threshold task."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ TrialCap = Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)]
 
 
 class AdaptiveOptions(RestedOptions):
-    """Options for a rule and its levels, which apply to each track."""
+    """Options for an adaptive rule and its levels; they apply to each track."""
 
     rule: Rule = Field(
         default="staircase",
@@ -130,7 +130,7 @@ class AdaptiveOptions(RestedOptions):
     )
 
     def begin(self, guess: float, stream: Callable[[int], Stream]) -> Interleaved:
-        """Return the tracks before their first trial.
+        """Return interleaved tracks before their first trial.
 
         Parameters
         ----------
@@ -142,7 +142,7 @@ class AdaptiveOptions(RestedOptions):
         Raises
         ------
         UserError
-            If the options contradict each other, a grid is too large, or a rule could never stop.
+            If the options contradict each other, a grid is too large, or a track could never end.
         """
         stopping = Stopping(
             most_trials=self.most_trials,
@@ -155,7 +155,7 @@ class AdaptiveOptions(RestedOptions):
 
     @property
     def expected_trials(self) -> int:
-        """Expected number of answers in all tracks; an estimate if a rule ends the tracks."""
+        """Expected number of answers in all tracks; an estimate unless the number is fixed."""
         ruled = self.reversals is not None or self.threshold_sd_log10 is not None
         each = (self.least_trials + self.most_trials) // 2 if ruled else self.most_trials
         return self.tracks * each

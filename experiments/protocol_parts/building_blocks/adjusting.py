@@ -1,4 +1,4 @@
-"""Columns for an adjustment: the final amplitude, and every intermediate amplitude."""
+"""Data set columns for adjustments: the final amplitude and every intermediate amplitude."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def adjusted_columns(name: str, description: str) -> dict[str, Column]:
-    """Return the columns for an adjustment: the final amplitude, and every intermediate amplitude.
+    """Return the columns for an adjustment: the final amplitude and every intermediate amplitude.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Trials in which surfaces are judged against a standard, presented in each trial or less often.
+"""Trials in which surfaces are judged against a standard.
 
-If presented in each trial, the standard is the trial's first interval. Otherwise it is presented
-outside the trials: before the first trial of a block, after each rest, and then after a fixed
+If the standard is presented in each trial, it is the trial's first interval. Otherwise it is
+presented between trials: before the first trial of a block, after each rest, and then after a fixed
 number of trials.
 """
 
@@ -32,7 +32,7 @@ STANDARD, JUDGED = 1, 2
 
 
 class StandardOptions(RatedOptions):
-    """Options for tasks with a standard, in addition to the order and pacing options."""
+    """Options for tasks with a standard, in addition to the options for order and pacing."""
 
     standard_level: Annotated[Amplitude, Field(gt=0)] = Field(
         description="Amplitude of the standard to which all surfaces are compared."
@@ -80,7 +80,7 @@ class AgainstStandard(RatedSurfaces):
         super().__init__(options, context, planned)
         self.against = options
         self._words = words
-        self._left = 0  # trials until the standard is due again
+        self._left = 0  # number of trials until the standard is due again
 
     def start(self) -> Steps:
         """Make the standard due before the next trial."""
@@ -109,7 +109,7 @@ class AgainstStandard(RatedSurfaces):
         self._left -= 1
 
 
-#: Columns of the design and of the standard.
+#: Design columns, and the columns that describe the standard.
 DESIGN_COLUMNS: Mapping[str, Column] = {**BLOCK, **DESIGN}
 STANDARD_COLUMN: Mapping[str, Column] = {
     "standard_level": Column(

@@ -1,4 +1,4 @@
-"""Trials that present surfaces in intervals: code shared by comparison tasks.
+"""Code shared by comparison tasks, whose trials present surfaces in intervals.
 
 `Comparing` runs a fixed plan of trials, each with one question. The protocols `constant_stimuli`
 and `paired_comparison` define the comparisons.
@@ -59,7 +59,7 @@ class ComparingOptions(RestedOptions):
 
 
 class Shown(NamedTuple):
-    """The definition of a trial: the surfaces in their order, and the protocol's own columns."""
+    """The definition of a trial: its surfaces in order, and the protocol's own columns."""
 
     phase: Phase
     surfaces: tuple[Stimulus, ...]
@@ -80,7 +80,7 @@ def in_both_orders(
 ) -> list[Shown]:
     """Return the main trials: all groups per repetition, shuffled, in alternating orders."""
     stream = context.stream(context.task, "main")
-    begins = [stream.below(2) for _ in groups]  # the order in odd repetitions
+    begins = [stream.below(2) for _ in groups]  # reversed in odd repetitions
     return [
         Shown(
             "main",
@@ -95,19 +95,19 @@ def in_both_orders(
 def the_two_ends(
     easy: tuple[Stimulus, ...], context: Context, phase: Phase, count: int
 ) -> list[Shown]:
-    """Return trivially easy trials: surfaces from the two ends of the range, in random orders."""
+    """Return trivially easy trials: surfaces from both ends of the range, in random order."""
     stream = context.stream(context.task, "easy", phase)
     turned = [stream.below(2) for _ in range(count)]
     return [Shown(phase, easy[::-1] if turn else easy, {"catch": True}) for turn in turned]
 
 
 def name_of(surface: Stimulus) -> str:
-    """Return the name of a surface in the data: the texture name, or its level."""
+    """Return the name of a surface in the data: the name of its texture, or its level."""
     return surface.name or f"{surface.level:g}"
 
 
 def sought(quantity: Quantity, sign: int = 1) -> Sought:
-    """Return a question's ``seeks`` for the surface with the higher (1) or lower (-1) level."""
+    """Return the value of ``seeks`` that asks for the higher (1) or lower (-1) level."""
     return "least" if (sign < 0) != quantity.falls else "most"
 
 
@@ -140,14 +140,13 @@ def enough_surfaces(protocol: str, fewest: int) -> Callable[[object, Context], N
 
 
 class IntervalTask(Repeating[Condition]):
-    """The numbered trials of a run, with a rest after a fixed number of trials.
+    """The numbered trials of a run, with a rest after every fixed number of trials.
 
     Parameters
     ----------
     total : int
-        Number of trials in the task if none is repeated.
-    options, context
-        The run's options and context.
+        Number of trials in the task if no trial is repeated. options, context The run's options and
+        context.
     """
 
     def __init__(self, total: int, options: RestedOptions, context: Context) -> None:
@@ -162,7 +161,7 @@ class IntervalTask(Repeating[Condition]):
             yield self._pace.rest(text, done=self.number, total=self.total)
 
     def interval(self, surface: Stimulus, trial: Trial, number: int) -> Steps:
-        """Yield an interval: a surface, its exploration, silence."""
+        """Yield an interval: the surface is presented, explored and switched off."""
         yield Present(surface=surface, trial=trial, interval=number)
         yield self.exploration(trial, number)
         yield Silence(trial=trial, interval=number)
@@ -174,7 +173,7 @@ class IntervalTask(Repeating[Condition]):
 
 
 class Comparing(IntervalTask[Shown]):
-    """The trials of a run.
+    """The trials of a comparison task in one run.
 
     Parameters
     ----------
@@ -185,7 +184,7 @@ class Comparing(IntervalTask[Shown]):
     question : Question
         The question after the last interval.
     practice, main : sequence of Shown
-        The plan.
+        The planned trials.
     """
 
     def __init__(
@@ -249,11 +248,11 @@ class Comparing(IntervalTask[Shown]):
 
 
 def truth(value: Value) -> str | None:
-    """Return a yes/no value as a table cell."""
+    """Return a yes/no value as the text of a table cell."""
     return None if value is None else "true" if value else "false"
 
 
-#: The design column for tasks with a plan.
+#: The design column for tasks with a fixed plan of trials.
 DESIGN: Mapping[str, Column] = {
     "catch": Column(
         value=lambda record: truth(record.trial.factors["catch"]),

@@ -1,6 +1,6 @@
-"""Trials that present a target surface in one of a few intervals.
+"""Forced-choice trials, in which one of several intervals presents the target surface.
 
-This code is shared by `difference_threshold` and `detection_threshold`, which define their own
+The protocols `difference_threshold` and `detection_threshold` share this code and define their own
 levels.
 """
 
@@ -75,7 +75,7 @@ class ForcedChoiceOptions(AdaptiveOptions):
 
 
 class Choice(NamedTuple):
-    """The definition of a trial: its phase, its level, and its track, if any."""
+    """The definition of a trial: its phase, its level, and the track that chose it, if any."""
 
     phase: Phase
     level: float
@@ -85,7 +85,7 @@ class Choice(NamedTuple):
 
 
 class ForcedChoice(IntervalTask[Choice]):
-    """The trials of a run.
+    """The trials of a forced-choice task in one run.
 
     Parameters
     ----------
@@ -96,10 +96,10 @@ class ForcedChoice(IntervalTask[Choice]):
     standard_level : float
         Amplitude of the non-target surfaces, in µm peak to peak.
     sign : {1, -1}
-        Whether the target's level is added to the standard or subtracted.
+        Whether the track's level is added to the standard or subtracted to give the target.
     seeks : {"most", "least", "odd"}, optional
-        What the question asks for; default: the most or the least of the attribute, depending on
-        the sign.
+        Which surface the question asks for. By default, the surface with the most or the least of
+        the attribute, depending on the sign.
     """
 
     def __init__(
@@ -123,9 +123,9 @@ class ForcedChoice(IntervalTask[Choice]):
         )
         self.tracks = AnsweredTracks(start)
         drawn = context.stream(context.task, "catch").shuffled(range(options.expected_trials))
-        self._catch_at = sorted(drawn[: options.catch_trials])  # number of answers before each
-        self._missed = 0  # trials without an answer
-        self._again: dict[int, int] = {}  # track -> trial to be repeated by its next trial
+        self._catch_at = sorted(drawn[: options.catch_trials])  # answers before each of them
+        self._missed = 0  # numbers of trials without an answer
+        self._again: dict[int, int] = {}  # track -> number of the trial that its next trial repeats
         self._practice_left = options.practice
         self._repetitions_left = 0
 
@@ -156,7 +156,7 @@ class ForcedChoice(IntervalTask[Choice]):
         return Choice("main", now.level, now.current, repeats=repeats)
 
     def again(self, numbers: Iterable[int]) -> deque[Repetition[Choice]]:
-        """Schedule repetitions of voided trials; an adaptive trial gets its track's next level."""
+        """Schedule repetitions of voided trials; adaptive trials get their track's next level."""
         numbers = list(numbers)
         self.tracks.take_back(numbers)
         tracks = {number: self._known[number].track for number in numbers}
@@ -167,7 +167,7 @@ class ForcedChoice(IntervalTask[Choice]):
         return others
 
     def _total(self, now: Interleaved) -> int:
-        """Return the largest possible number of trials, given the current state of the tracks."""
+        """Return the largest possible number of trials, given the tracks' current state."""
         over = now.over or self._missed >= now.most_trials
         of_tracks = 0 if over else now.left_at_most + len(self._catch_at)
         return self.number + self._practice_left + self._repetitions_left + of_tracks
@@ -220,11 +220,11 @@ class ForcedChoice(IntervalTask[Choice]):
     def end(
         self, trial: Trial, condition: Choice, chosen: Value, *, correct: bool
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the end of a trial and pass on its answer; return the trials to be repeated."""
+        """Yield the end of a trial, update its track, and return the trials to be repeated."""
         number, now = trial.number, self.tracks.now
         if condition.track is not None and chosen is not None:
             now = now.answered(correct=correct)
-        # Whether this trial is the last is known only after its answer.
+        # Only the answer determines whether this trial is the last.
         told = yield EndTrial(trial=replace(trial, total=self._total(now)))
         told = told if isinstance(told, Voided) else Voided()
         voided, dropped = told.trials, number in told.dropped
@@ -232,7 +232,7 @@ class ForcedChoice(IntervalTask[Choice]):
         self._missed += missed
         if condition.track is not None and not missed and number not in voided:
             self.tracks.answer(number, correct=correct)
-        # If nobody answers, a track ends at its limit; other trials are repeated once.
+        # Unanswered trials count towards a track's upper limit; other trials are repeated once.
         comes_again = missed and not dropped
         comes_again &= condition.track is not None or trial.repeats is None
         return (*voided, number) if comes_again else voided

@@ -56,7 +56,7 @@ class PacedOptions(Options):
 
 
 class RestedOptions(PacedOptions):
-    """Options for a task with a rest after a fixed number of trials."""
+    """Options for a task with a rest after every fixed number of trials."""
 
     rest_every_trials: AtLeastOne = Field(
         default=25,

@@ -1,7 +1,8 @@
 """Code shared by tasks in which surfaces are rated one by one in random order.
 
-The order is generated in blocks, practice first. A trial voided by the operator is repeated under
-a new number at the end of its block, as is a timed-out trial if the study requests it.
+The order is generated in blocks, practice first. If the operator voids a trial, it is repeated
+under a new number at the end of its block. Timed-out trials are also repeated if the study requests
+it.
 """
 
 from __future__ import annotations
@@ -130,11 +131,11 @@ def surface_blocks(
 def with_catch_trials(
     planned: list[list[Presentation]], catches: Sequence[Presentation], context: Context
 ) -> list[list[Presentation]]:
-    """Return the plan with catch trials at random positions, and mark each trial in a column.
+    """Return the plan with catch trials at random positions; a column marks the catch trials.
 
-    Catch trials test attention and are not part of the plan. They can occur anywhere among the
-    main trials, and all placements are equally likely. A catch trial belongs to the block in which
-    it occurs.
+    Catch trials test attention and are added to the plan. They can occur anywhere among the main
+    trials, and all placements are equally likely. A catch trial belongs to the block in which it
+    occurs.
     """
     main = sum(each.phase == "main" for block in planned for each in block)
     stream = context.stream(context.task, "catch")
@@ -157,7 +158,7 @@ def with_catch_trials(
 
 
 class RatedSurfaces(Repeating[Presentation]):
-    """The numbered trials of a run.
+    """The numbered trials of a rating task in one run.
 
     Parameters
     ----------
@@ -235,7 +236,7 @@ class RatedSurfaces(Repeating[Presentation]):
         name: str,
         question: Question,
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a surface, its exploration and its rating; return the trials to be repeated."""
+        """Yield a surface, its exploration and its rating; return the trials to repeat."""
         reply = yield from self.asked(
             condition, trial, explore=explore, name=name, question=question
         )

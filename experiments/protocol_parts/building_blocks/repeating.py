@@ -1,4 +1,4 @@
-"""The numbered trials of a task; voided trials are repeated under new numbers."""
+"""Number the trials of a task, and repeat voided trials under new numbers."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ Repetition = tuple[Condition, int]
 
 
 class Repeating(ABC, Generic[Condition]):
-    """The trials of a task, block by block.
+    """The trials of a task in blocks, including repetitions of voided trials.
 
-    ``Condition`` defines a trial (surface, block, phase, ...). A repetition has the same
+    The type ``Condition`` defines a trial (surface, block, phase, ...). A repetition has the same
     condition.
 
     Parameters
     ----------
     total : int
-        Number of trials in the task if none is repeated.
+        Number of trials in the task if no trial is repeated.
     """
 
     def __init__(self, total: int) -> None:
@@ -58,12 +58,12 @@ class Repeating(ABC, Generic[Condition]):
         yield from ()
 
     def block(self, conditions: Iterable[Condition]) -> Steps:
-        """Yield a block's trials, then the ones to be repeated."""
+        """Yield a block's trials, followed by their repetitions."""
         rest = iter(conditions)
         yield from self.drawn(lambda: next(rest, None))
 
     def drawn(self, draw: Callable[[], Condition | None]) -> Steps:
-        """Yield a block's trials; ``draw`` selects each one after the previous trial is over.
+        """Yield a block's trials; ``draw`` returns the next condition after each trial.
 
         A condition may therefore depend on all earlier answers; None ends the block. ``draw`` is
         called once more if a trial is voided during the screen after the block.

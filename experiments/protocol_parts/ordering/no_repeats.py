@@ -1,8 +1,8 @@
 """Orders without immediate repetitions, drawn uniformly from all possible ones.
 
-An order of several copies of each kind without equal neighbours is known as a Smirnov word.
-Smirnov words are counted by inclusion-exclusion over blocks of equal items (Flajolet and
-Sedgewick, Analytic Combinatorics, 2009, Example III.24), in exact integers.
+An order without equal neighbours is known as a Smirnov word. Smirnov words are counted by
+inclusion-exclusion over blocks of equal items (Flajolet and Sedgewick, Analytic Combinatorics,
+2009, Example III.24), in exact integers.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ ALONE = (
     "no_immediate_repeat: a single surface must follow itself; use more surfaces, or "
     "no_immediate_repeat = false"
 )
-# Four hours of trials; generating an order of this size takes a second.
+# This is four hours of trials. Generating an order of this size takes a second.
 MOST = 1200
 
 
@@ -33,16 +33,15 @@ def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
 
     All such orders are equally likely. The kinds are inserted one after the other. A kind's copies
     are cut into groups, which separate equal neighbours and are also inserted elsewhere. The
-    numbers of groups are drawn with probabilities proportional to the exact number of orders to
-    which each choice leads; the rest are shuffles. Once the counts are cached, the time is linear
-    in the number of copies.
+    numbers of groups are drawn with probabilities proportional to the exact number of orders that
+    result from each choice; all other choices are uniform shuffles. Once the counts are cached, the
+    time is linear in the number of copies.
 
     Raises
     ------
     UserError
-        If there is only one kind, which would have to follow itself; or if there are too many
-        copies to generate an order in a second, because the exact counts have more digits with
-        more copies.
+        If there is only one kind, which would have to follow itself, or if generating the order
+        would take more than a second, because the exact counts become too long.
     """
     if kinds == 1 and each > 1:
         raise UserError(ALONE)
@@ -114,7 +113,7 @@ class _Counts:
         return self._known[placed, equal]
 
     def draw_groups(self, placed: int, equal: int, stream: Stream) -> tuple[int, int]:
-        """Draw how many groups of the next kind separate equal neighbours, and how many do not."""
+        """Draw how many groups of the next kind separate equal neighbours, and how many others."""
         each, items = self.each, placed * self.each
 
         @cache
@@ -130,7 +129,8 @@ class _Counts:
             )
 
         rank = stream.below_any(self.completions(placed, equal))
-        # Any order of the choices gives the same distribution; the likeliest first is fastest.
+        # The distribution does not depend on the order of the choices; trying likely ones first is
+        # fastest.
         best = (min(equal, each), max(each - equal, 0))
         while ways(near := max(_ring(best, 1), key=ways)) > ways(best):
             best = near
@@ -151,12 +151,11 @@ def _ring(centre: tuple[int, int], distance: int) -> list[tuple[int, int]]:
 def _signed_blocks(each: int, most: int) -> list[list[int]]:
     """Return the signed numbers of orders of blocks of equal items, for 0 ... ``most`` kinds.
 
-    They are indexed by the number of blocks. Each item beyond the first of its block changes the
-    sign, so that all orders with equal neighbours cancel by inclusion and exclusion.
+    The numbers are indexed by the number of blocks. Each item after the first of its block changes
+    the sign, so that orders with equal neighbours cancel by inclusion and exclusion.
     """
     scale = math.factorial(each)
-    # One kind's blocks, divided by the factorial of their number and multiplied by the scale:
-    # an integer.
+    # Count for one kind, divided by the factorial of the number of blocks and scaled to an integer.
     one = [
         (-1) ** (each - blocks)
         * math.comb(each - 1, blocks - 1)

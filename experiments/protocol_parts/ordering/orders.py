@@ -1,9 +1,8 @@
-"""The presentation order of surfaces, according to the study's rule.
+"""Generate the presentation order of surfaces according to the study's rule.
 
-Orders are drawn uniformly from those that the rule allows. They are generated with integer
-arithmetic only, so they are the same on every machine. Any change to them requires a new
-`ORDER_VERSION`, because a run can only be resumed with its original orders
-(docs/decisions/random-orders.md).
+Orders are drawn uniformly from all orders that the rule allows. Only integer arithmetic is used, so
+orders are the same on every machine. Any change to them requires a new `ORDER_VERSION`, because a
+run can only be resumed with its original orders (docs/decisions/random-orders.md).
 """
 
 from __future__ import annotations
@@ -40,25 +39,25 @@ def presentation_order(
     conditions : int
         Number of surfaces; they are numbered 0 ... conditions - 1.
     repetitions : int
-        How often each surface is presented.
+        Number of times that each surface is presented.
     rule : {"simple", "blocked", "williams"}
-        All shuffled together; or each once per block, shuffled within the block; or each block a
-        row of a Williams square, so that carry-over is balanced across blocks and participants.
+        "simple" shuffles all trials together. "blocked" presents each surface once per block,
+        shuffled within the block. "williams" uses a row of a Williams square for each block, which
+        balances carry-over across blocks and participants.
     stream : Stream
         The run's own random numbers.
     shared : callable
         Returns, for a group and turn (see `Place.within`), the random numbers that all runs of the
-        group share. They generate the design that these runs divide among themselves, for
-        "williams".
+        group share. With "williams", the runs of a group divide one design among themselves.
     place : Place
-        The run's place in the counterbalancing, for "williams".
+        The run's position in the counterbalancing, for "williams".
     no_immediate_repeat : bool
         Whether immediate repetitions are forbidden, also across blocks.
 
     Returns
     -------
     list of list of int
-        Blocks of conditions; "simple" is one block.
+        Blocks of conditions; "simple" returns one block.
 
     Raises
     ------
@@ -92,8 +91,8 @@ def practice_order(
     conditions, repetitions, stream
         See `presentation_order`.
     following : int or None
-        The first condition after the practice. If given, no condition follows itself, up to and
-        including this one; if None, conditions may.
+        The first condition after the practice. If given, no condition follows itself, including
+        across this transition. If None, immediate repeats are allowed.
 
     Raises
     ------
@@ -103,7 +102,7 @@ def practice_order(
     if following is not None and conditions == 1 and repetitions:
         raise UserError(ALONE)
     blocks: list[list[int]] = []
-    # Generated backwards, so that the practice adapts to the analysed order and not vice versa.
+    # Generated backwards, so that the practice adapts to the main order and not vice versa.
     for _ in range(repetitions):
         block = stream.shuffled(range(conditions))
         while following is not None and block[-1] == following:

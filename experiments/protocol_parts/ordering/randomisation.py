@@ -1,8 +1,8 @@
 """Seeded random numbers that are the same on every machine and in every version.
 
-They are SHA-256 hashes of a key and a counter. A library's generator is not used, because NumPy
-and ``random`` guarantee their bit streams but not the result of ``shuffle``. Orders of surfaces
-are generated from these numbers in `slipscale.experiments.protocol_parts.ordering.orders`.
+The numbers are SHA-256 hashes of a key and a counter. NumPy and ``random`` are not used, because
+they guarantee their bit streams but not the result of ``shuffle``. Orders of surfaces are generated
+from these numbers in `slipscale.experiments.protocol_parts.ordering.orders`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Item = TypeVar("Item")
 
 
 class Stream:
-    """Random numbers that depend only on the key.
+    """A stream of random numbers that depends only on its key.
 
     Parameters
     ----------
@@ -91,8 +91,8 @@ def with_catch_steps(
 ) -> list[tuple[float, float]]:
     """Return the steps of a descending series as (before, after), with catch steps shuffled in.
 
-    In a catch step nothing changes: before and after are equal. It may occur anywhere, including
-    first and last; all placements are equally likely.
+    In a catch step, the amplitude does not change. Catch steps may occur anywhere, including first
+    and last, and all placements are equally likely.
 
     >>> with_catch_steps([2.3, 1.2, 0.5], 0, Stream(1))
     [(2.3, 1.2), (1.2, 0.5)]

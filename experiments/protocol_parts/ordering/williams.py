@@ -71,8 +71,8 @@ def williams_group(conditions: int, repetitions: int, *, no_immediate_repeat: bo
 
 
 def _rows_drawn(conditions: int, repetitions: int, no_immediate_repeat: bool) -> int:
-    """Return the number of rows that a run takes from the squares."""
-    # Two conditions without an immediate repeat alternate, so the first block determines the rest.
+    """Return the number of rows of Williams squares that a run uses."""
+    # Without immediate repeats, two conditions alternate, so the first block determines the rest.
     return 1 if no_immediate_repeat and conditions == 2 else repetitions  # noqa: PLR2004 - said above
 
 
@@ -102,7 +102,7 @@ def williams_blocks(
             for number, (before, after) in enumerate(
                 pairwise([*known, *rows]), start=len(blocks) + 1 - len(known)
             )
-            if number % taken  # otherwise another run begins
+            if number % taken  # the square's remaining rows belong to another run
         )
 
     while len(blocks) < (own + 1) * taken:
