@@ -15,16 +15,15 @@ from slipscale.analysis.load import load
 from slipscale.analysis.preprocessing import data_quality, data_warnings, normalisation, sessions
 from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.reading.dataset import Dataset
+from slipscale.analysis.reporting.individuals import individuals
 from slipscale.analysis.statistics import descriptives
 from slipscale.analysis.statistics.measured_friction import measured_friction
 from slipscale.analysis.statistics.robustness import robustness
 from slipscale.analysis.statistics.sensitivity import sensitivity
-from slipscale.analysis.tasks.conclude import conclude
 from slipscale.analysis.tasks.estimation import textures
-from slipscale.analysis.tasks.individuals import individuals
 from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.tasks.outside import guard
-from slipscale.analysis.tasks.table import KINDS, TRIALS
+from slipscale.analysis.tasks.table import KINDS, TRIALS, conclude
 from slipscale.experiments.dataset.hand_exclusions import BY_HAND, excluded_by_hand
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError

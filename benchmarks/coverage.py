@@ -25,6 +25,7 @@ from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
 )
+from slipscale.analysis.statistics.mixed_model import MixedModel, mixed_model
 from slipscale.analysis.statistics.power_law import PowerLaw, power_law
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
@@ -35,9 +36,8 @@ from slipscale.analysis.tasks.difference.probit import d_primes
 from slipscale.analysis.tasks.difference.proportions import clustered_interval
 from slipscale.analysis.tasks.difference.step_size_curve import psychometric
 from slipscale.analysis.tasks.difference.yes_no import TRIALS_FOR_OWN
-from slipscale.analysis.tasks.estimation.mixed_model import MixedModel, mixed_model
+from slipscale.analysis.tasks.effects.groups.statistics import compare_groups
 from slipscale.analysis.tasks.estimation.order_effects import OrderEffects, order_effects
-from slipscale.analysis.tasks.groups.statistics import compare_groups
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.statistics.not_computed import NotComputed
     from slipscale.analysis.tasks.difference.step_size_curve import Measure
-    from slipscale.analysis.tasks.groups.statistics import GroupComparison
+    from slipscale.analysis.tasks.effects.groups.statistics import GroupComparison
 
     Array = NDArray[np.float64]
     #: One simulated study -> whether each result covers or errs, or None if it is not computed.

@@ -9,8 +9,8 @@ import pandas as pd
 
 from slipscale.analysis import json_form
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.groups.statistics import membership
-from slipscale.analysis.tasks.sessions.statistics import SESSIONS
+from slipscale.analysis.tasks.effects.groups.statistics import membership
+from slipscale.analysis.tasks.effects.sessions.statistics import SESSIONS
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from slipscale.analysis.preprocessing.sessions import sessions_of
 from slipscale.analysis.preregistration.plan_in_words import results_of, with_results
 from slipscale.analysis.reporting.files import software
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.plan_check import Deviation, PlanCheck
+from slipscale.analysis.tasks.kind import Deviation, PlanCheck
 from slipscale.experiments.dataset.hand_exclusions import BY_HAND
 from slipscale.experiments.dataset.schema import SIDECAR
 from slipscale.experiments.study.file import study_hash
@@ -20,11 +20,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from slipscale.analysis.preregistration.bundle import Bundle
-    from slipscale.analysis.tasks.kind import Analysis
-    from slipscale.analysis.tasks.plan_check import Kind
+    from slipscale.analysis.tasks.kind import Analysis, DeviationKind
 
 #: Choice of the [analysis] table -> kind of deviation; others are options.
-KIND_OF_CHOICE: Mapping[str, Kind] = {
+KIND_OF_CHOICE: Mapping[str, DeviationKind] = {
     "exclusions": "exclusions",
     "thresholds": "exclusions",
     "normalisation": "normalisation",
@@ -252,7 +251,7 @@ def _codebook(planned: str, analysis: Analysis) -> Iterator[Deviation]:
 
 
 #: The checks, in the order of the report.
-LOOKS: Sequence[tuple[Kind, Callable[[Bundle, Analysis], Iterator[str]]]] = (
+LOOKS: Sequence[tuple[DeviationKind, Callable[[Bundle, Analysis], Iterator[str]]]] = (
     ("bundle", _of_bundle),
     ("study", _of_study),
     ("data", _of_data),

@@ -1,10 +1,11 @@
 """Represent the result of an analysis, and declare kinds of task.
 
-Each folder in `slipscale.analysis.tasks` contains one kind, the counterpart of a session's
-`Protocol`. Its ``declaration`` lists everything that the report and its files show about it, and
-`slipscale.analysis.tasks.table` lists the declarations. Other packages declare theirs with an
-entry point; see `slipscale.analysis.tasks.outside`. A small kind has two modules: ``statistics``
-(its trials and results) and ``declaration`` (its sentences, section and figures). Rules:
+Each folder in `slipscale.analysis.tasks` and its ``effects`` contains one kind, the counterpart of
+a session's `Protocol`. Its ``declaration`` lists everything that the report and its files show
+about it, and `slipscale.analysis.tasks.table` lists the declarations. Other packages declare
+theirs with an entry point; see `slipscale.analysis.tasks.outside`. A small kind has two modules:
+``statistics`` (its trials and results) and ``declaration`` (its sentences, section and figures).
+Rules:
 
 - shared code (loading, inference, page, files, plans) loops over `Analysis.kinds` and names no
   particular kind;
@@ -15,7 +16,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.robustness import SubsetSummary
     from slipscale.analysis.statistics.sensitivity import RuleSummary
     from slipscale.analysis.statistics.statistic import Inference, SessionTable, Statistic
-    from slipscale.analysis.tasks.plan_check import PlanCheck
     from slipscale.analysis.writing.html import ReportSection
 
     SectionWriter = Callable[["Analysis", Mapping[str, str]], ReportSection]
@@ -117,6 +117,58 @@ def _kind_named(name: str) -> object:
     return next(kind for kind in table.every_kind() if kind.name == name)
 
 
+DeviationKind = Literal[
+    "bundle",
+    "study",
+    "data",
+    "participants",
+    "dates",
+    "exclusions",
+    "normalisation",
+    "tests",
+    "options",
+    "versions",
+]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Deviation:
+    """One deviation from the plan.
+
+    Parameters
+    ----------
+    kind : str
+        What the deviation concerns.
+    what : str
+        One sentence: what was planned, and what was done.
+    """
+
+    kind: DeviationKind
+    what: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanCheck:
+    """An analysis compared with its plan.
+
+    Parameters
+    ----------
+    plan : str
+        Name of the bundle.
+    frozen_utc : str
+        Time at which the plan was frozen, according to the plan.
+    digest : str
+        SHA-256 of the plan, as printed on its page.
+    deviations : tuple of Deviation
+        Deviations; empty if the analysis follows the plan.
+    """
+
+    plan: str
+    frozen_utc: str
+    digest: str
+    deviations: tuple[Deviation, ...]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Analysis:
     """Everything that `slipscale.analysis.pipeline.analyse` computes.
@@ -138,13 +190,13 @@ class Analysis:
     prepared : Prepared or None
         Input to the tests; None without magnitude estimates.
     inference : Inference
-        One field per test, see `slipscale.analysis.tasks.conclude`.
+        One field per test, see `slipscale.analysis.tasks.table`.
     sensitivity : tuple of RuleSummary
         Means and standard deviations under every normalisation rule.
     robustness : tuple of SubsetSummary
         The main results with and without flagged participants.
     individuals : DataFrame
-        See `slipscale.analysis.tasks.individuals`.
+        See `slipscale.analysis.reporting.individuals`.
     measures, flags : DataFrame
         Data quality of every participant, including excluded ones; see
         `slipscale.analysis.preprocessing.data_quality`.

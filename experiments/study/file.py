@@ -27,6 +27,8 @@ from slipscale.stimuli.quantity_table import stated_quantity
 from slipscale.stimuli.textures import PARAMETERS
 
 if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+
     from pydantic import BaseModel
 
 # Tables whose levels are always in the plate's quantity, whatever the study varies.
@@ -86,8 +88,13 @@ def shipped_studies() -> list[str]:
     >>> "biet2007" in shipped_studies()
     True
     """
-    names = (entry.name for entry in files("slipscale.experiments").joinpath("studies").iterdir())
-    return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
+    return sorted(_shipped_files())
+
+
+def _shipped_files() -> dict[str, Traversable]:
+    folder = files("slipscale.experiments").joinpath("studies")
+    entries = (*folder.iterdir(), *folder.joinpath("published").iterdir())
+    return {entry.name.removesuffix(".toml"): entry for entry in entries if entry.is_file()}
 
 
 def study_text(name: str) -> str:
@@ -98,12 +105,8 @@ def study_text(name: str) -> str:
     UserError
         If neither exists, or the file cannot be read as text.
     """
-    if name in shipped_studies():
-        return (
-            files("slipscale.experiments")
-            .joinpath("studies", f"{name}.toml")
-            .read_text(encoding="utf-8")
-        )
+    if shipped := _shipped_files().get(name):
+        return shipped.read_text(encoding="utf-8")
     try:
         return Path(name).read_text(encoding="utf-8-sig")  # Windows editors write a byte order mark
     except (OSError, UnicodeDecodeError) as error:

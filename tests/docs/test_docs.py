@@ -16,7 +16,11 @@ from tools.site import command_reference, gallery, reconstruction_example
 from tools.site.hooks import SOURCES
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PAGES = [
+    ROOT / "README.md",
+    ROOT / ".github/CONTRIBUTING.md",
+    *sorted((ROOT / "docs").rglob("*.md")),
+]
 DECISIONS = sorted((ROOT / "docs" / "decisions").glob("*.md"))
 # Options of other programs that the pages name.
 OF_OTHERS = {"--device-address", "--no-deps", "--places", "--8<--"}

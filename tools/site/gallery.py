@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.preregistration.registry import design
 from slipscale.analysis.reporting.methods_text import cited
-from slipscale.analysis.tasks.factors.declaration import ANALYSIS as FACTORS
+from slipscale.analysis.tasks.effects.factors.declaration import ANALYSIS as FACTORS
 from slipscale.analysis.tasks.table import KINDS
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.protocol_parts.registry import load_protocol

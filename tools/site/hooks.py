@@ -48,7 +48,7 @@ SOURCES: tuple[Callable[[], dict[str, str]], ...] = (
 )
 # Page at the repository's root -> its path in the site.
 AT_THE_ROOT = {
-    "CONTRIBUTING.md": "contributing.md",
+    ".github/CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
 }
 # The menu: folders of docs/, each with the pages that come first; others follow by name.
@@ -107,8 +107,8 @@ def for_the_site(text: str) -> str:
     """
     for name, path in AT_THE_ROOT.items():
         text = text.replace(f"]({name})", f"]({path})")
-    text = text.replace("](docs/decisions)", "](decisions/index.md)").replace("](docs/", "](")
-    text = text.replace(".ipynb)", ".md)")
+    text = text.replace("](../", "](").replace("](docs/decisions)", "](decisions/index.md)")
+    text = text.replace("](docs/", "](").replace(".ipynb)", ".md)")
     # Links to files outside the site become plain text.
     text = re.sub(r"(?<!!)\[([^\]]+)\]\((?!https?:)[^)]*(?<!\.md)\)", r"\1", text)
     return text.replace("<details>", '<details markdown="1">')

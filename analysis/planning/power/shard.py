@@ -30,8 +30,8 @@ from slipscale.analysis.planning.simulated.fast_tests import (
     tables,
 )
 from slipscale.analysis.preprocessing import data_quality
+from slipscale.analysis.statistics.mixed_model import mixed_model
 from slipscale.analysis.statistics.repeated_measures.omnibus import page_trend
-from slipscale.analysis.tasks.estimation.mixed_model import mixed_model
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:

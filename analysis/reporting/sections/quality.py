@@ -145,8 +145,8 @@ def _estimate(value: float) -> str:
     return significant(value) if 0 < value < SMALLEST_OF_TWO_DECIMALS else grouped(value, 1)
 
 
-#: Column of `analysis.tasks.individuals` -> its heading, for a quantity ``q``, and the format of a
-#: row's cell.
+#: Column of `analysis.reporting.individuals` -> its heading, for a quantity ``q``, and the format
+#: of a row's cell.
 OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
     "exponent": (TableColumn(title="Exponent"), lambda row: grouped(row["exponent"])),
     "estimate_at_1_um": (

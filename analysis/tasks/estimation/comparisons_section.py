@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import missing
+from slipscale.analysis.tasks.effects.groups.statistics import GROUPS
+from slipscale.analysis.tasks.effects.sessions.statistics import SESSIONS
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.analysis.tasks.estimation.statistics import PAIRWISE, STATISTICS
-from slipscale.analysis.tasks.groups.statistics import GROUPS
-from slipscale.analysis.tasks.sessions.statistics import SESSIONS
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection, TableColumn
 from slipscale.analysis.writing.numbers import (

@@ -9,6 +9,8 @@ import pandas as pd
 from slipscale.analysis.preprocessing import normalisation
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import exponents
+from slipscale.analysis.tasks.effects.groups.statistics import GROUPS, membership
+from slipscale.analysis.tasks.effects.sessions.anova import session_logs
 from slipscale.analysis.tasks.estimation import (
     comparisons_section,
     figures,
@@ -31,9 +33,7 @@ from slipscale.analysis.tasks.estimation.statistics import (
     RM_ANOVA,
     STATISTICS,
 )
-from slipscale.analysis.tasks.groups.statistics import GROUPS, membership
 from slipscale.analysis.tasks.kind import TaskAnalysis
-from slipscale.analysis.tasks.sessions.anova import session_logs
 from slipscale.analysis.writing.numbers import counted, reliable
 
 if TYPE_CHECKING:

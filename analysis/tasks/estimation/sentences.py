@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.statistics.mixed_model import BOUND_SENTENCE
 from slipscale.analysis.statistics.not_computed import missing
-from slipscale.analysis.tasks.estimation.mixed_model import BOUND_SENTENCE
 from slipscale.analysis.writing.numbers import (
     bracketed,
     level_of,
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.mixed_model import MixedModel
     from slipscale.analysis.statistics.power_law import PowerLaw
     from slipscale.analysis.statistics.reliability import Reliability
     from slipscale.analysis.statistics.repeated_measures.omnibus import (
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.repeated_measures.pairwise import PairComparison, PairedT
     from slipscale.analysis.tasks.estimation.growth.bayesian_growth import BayesianGrowth
     from slipscale.analysis.tasks.estimation.growth.statistics import Growth
-    from slipscale.analysis.tasks.estimation.mixed_model import MixedModel
     from slipscale.analysis.tasks.estimation.order_effects import OrderEffects
     from slipscale.analysis.tasks.estimation.robust_exponent import RobustExponent
     from slipscale.stimuli.quantity import Quantity

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+from slipscale.analysis.statistics.mixed_model import MixedModel, mixed_model
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import PowerLaw, power_law
 from slipscale.analysis.statistics.reliability import Reliability, reliability
@@ -28,7 +29,6 @@ from slipscale.analysis.tasks.estimation.growth.bayesian_growth import (
     bayesian_growth,
 )
 from slipscale.analysis.tasks.estimation.growth.statistics import Growth, growth
-from slipscale.analysis.tasks.estimation.mixed_model import MixedModel, mixed_model
 from slipscale.analysis.tasks.estimation.order_effects import OrderEffects, order_effects
 from slipscale.analysis.tasks.estimation.robust_exponent import RobustExponent, robust_exponent
 

@@ -21,7 +21,7 @@ from slipscale.analysis.statistics.psychometrics.thresholds import (
     fit_threshold_by_posterior,
 )
 from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
-from slipscale.analysis.tasks.groups.statistics import membership
+from slipscale.analysis.tasks.effects.groups.statistics import membership
 from slipscale.analysis.tasks.thresholds.friction_axis import FrictionThreshold, friction_threshold
 from slipscale.analysis.tasks.thresholds.population_threshold import (
     PopulationThreshold,

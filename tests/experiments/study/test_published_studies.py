@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,8 @@ PUBLISHED = tomllib.loads(TABLE.read_text("utf-8"))
 def test_every_study_named_after_a_year_has_a_row_and_every_row_a_study():
     named = {name for name in shipped_studies() if re.search(r"\d{4}", name)} - {"biet2007"}
     assert set(PUBLISHED) == named
+    folder = files("slipscale.experiments").joinpath("studies", "published")
+    assert {entry.name for entry in folder.iterdir()} == {f"{name}.toml" for name in named}
     columns = {"task", "published", "simulated", "recovered"}
     assert all(set(row) == columns for row in PUBLISHED.values())
 

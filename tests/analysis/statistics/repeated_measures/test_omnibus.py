@@ -13,6 +13,7 @@ from statsmodels.regression.mixed_linear_model import MixedLM
 from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.statistics import power_law
 from slipscale.analysis.statistics.descriptives import cousineau_morey
+from slipscale.analysis.statistics.mixed_model import mixed_model
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.reliability import reliability
 from slipscale.analysis.statistics.repeated_measures import omnibus
@@ -20,7 +21,6 @@ from slipscale.analysis.statistics.repeated_measures.pairwise import pairwise, s
 from slipscale.analysis.tasks.difference.proportions import exact_interval
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.analysis.tasks.estimation.growth.statistics import growth
-from slipscale.analysis.tasks.estimation.mixed_model import mixed_model
 from slipscale.analysis.tasks.estimation.order_effects import order_effects
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE

@@ -9,8 +9,8 @@ from scipy import stats
 
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reporting.files import write_analysis
+from slipscale.analysis.reporting.individuals import individuals
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.individuals import individuals
 
 pytestmark = pytest.mark.usefixtures("without_models")
 

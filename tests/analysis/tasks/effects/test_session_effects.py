@@ -14,9 +14,9 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
 from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.conclude import conclude
-from slipscale.analysis.tasks.sessions.declaration import sentences
-from slipscale.analysis.tasks.sessions.statistics import agreement
+from slipscale.analysis.tasks.effects.sessions.declaration import sentences
+from slipscale.analysis.tasks.effects.sessions.statistics import agreement
+from slipscale.analysis.tasks.table import conclude
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.bare_dataset import why_sessions, write_simulated
 from slipscale.experiments.running.pilot import pilot_plans

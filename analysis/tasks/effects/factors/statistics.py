@@ -26,11 +26,11 @@ from slipscale.analysis.statistics.mean_over_participants import (
     holm_of,
     mean_over_participants,
 )
+from slipscale.analysis.statistics.mixed_model import AT_MOST, likeliest, singular
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import exponents
 from slipscale.analysis.statistics.repeated_measures.two_way import Effect, two_way
 from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
-from slipscale.analysis.tasks.estimation.mixed_model import AT_MOST, likeliest, singular
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:

@@ -14,9 +14,9 @@ from slipscale.analysis.reading.mapping import parse_mapping
 from slipscale.analysis.reporting.files import draw
 from slipscale.analysis.reporting.sections.summary import answers
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.groups.declaration import group_sentences
-from slipscale.analysis.tasks.groups.statistics import compare_groups
-from slipscale.analysis.tasks.groups.welch import welch
+from slipscale.analysis.tasks.effects.groups.declaration import group_sentences
+from slipscale.analysis.tasks.effects.groups.statistics import compare_groups
+from slipscale.analysis.tasks.effects.groups.welch import welch
 from slipscale.commands import main
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError

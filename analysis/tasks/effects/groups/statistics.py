@@ -16,7 +16,7 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import exponents
 from slipscale.analysis.statistics.repeated_measures.two_way import Effect, effect
 from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic, of_estimates
-from slipscale.analysis.tasks.groups.welch import Welch, welch
+from slipscale.analysis.tasks.effects.groups.welch import Welch, welch
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 

@@ -29,7 +29,7 @@ def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame
     prepared : Prepared or None
         Magnitude estimates.
     inference : Inference
-        Result of `slipscale.analysis.tasks.conclude.conclude`.
+        Result of `slipscale.analysis.tasks.table.conclude`.
 
     Returns
     -------

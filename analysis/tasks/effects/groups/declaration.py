@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.groups.statistics import GROUPS
+from slipscale.analysis.tasks.effects.groups.statistics import GROUPS
 from slipscale.analysis.tasks.kind import TaskAnalysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
     from slipscale.analysis.statistics.repeated_measures.two_way import Effect
-    from slipscale.analysis.tasks.groups.statistics import GroupComparison
-    from slipscale.analysis.tasks.groups.welch import GroupDifference, Welch
+    from slipscale.analysis.tasks.effects.groups.statistics import GroupComparison
+    from slipscale.analysis.tasks.effects.groups.welch import GroupDifference, Welch
     from slipscale.analysis.tasks.kind import Analysis
     from slipscale.stimuli.quantity import Quantity
 

@@ -13,7 +13,7 @@ from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.reporting.files import write_analysis
 from slipscale.analysis.statistics.measured_friction import measured_friction
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.friction.declaration import sentence
+from slipscale.analysis.tasks.effects.friction.declaration import sentence
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 pytestmark = pytest.mark.usefixtures("without_models")

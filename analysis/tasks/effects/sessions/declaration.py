@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.declared.two_way_texts import anova_sentence, anova_table
+from slipscale.analysis.tasks.effects.sessions.statistics import SESSIONS
 from slipscale.analysis.tasks.kind import TaskAnalysis
-from slipscale.analysis.tasks.sessions.statistics import SESSIONS
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import (
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
+    from slipscale.analysis.tasks.effects.sessions.statistics import SessionEffects, SessionMeasure
     from slipscale.analysis.tasks.kind import Analysis
-    from slipscale.analysis.tasks.sessions.statistics import SessionEffects, SessionMeasure
 
 
 def sentences(analysis: Analysis) -> list[str]:

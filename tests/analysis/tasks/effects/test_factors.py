@@ -13,7 +13,7 @@ from slipscale.analysis.export.files import write_export
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
-from slipscale.analysis.tasks.factors.statistics import FACTORS
+from slipscale.analysis.tasks.effects.factors.statistics import FACTORS
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
 
 #: By R 4.2.2 of the table below: `anova(lm(M ~ 1), M = ~speed, X = ~1, test = "Spherical")` and so

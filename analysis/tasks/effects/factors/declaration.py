@@ -6,10 +6,10 @@ from math import exp
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+from slipscale.analysis.statistics.mixed_model import BOUND_SENTENCE
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.declared.two_way_texts import anova_sentence, anova_table
-from slipscale.analysis.tasks.estimation.mixed_model import BOUND_SENTENCE
-from slipscale.analysis.tasks.factors.statistics import FACTORS
+from slipscale.analysis.tasks.effects.factors.statistics import FACTORS
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-    from slipscale.analysis.tasks.factors.statistics import ConditionChange, FactorEffects
+    from slipscale.analysis.tasks.effects.factors.statistics import ConditionChange, FactorEffects
     from slipscale.stimuli.quantity import Quantity
 
     Change = MeanOverParticipants | NotComputed

@@ -17,7 +17,7 @@ from slipscale.analysis.statistics.mean_over_participants import (
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.reliability import IntraclassCorrelation
 from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
-from slipscale.analysis.tasks.sessions.anova import session_anova
+from slipscale.analysis.tasks.effects.sessions.anova import session_anova
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
-    from slipscale.analysis.tasks.sessions.anova import SessionAnova
+    from slipscale.analysis.tasks.effects.sessions.anova import SessionAnova
 
     Array = NDArray[np.float64]
 

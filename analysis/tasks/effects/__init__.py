@@ -1,0 +1,1 @@
+"""Effects of groups, sessions, experimental factors and measured friction on the answers."""
