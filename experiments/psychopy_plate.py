@@ -15,7 +15,7 @@ This is a thin adapter: it uses the same driver, limits and watchdogs as a Slips
 from __future__ import annotations
 
 import atexit
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from psychopy.hardware.base import BaseDevice
 from serial.tools.list_ports import comports
@@ -87,7 +87,7 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         return bool(spec == self.spec)
 
     @staticmethod
-    def getAvailableDevices() -> list[dict[str, Any]]:  # noqa: N802 - PsychoPy's name
+    def getAvailableDevices() -> list[dict[str, object]]:  # noqa: N802 - PsychoPy's name
         """Return the available plates: the mock, and one per serial port."""
         specs = ["mock", *(f"serial:{port.device}" for port in sorted(comports()))]
         return [{"deviceName": f"plate {spec}", "spec": spec} for spec in specs]

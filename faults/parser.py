@@ -91,7 +91,7 @@ class Parser(ArgumentParser):
         verb = "is" if len(names) == 1 else "are"
         return f"{' and '.join(names)} {verb} missing; expected {', '.join(expected)}"
 
-    def _get_value(self, action: Action, arg_string: str) -> Any:
+    def _get_value(self, action: Action, arg_string: str) -> object:
         try:
             return super()._get_value(action, arg_string)
         except ArgumentError as error:
@@ -99,7 +99,7 @@ class Parser(ArgumentParser):
             expected = EXPECTED.get(action.type) or str(error.__context__)
             raise ArgumentError(action, f"'{arg_string}', {expected}") from None
 
-    def _check_value(self, action: Action, value: Any) -> None:
+    def _check_value(self, action: Action, value: object) -> None:
         if action.choices is None or value in action.choices:
             return
         if isinstance(action, _SubParsersAction):

@@ -143,7 +143,7 @@ def _keys(model: Any, place: Place) -> list[str]:
     return list(getattr(model, "model_fields", {}))
 
 
-def _model_in(annotation: Any) -> Any:
+def _model_in(annotation: object) -> object:
     """Return the model contained in an annotation such as ``tuple[Model, ...] | None``, or None."""
     if hasattr(annotation, "model_fields"):
         return annotation

@@ -180,6 +180,6 @@ def save(figure: Figure, path: Path, suffixes: tuple[str, ...] = ()) -> list[Pat
         for each in paths:
             # Not `savefig`, which draws once more for a layout that is already made.
             figure.set_dpi(mpl.rcParams["savefig.dpi"])
-            backend: Any = get_registered_canvas_class(each.suffix[1:])(figure)
+            backend: object = get_registered_canvas_class(each.suffix[1:])(figure)
             getattr(backend, f"print_{each.suffix[1:]}")(each, metadata=FORMATS[each.suffix])
     return paths

@@ -43,7 +43,7 @@ def is_mock(spec: str) -> bool:
 
 
 def split_address(
-    address: str, converters: Mapping[str, Callable[[str], Any]], *, what: str = "plate address"
+    address: str, converters: Mapping[str, Callable[[str], object]], *, what: str = "plate address"
 ) -> tuple[str, dict[str, Any]]:
     """Return the port and the converted options of an address; ``what`` names it in messages.
 
@@ -59,7 +59,7 @@ def split_address(
     """
     words = address.split(",")
     target = "" if "=" in words[0] else words.pop(0)
-    options: dict[str, Any] = {}
+    options: dict[str, object] = {}
     for word in words:
         key, equals, text = word.partition("=")
         if not equals or key not in converters or key in options:

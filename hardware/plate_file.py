@@ -221,7 +221,7 @@ class PlateFile(FrozenTable):
         found += implausible(calibration, self.expected.model_dump())
         return found
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> dict[str, object]:
         """Return the file's content and its checksum, ready for JSON."""
         return {**_stated(self.in_file()), CHECKSUM: checksum(self)}
 
@@ -244,7 +244,7 @@ def checksum(plate: PlateFile) -> str:
     return hashlib.sha256(content.encode("utf-8")).hexdigest()
 
 
-def _names(table: dict[str, Any]) -> FileNames:
+def _names(table: dict[str, object]) -> FileNames:
     return FileNames(stated_quantity(table), LEVELS, frozenset({"limits"}))
 
 
@@ -256,7 +256,7 @@ def _without_checksum(signed: _Signed) -> PlateFile:
     return PlateFile(**{name: getattr(signed, name) for name in PlateFile.model_fields})
 
 
-def _stated(table: dict[str, Any]) -> dict[str, Any]:
+def _stated(table: dict[str, object]) -> dict[str, object]:
     """Return a table without entries that are None."""
     return {
         key: _stated(value) if isinstance(value, dict) else value

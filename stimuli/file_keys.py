@@ -67,13 +67,13 @@ class FileNames:
 
         return self._renamed(table, naming)
 
-    def to_file(self, table: dict[str, Any]) -> dict[str, Any]:
+    def to_file(self, table: dict[str, object]) -> dict[str, object]:
         """Return a file's content, given one with field names as keys."""
         return self._renamed(table, lambda quantity: lambda key: self._key(key, quantity))
 
     def _renamed(
-        self, table: dict[str, Any], naming: Callable[[Quantity], Callable[[str], str]]
-    ) -> dict[str, Any]:
+        self, table: dict[str, object], naming: Callable[[Quantity], Callable[[str], str]]
+    ) -> dict[str, object]:
         name = naming(self.quantity)
         return {
             name(key): renamed(value, naming(self.quantity_in(key)))

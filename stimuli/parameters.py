@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
-from typing import TYPE_CHECKING, Any, Self, get_type_hints
+from typing import TYPE_CHECKING, Self, get_type_hints
 
 from slipscale.faults import UserError
 from slipscale.stimuli.quantity import Quantity, made_by_plate
@@ -90,8 +90,8 @@ class Declared:
     """A stimulus's parameter: its field's type and default, and whether studies must state it."""
 
     parameter: Parameter
-    kind: Any
-    default: Any
+    kind: object
+    default: object
     stated: bool
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, ValidationError
 
@@ -43,7 +43,7 @@ class QuantityTable(FrozenTable):
         return made_by_plate(self.name, self.unit, self.convention, self.judged, falls=self.falls)
 
 
-def stated_quantity(table: dict[str, Any]) -> Quantity:
+def stated_quantity(table: dict[str, object]) -> Quantity:
     """Return the quantity stated in a file's content, before the content is validated.
 
     An invalid ``[quantity]`` is treated as the plate's amplitude; validation reports it.

@@ -7,7 +7,7 @@ import sys
 from argparse import Action
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.analysis.cli.progress_line import add_steps, telling
 from slipscale.experiments.lab.defaults import dataset_default, here, say
@@ -53,7 +53,7 @@ class _Once(Action):
         self,
         parser: ArgumentParser,  # noqa: ARG002 - argparse's signature
         namespace: Namespace,
-        values: Any,
+        values: object,
         option: str | None = None,
     ) -> None:
         if getattr(namespace, self.dest) is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pandas as pd
 from pydantic import ValidationError
@@ -72,7 +72,7 @@ def sidecars(
     return {key: tuple(sorted(values)) for key, values in found.items()}, modes, sources
 
 
-def _in_words(value: Any) -> str:
+def _in_words(value: object) -> str:
     """Return a sidecar entry as text; for a plate, the manufacturer, model and serial number."""
     if isinstance(value, dict):
         identity = value.get("identity")

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from itertools import groupby
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.analysis.reconstruction.counts.listing import LISTED
 from slipscale.analysis.reconstruction.data_sets.saddle_point import words
@@ -26,7 +26,7 @@ SHOWN_VALUES = 20
 # Maximum number of (sum, sum of squares) pairs shown; JSON contains all.
 SHOWN_SUMS = 12
 # Terms used in JSON, as in the documentation.
-Json = dict[str, Any]
+Json = dict[str, object]
 
 
 def column_json(answer: ColumnAnswer) -> Json:
@@ -178,7 +178,7 @@ def _finite(entry: Json) -> Json:
     return {key: _finite_or_none(value) for key, value in entry.items()}
 
 
-def _finite_or_none(value: Any) -> Any:
+def _finite_or_none(value: object) -> object:
     return None if isinstance(value, float) and not isfinite(value) else value
 
 

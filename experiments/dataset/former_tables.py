@@ -17,7 +17,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from slipscale.experiments.dataset.journals import Problem
 from slipscale.experiments.dataset.rendering import render, stem_of
@@ -113,13 +113,13 @@ def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PureP
     return found
 
 
-def _own_entries(path: Path) -> dict[str, Any]:
+def _own_entries(path: Path) -> dict[str, object]:
     """Return Slipscale's entry in a sidecar; empty if it cannot be read."""
     own = _described(path).get(SIDECAR)
     return own if isinstance(own, dict) else {}
 
 
-def _described(sidecar: Path) -> dict[str, Any]:
+def _described(sidecar: Path) -> dict[str, object]:
     try:
         found = json.loads(sidecar.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
@@ -135,7 +135,7 @@ def _is_shared(name: PurePosixPath) -> bool:
     return not TABLE_NAME.fullmatch(name.name)
 
 
-def _lost(run: Run, told: dict[str, Any]) -> str:
+def _lost(run: Run, told: dict[str, object]) -> str:
     """Return the loss in a journal since a sidecar was written; empty if it is complete."""
     count, known = told.get("records"), told.get("hash")
     if type(count) is not int or count < 1:

@@ -21,7 +21,6 @@ from slipscale.experiments.study.run_plan import journal_path
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
-    from typing import Any
 
     from slipscale.experiments.study.run_plan import RunPlan
 
@@ -38,7 +37,7 @@ def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] |
     return None
 
 
-def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, Any]]:
+def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, object]]:
     """Yield the content of each of the run's sidecars in the form of a header."""
     studies = _studies(dataset)
     for table in sorted(dataset.glob(f"{journal.parent.name}/**/beh/*_beh.tsv")):

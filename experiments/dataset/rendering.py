@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import PurePosixPath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.further_tables.headphones import headphone_result
 from slipscale.experiments.dataset.further_tables.person_columns import (
@@ -199,7 +199,7 @@ def _run_files(
         yield path.with_name(f"{name}.json"), dict(told)
 
 
-def _resumes(run: Run) -> list[dict[str, Any]]:
+def _resumes(run: Run) -> list[dict[str, object]]:
     """Return the equipment and software used each time a run was resumed."""
     return [
         {

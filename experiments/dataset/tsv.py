@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.schema import MISSING
 
@@ -39,7 +39,7 @@ def table(header: list[str], rows: list[list[str]]) -> str:
     return text.getvalue()
 
 
-def sidecar(described: Mapping[str, Column]) -> dict[str, Any]:
+def sidecar(described: Mapping[str, Column]) -> dict[str, object]:
     """Return column descriptions in BIDS format."""
     return {
         name: {"Description": column.description}

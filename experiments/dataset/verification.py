@@ -12,7 +12,7 @@ import io
 import json
 import zlib
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.former_tables import cut_journals, strays
 from slipscale.experiments.dataset.journals import Problem, read_runs
@@ -123,7 +123,7 @@ def _short(row: list[str]) -> str:
     return f"begins {' '.join(row)[:40]!r}"
 
 
-def _entries(name: str, text: str, content: dict[str, Any]) -> Iterator[Problem]:
+def _entries(name: str, text: str, content: dict[str, object]) -> Iterator[Problem]:
     """Yield the entries in which a JSON file differs; entries of later versions may be absent."""
     try:
         there = _settled(json.loads(text))
@@ -135,7 +135,7 @@ def _entries(name: str, text: str, content: dict[str, Any]) -> Iterator[Problem]
             yield Problem(file=name, place=entry, what="differs from the journal")
 
 
-def _settled(content: Any) -> dict[str, Any]:
+def _settled(content: object) -> dict[str, object]:
     """Return the entries that do not depend on Slipscale's version: units, levels and names."""
     if not isinstance(content, dict):
         return {}

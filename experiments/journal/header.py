@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.plan_and_progress import software
 from slipscale.experiments.journal.record import FORMAT
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def header(
     plan: RunPlan, plate: PlateDriver, spec: str, answered_by: str, masking: str
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Return the journal's first record: everything needed to resume or analyse the run."""
     told = asdict(plan)
     if not plan.population:
@@ -39,7 +39,7 @@ def header(
     }
 
 
-def resume_data(plan: RunPlan, plate: PlateDriver, spec: str, masking: str) -> dict[str, Any]:
+def resume_data(plan: RunPlan, plate: PlateDriver, spec: str, masking: str) -> dict[str, object]:
     """Return the record of a resumed run: everything that may have changed since its header.
 
     Its date is the reference for all later times; session time is monotonic.

@@ -31,7 +31,7 @@ import sys
 import tempfile
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
 from slipscale.experiments.journal import locks
 from slipscale.experiments.journal.keeper import Keeper, Mark
@@ -155,13 +155,13 @@ class Journal:
             stream.close()
             raise
 
-    def write(self, kind: str, **data: Any) -> Record:
+    def write(self, kind: str, **data: object) -> Record:
         """Append a record and return once it is on disk."""
         record = self.append(kind, **data)
         self.wait_for(record.number + 1)
         return record
 
-    def append(self, kind: str, **data: Any) -> Record:
+    def append(self, kind: str, **data: object) -> Record:
         """Append a record; return once the operating system has it. A thread flushes it to disk.
 
         A signal may interrupt this call at any point. The next record then follows the data

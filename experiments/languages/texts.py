@@ -15,7 +15,6 @@ from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
 from string import Formatter
-from typing import Any
 
 from slipscale.experiments.languages.screen_room import not_drawn, too_long
 from slipscale.faults import UserError
@@ -49,7 +48,7 @@ def _languages() -> tuple[str, ...]:
     return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
 
 
-def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
+def flatten(table: Mapping[str, object], prefix: str = "") -> dict[str, str]:
     """Flatten a nested table to one level, with keys joined by dots.
 
     >>> flatten({"window": {"yes": "yes"}})
@@ -66,7 +65,7 @@ def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
 
 def load_texts(
     language: str,
-    replacements: Mapping[str, Any] | None = None,
+    replacements: Mapping[str, object] | None = None,
     brought: Texts | None = None,
     words: AttributeWords | None = None,
 ) -> Texts:
@@ -115,7 +114,7 @@ def shipped_texts(language: str, words: AttributeWords | None = None) -> dict[st
 
 
 def text_faults(
-    language: str, replacements: Mapping[str, Any], brought: Texts | None = None
+    language: str, replacements: Mapping[str, object], brought: Texts | None = None
 ) -> list[tuple[str, str]]:
     """Return the key and error message for each study text that would fail in a session."""
     shipped, own = shipped_texts(language) | dict(brought or {}), flatten(replacements)

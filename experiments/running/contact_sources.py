@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.faults import UserError
 from slipscale.hardware.clock import SystemClock
@@ -166,11 +166,11 @@ def require_virtual(specs: ContactSpecs) -> None:
             raise UserError(f"--{kind} {spec}: a pilot runs in virtual time; expected {SIMULATED}")
 
 
-def describe_contact(sources: Mapping[Kind, NamedSource], plate: PlateDriver) -> dict[str, Any]:
+def describe_contact(sources: Mapping[Kind, NamedSource], plate: PlateDriver) -> dict[str, object]:
     """Return the journal's description of the sources; empty if there are none."""
     if not sources:
         return {}
-    told: dict[str, Any] = {
+    told: dict[str, object] = {
         kind: {"spec": each.spec, **each.source.describe()} for kind, each in sources.items()
     }
     if "position" in sources:

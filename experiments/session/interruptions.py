@@ -7,7 +7,7 @@ them after a pause or once the rig works again.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.serialisation import same_step, step_record
 from slipscale.experiments.participants.base import StopRequested
@@ -268,9 +268,9 @@ class Interruptions:
             self._participant.hold(self._hold_text, answered)
 
 
-def _pending_questions(records: list[Record]) -> list[dict[str, Any]]:
+def _pending_questions(records: list[Record]) -> list[dict[str, object]]:
     """Return the step records of questions that have yet to be repeated."""
-    waiting: list[dict[str, Any]] = []
+    waiting: list[dict[str, object]] = []
     for record in records:
         if record.kind == "ask_again":
             waiting.append(record.data["what"])

@@ -6,7 +6,7 @@ returns the value. It raises all faults at once, with their places in the file.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pydantic import ValidationError, ValidationInfo
 
@@ -129,7 +129,7 @@ def valid_factors(value: tuple[Factor, ...], info: ValidationInfo) -> tuple[Fact
     return value
 
 
-def valid_tasks(tables: Any, info: ValidationInfo) -> Any:
+def valid_tasks(tables: object, info: ValidationInfo) -> object:
     """Return the options of each task, by its protocol; require tasks that are possible."""
     if not isinstance(tables, list | tuple):
         raise ValueError("expected [[tasks]] tables, each with a protocol")  # noqa: TRY004 - pydantic gathers ValueErrors
@@ -161,8 +161,8 @@ def valid_sessions(value: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def valid_texts(
-    value: dict[str, dict[str, Any]], info: ValidationInfo
-) -> dict[str, dict[str, Any]]:
+    value: dict[str, dict[str, object]], info: ValidationInfo
+) -> dict[str, dict[str, object]]:
     """Require texts that can be read, and questions in the study's language."""
     refuse([*unreadable(value, info.data.get("tasks", ())), *unspoken(value, info.data)])
     return value
@@ -172,7 +172,7 @@ def _levels(info: ValidationInfo) -> Levels:
     return Levels.of(info.data)
 
 
-def _task(table: Any, info: ValidationInfo) -> Options:
+def _task(table: object, info: ValidationInfo) -> Options:
     """Return the options from one [[tasks]] table."""
     if isinstance(table, Options):
         return table

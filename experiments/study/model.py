@@ -6,7 +6,7 @@ skipped if that key is invalid (for example, levels if the plate's table is inva
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, SerializeAsAny
 
@@ -252,7 +252,7 @@ class Study(FrozenTable):
         description="Files in the study file's folder with the texts for another language; "
         "`slipscale study texts` writes a template to fill in.",
     )
-    texts: Annotated[dict[str, dict[str, Any]], AfterValidator(valid_texts)] = Field(
+    texts: Annotated[dict[str, dict[str, object]], AfterValidator(valid_texts)] = Field(
         default_factory=dict,
         validate_default=True,
         description="Texts that replace the shipped ones: one table per language, keyed by text "

@@ -164,7 +164,7 @@ class StatedWords(FrozenTable):
     plural: str = Field(default="", description="The adjective's plural.")
 
 
-def _field(parameter: Parameter) -> Any:
+def _field(parameter: Parameter) -> object:
     """Return a parameter's field, with its range checked."""
     bounds: dict[str, Any] = {"gt": parameter.above, "ge": parameter.least, "le": parameter.most}
     return Field(

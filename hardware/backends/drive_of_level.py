@@ -29,7 +29,7 @@ SETTLING_TIME_CONSTANTS = 7  # to 0.1 %
 UNKNOWN_PLATE_SETTLING_S = 0.05  # used without a calibration, when Q is unknown
 VOLTS = "V"
 PER_V_PEAK = {"peak": 1.0, "peak to peak": 2.0, "RMS": math.sqrt(0.5)}  # of a sine
-OPTIONS: dict[str, Callable[[str], Any]] = {
+OPTIONS: dict[str, Callable[[str], object]] = {
     "frequency": addresses.positive_number,
     "per_volt": addresses.positive_number,
 }

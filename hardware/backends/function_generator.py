@@ -28,7 +28,7 @@ the readback is computed from the active drive.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 RAMP_S, RAMP_STEPS = 0.03, 10
 VPP_PER_V_PEAK = 2.0
 
-OPTIONS: dict[str, Callable[[str], Any]] = {
+OPTIONS: dict[str, Callable[[str], object]] = {
     "channel": channel_number,
     "dialect": dialect_named,
     "gain": addresses.positive_number,

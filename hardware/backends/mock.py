@@ -26,7 +26,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.hardware import address as addresses
 from slipscale.hardware.backends.fault_injection import Injection, Schedule, parse_injections
@@ -52,7 +52,7 @@ RAMP_STEPS = 16
 VOLTAGE_DIGITS, TEMPERATURE_DIGITS = 3, 1  # as a driver board reports them
 
 PHASES = ("connect", "present", "read_back", "silence", "check")
-OPTIONS: dict[str, Callable[[str], Any]] = {
+OPTIONS: dict[str, Callable[[str], object]] = {
     "q": addresses.number,
     "finger": addresses.number,
     "noise": addresses.number,

@@ -11,7 +11,7 @@ every surface, in its own quantity and within its own limits. Two rules:
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.faults import UserError
 from slipscale.hardware import registry
@@ -70,7 +70,7 @@ class PlatePair(PlateDriver):
         """Return the level of the first actuator that a finger on the plate feels now."""
         return self.first.vibration_level()
 
-    def describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, object]:
         """Return the first actuator's entry in the session's record, with the second's in it."""
         second = self.second.describe()
         named = self.second.limits.quantity.named

@@ -11,7 +11,7 @@ import json
 import math
 from dataclasses import replace
 from datetime import date, timedelta
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -255,7 +255,7 @@ class Calibration(FrozenTable):
             return (f"the calibration is {age_days} days old; recalibrate",)
         return ()
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> dict[str, object]:
         """Return everything except the points, and the checksum of everything, ready for JSON."""
         return {**self.model_dump(mode="json", exclude={"points"}), CHECKSUM: checksum(self)}
 

@@ -78,7 +78,7 @@ def run(arguments: Namespace) -> int:
 
 def _solve(
     brief: Brief, found: Design, chosen: Candidate | DrawnPlate, *, fine: bool
-) -> tuple[Any, dict[str, Any]]:
+) -> tuple[object, dict[str, object]]:
     from slipscale.hardware.plate.design.requirements import DrawnPlate  # noqa: PLC0415
     from slipscale.hardware.plate.design.sizing import drawn_layout  # noqa: PLC0415
     from slipscale.hardware.plate.design.verdict import judged, solve, solve_drawn  # noqa: PLC0415
@@ -107,7 +107,7 @@ def _chosen(brief: Brief, found: Design, plate: str) -> Candidate | DrawnPlate:
     return known[plate]
 
 
-def _as_json(brief: Brief, found: Design, plates: list[Judged]) -> dict[str, Any]:
+def _as_json(brief: Brief, found: Design, plates: list[Judged]) -> dict[str, object]:
     from dataclasses import asdict  # noqa: PLC0415
 
     return {
@@ -121,7 +121,7 @@ def _as_json(brief: Brief, found: Design, plates: list[Judged]) -> dict[str, Any
     }
 
 
-def _verdict(judged: Judged) -> dict[str, Any]:
+def _verdict(judged: Judged) -> dict[str, object]:
     from dataclasses import asdict  # noqa: PLC0415
 
     solution = asdict(judged.solution) if judged.solution else None

@@ -40,7 +40,7 @@ def _channel(text: str) -> str:
     return text
 
 
-OPTIONS: dict[str, Callable[[str], Any]] = {"rate": addresses.positive_number}
+OPTIONS: dict[str, Callable[[str], object]] = {"rate": addresses.positive_number}
 for _name in NAMES:
     OPTIONS |= {
         _name: _channel,

@@ -15,7 +15,7 @@ middle of the window; a touch panel is fixed to the plate.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.contact.source import Surroundings
 
-OPTIONS: dict[str, Callable[[str], Any]] = {
+OPTIONS: dict[str, Callable[[str], object]] = {
     "mm_per_pixel": addresses.positive_number,
     "angle": addresses.number,
 }

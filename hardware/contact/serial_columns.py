@@ -26,7 +26,7 @@ import re
 from collections import deque
 from statistics import fmean
 from threading import Event, Thread
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
@@ -262,8 +262,8 @@ def _seconds(text: str) -> float:
     return value
 
 
-def _options(names: tuple[str, ...]) -> dict[str, Callable[[str], Any]]:
-    each: dict[str, Callable[[str], Any]] = {"baud": _baud, "tare": _seconds}
+def _options(names: tuple[str, ...]) -> dict[str, Callable[[str], object]]:
+    each: dict[str, Callable[[str], object]] = {"baud": _baud, "tare": _seconds}
     for name in names:
         each |= {name: _place, f"{name}_scale": _scale, f"{name}_zero": addresses.number}
     return each

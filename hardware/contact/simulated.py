@@ -25,7 +25,7 @@ from __future__ import annotations
 import math
 import zlib
 from functools import cache
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
@@ -44,7 +44,7 @@ AMPLITUDE_DIGITS = 1  # decimals of a µm for which the film is solved: a soluti
 FORCE_DIGITS = 1  # and decimals of a N, if the film's share depends on the force
 WORD = (1 << 64) - 1
 
-POSITION_OPTIONS: dict[str, Callable[[str], Any]] = {
+POSITION_OPTIONS: dict[str, Callable[[str], object]] = {
     "rate": addresses.positive_number,
     "noise": addresses.number,
 }
@@ -56,7 +56,7 @@ def _film(text: str) -> str:
     return text
 
 
-FORCE_OPTIONS: dict[str, Callable[[str], Any]] = {
+FORCE_OPTIONS: dict[str, Callable[[str], object]] = {
     **POSITION_OPTIONS,
     "film": _film,
     "friction": addresses.positive_number,

@@ -26,7 +26,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
@@ -312,7 +312,7 @@ class EmulatedStage(Stage):
         return [Sample(each, (self.place_at(each), 0.0)) for each in times]
 
 
-OPTIONS: dict[str, tuple[str, Callable[[str], Any]]] = {
+OPTIONS: dict[str, tuple[str, Callable[[str], object]]] = {
     "travel": ("travel_mm", addresses.positive_number),
     "speed": ("fastest_mm_s", addresses.positive_number),
     "acceleration": ("acceleration_mm_s2", addresses.positive_number),

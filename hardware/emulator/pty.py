@@ -13,7 +13,7 @@ from collections import deque
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TextIO
+from typing import TYPE_CHECKING, Protocol, TextIO
 
 from slipscale.hardware.backends.fault_injection import Schedule, parse_injections
 from slipscale.hardware.backends.serial_board import protocol as wire
@@ -150,7 +150,7 @@ class Emulator:
         self._boot()
         self._plug()
 
-    def state(self) -> dict[str, Any]:
+    def state(self) -> dict[str, object]:
         """Return the board's state and the plate's, as reported on the control channel.
 
         ``amplitude_um_pp`` is the twin's true amplitude. ``presented_levels`` lists the amplitudes

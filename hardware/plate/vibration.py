@@ -55,7 +55,7 @@ class Supported:
     """
 
     free: npt.NDArray[np.int_]
-    stiffness: Any
+    stiffness: object
     mass: Any
     coupling: Any
     capacitance: Any

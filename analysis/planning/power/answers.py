@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -236,7 +236,7 @@ PRIMARY_TESTS = {
 }
 
 
-def as_json(design: Design, found: Sequence[Row], target: float) -> dict[str, Any]:
+def as_json(design: Design, found: Sequence[Row], target: float) -> dict[str, object]:
     """Return everything as plain data."""
     return {
         "study": design.name,
@@ -254,7 +254,7 @@ def as_json(design: Design, found: Sequence[Row], target: float) -> dict[str, An
     }
 
 
-def _as_json(row: Row) -> dict[str, Any]:
+def _as_json(row: Row) -> dict[str, object]:
     return {
         **asdict(row.condition),
         "weakest": row.weakest.value,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.analysis.planning.power.yes_no_steps import StepTask
 from slipscale.analysis.planning.simulated.estimates import Task
@@ -125,7 +125,7 @@ class Design:
         return replace(self.steps, catch_steps=condition.catch_steps)
 
     @property
-    def identity(self) -> dict[str, Any]:
+    def identity(self) -> dict[str, object]:
         """Return everything that affects a result, except the condition, as plain data."""
         task = asdict(self.task)
         if not self.task.factors:

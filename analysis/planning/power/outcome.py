@@ -121,7 +121,7 @@ class Outcome:
         """Return the proportion of studies in which a test was significant."""
         return Share.of(self.found[test], self.studies)
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """Return plain data."""
         return asdict(self)
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.analysis.planning.power.outcome import Outcome
 from slipscale.analysis.planning.power.shard import VERSION
@@ -45,7 +45,7 @@ class ShardCache:
             folder.mkdir(parents=True, exist_ok=True)
             if not mark.exists():
                 _write(mark, json.dumps({"version": VERSION}))
-            told: Any = json.loads(mark.read_text(encoding="utf-8"))
+            told: object = json.loads(mark.read_text(encoding="utf-8"))
         except OSError as error:
             raise UserError(f"--cache {folder}: {error.strerror}") from None
         except ValueError:

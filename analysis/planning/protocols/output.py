@@ -7,7 +7,7 @@ import io
 import json
 import math
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.analysis.planning.protocols.studies import EXPONENT
 from slipscale.faults import UserError
@@ -108,7 +108,7 @@ def table(found: Sequence[ProtocolPrecision]) -> list[tuple[str, ...]]:
     return [head, *rows]
 
 
-def as_json(found: Sequence[ProtocolPrecision], minutes: float) -> dict[str, Any]:
+def as_json(found: Sequence[ProtocolPrecision], minutes: float) -> dict[str, object]:
     """Return everything as plain data."""
     return {
         "minutes": minutes,

@@ -249,7 +249,7 @@ class _People:
             changed = self.population.in_condition(percent, levels, self._own)
             percent = np.where(condition == number, changed, percent)
         if self.distorts:
-            percent = reported(percent, self.habits, self.past, self.frame)
+            percent = np.asarray(reported(percent, self.habits, self.past, self.frame))
         if self.habits.lapses:
             percent = self._instead(percent, self.habits.lapses, self._anything())
         # People answer in whole hundredths of their scale, so ties and zeros occur.

@@ -9,7 +9,7 @@ saves them in a supported form.
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -78,7 +78,7 @@ def _tables(content: bytes, path: Path) -> dict[str, Table]:
     return tables | ({"": alike} if alike else {})
 
 
-def _table(value: Any) -> Table | None:
+def _table(value: object) -> Table | None:
     """Return a structure of vectors, or an array of structures, as a table."""
     if isinstance(value, dict):
         cells = {str(name): _cells(part) for name, part in value.items()}
@@ -96,7 +96,7 @@ def _alike(columns: dict[str, Sequence[object]]) -> Table | None:
     return columns if len(lengths) == 1 and min(lengths) > 1 else None
 
 
-def _cells(value: Any) -> Sequence[object] | None:
+def _cells(value: object) -> Sequence[object] | None:
     """Return a vector's elements; None for a single value, a matrix or an object."""
     if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.names is None:
         return list(value)

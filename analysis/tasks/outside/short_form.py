@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -80,7 +80,7 @@ class OwnResult:
     """
 
     sentences: tuple[str, ...]
-    numbers: Mapping[str, Any]
+    numbers: Mapping[str, object]
     table: pd.DataFrame | None = None
     table_caption: str = ""
     figure: Figure | None = None

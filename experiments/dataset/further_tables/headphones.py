@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.headphone_test import HeadphoneTest
 
 
-def headphone_result(records: list[Record], test: HeadphoneTest) -> dict[str, Any]:
+def headphone_result(records: list[Record], test: HeadphoneTest) -> dict[str, object]:
     """Return the result of the last attempt and the operator's decision.
 
     ``result`` is passed, failed, not done (with the reason) or broken off.
     """
     reasons = [record.data["reason"] for record in records if record.kind == NO_SOUND]
-    attempts: list[dict[str, Any]] = [{}]
+    attempts: list[dict[str, object]] = [{}]
     right: dict[int, int] = {}
     for step, value in _answers(records):
         name, attempt = step["name"], len(attempts)
@@ -48,7 +48,7 @@ def headphone_result(records: list[Record], test: HeadphoneTest) -> dict[str, An
 
 def _answers(records: list[Record]) -> Iterator[tuple[dict[str, Any], Any]]:
     """Yield the test's questions and their answers."""
-    step: dict[str, Any] = {}
+    step: dict[str, object] = {}
     for record in records:
         if record.kind == "begin":
             step = record.data["what"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import PurePosixPath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.further_tables.person_columns import questionnaire_columns
 from slipscale.experiments.dataset.schema import PARTICIPANT, RUN, SESSION
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 FOLDER = PurePosixPath("phenotype")
 
 
-def phenotype(runs: Sequence[Run]) -> Iterator[tuple[PurePosixPath, str | dict[str, Any]]]:
+def phenotype(runs: Sequence[Run]) -> Iterator[tuple[PurePosixPath, str | dict[str, object]]]:
     """Yield each questionnaire's table, with one row per administration, and its sidecar."""
     asked: dict[str, list[Run]] = {}
     for run in runs:
@@ -28,7 +28,7 @@ def phenotype(runs: Sequence[Run]) -> Iterator[tuple[PurePosixPath, str | dict[s
         yield from _of_one(name, answered)
 
 
-def _of_one(name: str, runs: list[Run]) -> Iterator[tuple[PurePosixPath, str | dict[str, Any]]]:
+def _of_one(name: str, runs: list[Run]) -> Iterator[tuple[PurePosixPath, str | dict[str, object]]]:
     items: dict[str, tuple[str, dict[str, str]]] = {}
     description = ""
     for run in reversed(runs):  # if two studies share an item, the first study's words are used

@@ -14,7 +14,7 @@ from __future__ import annotations
 import gzip
 from itertools import pairwise
 from statistics import median
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from slipscale.experiments.dataset.measured import samples
 from slipscale.experiments.dataset.schema import MISSING
@@ -45,7 +45,7 @@ class Placed(NamedTuple):
 
 def series_of(
     records: Sequence[Record], task: str
-) -> Iterator[tuple[Kind, bytes, Mapping[str, Any]]]:
+) -> Iterator[tuple[Kind, bytes, Mapping[str, object]]]:
     """Yield the source, the compressed table and the description of each time series of a task."""
     found: dict[Kind, list[Placed]] = {}
     now = ""
@@ -79,7 +79,7 @@ def _table(placed: Sequence[Placed], rate_hz: int) -> bytes:
     return gzip.compress(text.encode(), mtime=0)
 
 
-def _described(kind: Kind, begun_s: float, rate_hz: int) -> Mapping[str, Any]:
+def _described(kind: Kind, begun_s: float, rate_hz: int) -> Mapping[str, object]:
     names = QUANTITIES[kind]
     return {
         "SamplingFrequency": rate_hz,

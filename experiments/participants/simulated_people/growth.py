@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.experiments.participants.simulated_people.population import (
     AMPLITUDE_UM_PP,
@@ -81,7 +81,7 @@ def growth_of(quantity: Quantity) -> Growth:
     return next((GROWTH[key] for key in keys if key in GROWTH), OTHER)
 
 
-def _effects(factors: Sequence[Factor]) -> dict[str, Any]:
+def _effects(factors: Sequence[Factor]) -> dict[str, object]:
     """Return a population's keys for the simulated effects of a study's factors."""
     return {
         "effects": tuple((f.name, level, by) for f in factors for level, by in f.simulated.items()),

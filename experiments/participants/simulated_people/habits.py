@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -120,6 +121,9 @@ REALISTIC = Habits(
     }
 )
 
+#: One person's value, or the values of many people.
+Numbers = float | NDArray[np.float64]
+
 
 @dataclass(frozen=True, slots=True)
 class History:
@@ -139,13 +143,13 @@ class History:
     """
 
     trials: int = 0
-    log_sum: Any = 0.0
-    log_least: Any = math.inf
-    log_largest: Any = -math.inf
-    before_level: Any = 0.0
-    contact_s: Any = 0.0
+    log_sum: Numbers = 0.0
+    log_least: Numbers = math.inf
+    log_largest: Numbers = -math.inf
+    before_level: Numbers = 0.0
+    contact_s: Numbers = 0.0
 
-    def with_trial(self, log_sensation: Any, before_level: Any) -> History:
+    def with_trial(self, log_sensation: Numbers, before_level: Numbers) -> History:
         """Return the history with one more trial."""
         return History(
             trials=self.trials + 1,
@@ -156,7 +160,7 @@ class History:
             contact_s=self.contact_s,
         )
 
-    def after_contact(self, contact_s: Any) -> History:
+    def after_contact(self, contact_s: Numbers) -> History:
         """Return the history with a different contact time."""
         return replace(self, contact_s=contact_s)
 
@@ -178,7 +182,7 @@ class Frame:
     middle_level: float
 
 
-def reported(percent: Any, habits: Habits, past: History, frame: Frame) -> Any:
+def reported(percent: Numbers, habits: Habits, past: History, frame: Frame) -> Numbers:
     """Return sensations (0-100) as changed by the habits, before lapses and rounding.
 
     Parameters

@@ -23,7 +23,7 @@ from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from statistics import NormalDist
-from typing import TYPE_CHECKING, Annotated, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Self, TypeVar
 
 from pydantic import (
     BaseModel,
@@ -203,7 +203,7 @@ class Population(BaseModel):
     )
 
     @model_serializer(mode="wrap")
-    def _as_before(self, numbers: SerializerFunctionWrapHandler) -> dict[str, Any]:
+    def _as_before(self, numbers: SerializerFunctionWrapHandler) -> dict[str, object]:
         # Omits empty new keys, so that pilots begun before these keys existed can be resumed.
         told = {
             IN_UM if name == "levels" and not self.unit else name: value

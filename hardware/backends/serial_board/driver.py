@@ -21,7 +21,7 @@ from __future__ import annotations
 from dataclasses import replace
 from statistics import fmean
 from threading import Event, Thread
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
@@ -68,7 +68,7 @@ FOLLOW_LAG_S = 0.017
 FOLLOWED_SHARE = 0.02
 OPEN_LOOP_SETTLING_S = 0.05  # five time constants of a plate with Q = 1000
 
-OPTIONS: dict[str, Callable[[str], Any]] = {
+OPTIONS: dict[str, Callable[[str], object]] = {
     "attention": addresses.number,
 }
 

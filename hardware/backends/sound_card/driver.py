@@ -71,7 +71,7 @@ def _channel(text: str) -> int:
     return int(text)
 
 
-OPTIONS: dict[str, Callable[[str], Any]] = {
+OPTIONS: dict[str, Callable[[str], object]] = {
     "attention": addresses.number,
     "channel": _channel,
     "full_scale": addresses.positive_number,

@@ -133,7 +133,7 @@ def _chains(warm_up: int, draws: int) -> Any:
     import jax  # noqa: PLC0415
     from numpyro.infer import MCMC, NUTS  # noqa: PLC0415
 
-    def chain(key: Any, *known: Any) -> Any:
+    def chain(key: object, *known: object) -> object:
         kernel = NUTS(model, target_accept_prob=ACCEPTED)
         sampler = MCMC(kernel, num_warmup=warm_up, num_samples=draws, progress_bar=False)
         sampler.run(key, *known, extra_fields=("diverging",))

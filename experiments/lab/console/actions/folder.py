@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field, field_validator
 
@@ -43,7 +43,7 @@ class Settings(Form):
 
     @field_validator("settings", mode="before")
     @classmethod
-    def _listed(cls, value: Any) -> Any:
+    def _listed(cls, value: object) -> object:
         """Split typed markers into words."""
         if isinstance(value, dict) and isinstance(value.get("markers"), str):
             return value | {"markers": value["markers"].split()}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from slipscale.experiments.lab.console.actions.bench import TYPED
 from slipscale.experiments.lab.console.actions.calibrating import (
@@ -48,7 +48,7 @@ class Axis(NamedTuple):
     top: str
 
 
-def bench(view: View) -> dict[str, Any]:
+def bench(view: View) -> dict[str, object]:
     """Return the contents of the plate bench page."""
     found, jobs = view.found, view.jobs
     running = next((kind for kind in HELD if (job := jobs.last(kind)) and job.running), "")
@@ -83,7 +83,7 @@ def bench(view: View) -> dict[str, Any]:
     }
 
 
-def _plate(spec: str) -> dict[str, Any]:
+def _plate(spec: str) -> dict[str, object]:
     """Return what is known about a plate without connecting it, or the error in its SPEC."""
     try:
         plate = open_plate(spec, clock=VirtualClock())
@@ -103,7 +103,7 @@ def _limits(plate: PlateDriver) -> list[tuple[str, str]]:
     ]
 
 
-def _files(plate: PlateDriver) -> dict[str, Any]:
+def _files(plate: PlateDriver) -> dict[str, object]:
     made = plate.calibration
     filed = plate.plate_file
     return {

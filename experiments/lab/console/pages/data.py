@@ -44,7 +44,7 @@ class Row:
         return median(times) if times else None
 
 
-def data(view: View) -> dict[str, Any]:
+def data(view: View) -> dict[str, object]:
     """Return the values for the data page, with results only if they may be seen."""
     found, jobs = view.found, view.jobs
     people = found.roster.people if found.roster else ()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.experiments.lab.blind_summary import summary
 from slipscale.experiments.lab.console.pages.history import deviations, history
@@ -41,7 +41,7 @@ class Note:
     words: str
 
 
-def today(view: View) -> dict[str, Any]:
+def today(view: View) -> dict[str, object]:
     """Return the values for the Today page."""
     found, jobs, t = view.found, view.jobs, view.t
     check, people = jobs.last("check"), found.roster.people if found.roster else ()
@@ -109,11 +109,11 @@ def _notes(found: Snapshot) -> list[Note]:
     return notes[:MOST_NOTES]
 
 
-def live(view: View) -> dict[str, Any]:
+def live(view: View) -> dict[str, object]:
     """Return the values for the page of the running session."""
     found, jobs, t = view.found, view.jobs, view.t
     job = jobs.last("session")
-    shown: dict[str, Any] = {"session_failed": failure(job), "began": _began(found, job)}
+    shown: dict[str, object] = {"session_failed": failure(job), "began": _began(found, job)}
     if found.live is None:
         return shown
     groups = deviations(found.live.summary.readings)

@@ -43,7 +43,7 @@ def editor(view: View, text: str, template: str) -> dict[str, Any]:
         content = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError):
         return {"told": told, "form": None, "edited": None, "timeline": []}
-    shown: dict[str, Any] = {
+    shown: dict[str, object] = {
         "told": told,
         "form": StudyForm(content, told),
         "drawings": _drawings(tomllib.loads(whole)),  # with the images of friction maps
@@ -65,7 +65,7 @@ def _source(view: View, template: str) -> str:
     return template if template in shipped_studies() else view.found.defaults.study
 
 
-def follow_up(view: View, text: str, template: str) -> dict[str, Any]:
+def follow_up(view: View, text: str, template: str) -> dict[str, object]:
     """Return the slower results: simulated duration and cost, orders and their balance."""
     source = _source(view, template)
     try:
@@ -97,7 +97,7 @@ def simulated_minutes(whole: str, source: str) -> Timeline | None:
         return None
 
 
-def _drawings(content: Mapping[str, Any]) -> dict[str, list[Drawing]]:
+def _drawings(content: Mapping[str, object]) -> dict[str, list[Drawing]]:
     """Return a drawing for each valid surface, keyed by its position in the file."""
     names = file_names(dict(content))
     in_code = names.to_code(dict(content))

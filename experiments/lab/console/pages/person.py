@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.hand_exclusions import RECORD, decisions
 from slipscale.experiments.lab.blind_summary import summary
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.console.pages.view import View
 
 
-def person(view: View) -> dict[str, Any]:
+def person(view: View) -> dict[str, object]:
     """Return the values for a participant's page, or for the page of their rehearsals."""
     found, pilot = view.found, "pilot" in view.query
     roster = found.rehearsals if pilot else found.roster

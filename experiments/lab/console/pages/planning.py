@@ -41,10 +41,10 @@ class Slider:
         return self.values[self.at]
 
 
-def planning(view: View) -> dict[str, Any]:
+def planning(view: View) -> dict[str, object]:
     """Return the contents of the planning page."""
     found, job, frozen = view.found, view.jobs.last("power"), view.jobs.last("freeze")
-    shown: dict[str, Any] = {
+    shown: dict[str, object] = {
         "computing": bool(job and job.running),
         "progress": _progress(job.steps()) if job and job.running else (0, 1),
         "freezing": bool(frozen and frozen.running),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.experiments.lab.console.pages.view import View, plan_of, titles_of
 from slipscale.experiments.lab.console.state import findings
@@ -31,13 +31,13 @@ class Picture:
     faults: tuple[str, ...]
 
 
-def screens(view: View) -> dict[str, Any]:
+def screens(view: View) -> dict[str, object]:
     """Return the values for the screens page."""
     found, t = view.found, view.t
     checked = _size_of_the_check(view.jobs)
     wanted = view.query.get("size", "")
     size = wanted if SIZE.fullmatch(wanted) else checked or USUAL
-    shown: dict[str, Any] = {
+    shown: dict[str, object] = {
         "language": "",
         "languages": [],
         "pictures": [],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from serial.tools.list_ports import comports
 
@@ -33,7 +33,7 @@ class Field:
     why: str
 
 
-def settings(view: View) -> dict[str, Any]:
+def settings(view: View) -> dict[str, object]:
     """Return the values for the settings page, one field per key in slipscale.toml."""
     test = view.jobs.last("test")
     over = test is not None and not test.running

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from difflib import unified_diff
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.experiments.lab.console.actions.folder import why_not_edited
@@ -28,7 +28,7 @@ class Line(NamedTuple):
     words: str
 
 
-def study(view: View) -> dict[str, Any]:
+def study(view: View) -> dict[str, object]:
     """Return the values of the study page; the file is shown without the contents of text files."""
     found = view.found
     template = view.query.get("from", "")

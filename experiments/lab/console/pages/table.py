@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from slipscale.experiments.lab.console.pages.bench import bench
 from slipscale.experiments.lab.console.pages.data import data, pilot
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.lab.console.pages.view import View
 
-PAGES: dict[str, Callable[[View], dict[str, Any]]] = {
+PAGES: dict[str, Callable[[View], dict[str, object]]] = {
     "today": today,
     "live": live,
     "study": study,
