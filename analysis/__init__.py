@@ -1,1 +1,1 @@
-"""Analyse data sets and write numbers, figures and a report."""
+"""Analyse data sets, and write result files, figures and a report."""

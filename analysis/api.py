@@ -1,4 +1,4 @@
-"""Define the functions in ``import slipscale`` that combine several packages.
+"""Define the functions of ``import slipscale`` that combine several packages.
 
 `slipscale.load` and `slipscale.analyse` are `slipscale.analysis.load.load` and
 `slipscale.analysis.pipeline.analyse`.
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def read_study(study: str | Path) -> Study:
-    """Return a validated study: its tasks, amplitudes, plate and choices.
+    """Read and validate a study.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def read_study(study: str | Path) -> Study:
     Raises
     ------
     UserError
-        If the study does not exist, or the file has errors; the message lists all of them.
+        If the study does not exist or its file has errors. The message lists all errors.
 
     Examples
     --------
@@ -65,15 +65,15 @@ def pilot(
     study : str or Path
         A TOML file, or the name of a shipped study.
     participants, seed : int, optional
-        Default: the values in the study file.
+        Number of participants and random seed; by default, the values in the study file.
     folder : str or Path, optional
-        Folder for the data set: a new folder, or an interrupted pilot of the same study and seed.
-        Default: a temporary folder, which is deleted when Python exits.
+        Folder for the data set, either new or with an interrupted pilot of the same study and seed.
+        The default is a temporary folder, which is deleted when Python exits.
 
     Raises
     ------
     UserError
-        If the study or the folder cannot be used.
+        If the study has errors or the folder cannot be used.
 
     Examples
     --------
@@ -102,7 +102,7 @@ class Power:
     design : Design
         The simulated design.
     rows : tuple of Row
-        One per number of participants.
+        One row per number of participants.
     target : float
         The required power.
     """
@@ -113,16 +113,13 @@ class Power:
 
     @property
     def enough(self) -> int | None:
-        """Smallest number of participants for which every comparison reaches the target.
-
-        None if no number does.
-        """
+        """Smallest sample for which every comparison reaches the target power, or None."""
         from slipscale.analysis.planning.power.answers import fewest  # noqa: PLC0415
 
         return next(iter(fewest(self.rows, self.target).values()))
 
     def __repr__(self) -> str:
-        """Return the power for each number of participants, and the conclusions."""
+        """Return a table of the power for each number of participants, and a conclusion."""
         from slipscale.analysis.planning.power.terminal import summary  # noqa: PLC0415
 
         lines = [
@@ -156,7 +153,7 @@ def power(
     participants : int or sequence of int
         Numbers of participants to try.
     studies : int
-        Simulated studies per number of participants.
+        Number of simulated studies per number of participants.
     seed : int
         Random seed of the simulation.
     alpha : float
@@ -219,14 +216,14 @@ def power(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reconstruction:
-    """The raw data sets that are consistent with a published table.
+    """The sets of raw data that are consistent with a published table.
 
     Parameters
     ----------
     title : str
         Title of the table.
     columns : tuple of ColumnAnswer
-        Results for each column: whether its numbers are consistent, and the number of data sets.
+        For each column, whether its numbers are consistent, and the number of possible data sets.
     """
 
     title: str
@@ -246,8 +243,8 @@ class Reconstruction:
         Returns
         -------
         dict
-            Column label -> ratings, shape (number, participants), sorted in each row. Columns
-            without a consistent data set are omitted.
+            Column label -> ratings, shape (number, participants), each row sorted. Columns without
+            a consistent data set are omitted.
 
         Raises
         ------
@@ -266,7 +263,7 @@ class Reconstruction:
                 continue
             scale = solutions.column.scale
             values = np.array([float(scale.value(step)) for step in range(scale.steps + 1)])
-            # Same samples as `slipscale reconstruct --sample`.
+            # Draws the same samples as `slipscale reconstruct --sample`.
             drawn = Sampler(solutions).draw(number, np.random.default_rng([seed, place]))
             found[solutions.column.label] = values[drawn]
         return found
@@ -317,14 +314,14 @@ def reconstruct(table: str | Path) -> Reconstruction:
 
 
 def open_plate(spec: str = "mock", *, clock: Clock | None = None, seed: int = 0) -> PlateDriver:
-    """Return a plate as a context manager that connects it and always switches it off at the end.
+    """Return a context manager that connects a plate and always switches it off at the end.
 
     Parameters
     ----------
     spec : str
         ``mock``, ``serial:PORT``, ``scpi:RESOURCE``, or the name of another installed backend.
     clock : Clock, optional
-        Default: the computer's clock.
+        Source of time; by default, the computer's clock.
     seed : int
         Random seed of a simulated plate.
 

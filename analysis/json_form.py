@@ -1,12 +1,12 @@
-"""Convert results to JSON: an object is written as its fields, under their names.
+"""Convert results to JSON.
 
-A class with other keys defines a method ``json_form`` that returns them in order. Rules for all
-classes:
+By default, the keys of an object are its field names. A class with other keys defines a method
+``json_form`` that returns them in order. Rules for all classes:
 
-- an amplitude used as a key is written as ``0.5``, NaN as null, and an array scalar as a number;
-- only field names of our classes, and an `OurName`, are adapted to the quantity of the data. Keys
-  of a plain mapping belong to the user: participants, files, groups, numbers from a plug-in
-  analysis.
+- an amplitude used as a key is written as ``0.5``; NaN is written as null;
+- field names of Slipscale's classes, and `OurName` strings, are adapted to the quantity of the
+  data. Keys of plain mappings are not changed: they are names of participants, files or groups, or
+  come from another package's analysis.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ class HasJsonForm(Protocol):
     """A result whose keys differ from its field names."""
 
     def json_form(self) -> object:
-        """Return the JSON representation; its parts may be results."""
+        """Return an object to write instead of the fields; its parts may be results."""
         ...
 
 
 class OurName(str):
-    """A string that is one of our names for a field or unit."""
+    """A string that is Slipscale's name for a field or unit."""
 
     __slots__ = ()
 
@@ -47,12 +47,12 @@ def text(value: object, named: Callable[[str], str] = str) -> str:
 
 
 def form(value: object, named: Callable[[str], str] = str) -> Json:
-    """Convert a value to a JSON-compatible one.
+    """Convert a result to values that JSON supports.
 
     Parameters
     ----------
     named : callable
-        Converts one of our names: the ``key`` method of a quantity.
+        Converts field names: the ``key`` method of a quantity.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
         return form(value.item())
     if isinstance(value, OurName):
         return named(value)
-    # Comes before the check for a method, which is too slow for a million numbers.
+    # Numbers first, because checking a million of them for a method would be too slow.
     if value is None or isinstance(value, str | int | float):
         return None if isinstance(value, float) and not math.isfinite(value) else value
     if isinstance(value, HasJsonForm):
@@ -89,7 +89,7 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
 
 
 def record(value: object) -> JsonObject:
-    """Return the mapping for a result that has keys."""
+    """Return the JSON object for a result that has keys."""
     found = form(value)
     if not isinstance(found, dict):
         raise TypeError(f"{type(value).__name__}: has no keys")
@@ -97,12 +97,12 @@ def record(value: object) -> JsonObject:
 
 
 def renamed(value: DataclassInstance, **names: str) -> dict[str, object]:
-    """Return an object's fields, some renamed; a field with an empty key is omitted."""
+    """Return an object's fields with some renamed; an empty new name omits the field."""
     found = {names.get(each.name, each.name): getattr(value, each.name) for each in fields(value)}
     found.pop("", None)
     return found
 
 
 def bounds(interval: object | None) -> object:
-    """Return an interval, or two nulls if it is not defined."""
+    """Return an interval, or a pair of nulls if the interval is not defined."""
     return (None, None) if interval is None else interval

@@ -1,9 +1,8 @@
-"""Read a data set: which trials are analysed, which are excluded, and why.
+"""Read a data set from a folder or a table.
 
-Two formats are supported: a BIDS data set as written by `slipscale.experiments.dataset.bids`, or
-one tidy table with ``participant_id``, ``amplitude_um_pp`` and ``estimate``. Rows are never
-dropped silently: practice, voided and unanswered trials are counted, and invalid cells are
-reported by file and line.
+Slipscale reads BIDS data sets written by `slipscale.experiments.dataset.bids`, and tidy tables with
+``participant_id``, ``amplitude_um_pp`` and ``estimate``. Rows are never dropped silently: practice,
+voided and unanswered trials are counted, and invalid cells are reported with file and line.
 """
 
 from __future__ import annotations
@@ -62,17 +61,17 @@ def load(
     path : str or Path
         A data set folder, or a table in a text, Excel or SPSS file.
     mapping : TableMapping, optional
-        Meaning of the columns. Default: read from ``analysis.toml`` in the folder or next to the
-        table; without that file, the column names of Slipscale's own tables.
+        Meaning of the columns. The default is read from ``analysis.toml`` in the folder or next to
+        the table. Without that file, the columns must have the names used by Slipscale.
     task : str, optional
-        Task label, for data sets that contain magnitude estimation or descending difference under
-        several labels. Default: the protocol's own label, or else the first in alphabetical order.
+        Task label, for data sets with several labels for magnitude estimation or descending
+        difference. The default is the protocol's own label, or the alphabetically first label.
 
     Raises
     ------
     UserError
-        If there is nothing to analyse, a file cannot be read, a column is missing, or the records
-        of pilots and participants are mixed.
+        If there is nothing to analyse, a file cannot be read, a column is missing, or the data set
+        mixes pilots with participants.
     """
     try:
         where = Path(path)
@@ -95,7 +94,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
     problems = Problems()
     faults: list[str] = []
     outside = [kind.trials for kind in installed_kinds(faults) if kind.trials is not None]
-    faults.clear()  # a package that cannot be loaded is reported when its results are needed
+    faults.clear()  # packages that cannot be loaded are reported when their results are needed
     paths = sorted(folder.glob("sub-*/**/beh/*_beh.tsv"))
     quantity = metadata.one_quantity(paths, folder)
     kinds = (*TRIALS, *outside)
@@ -135,7 +134,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
         sources += read_sources
     other_tasks, read_sources = read_others(others, folder, problems, counts)
     sources += read_sources
-    # Differences between journals and tables: rows edited by hand, or runs without tables.
+    # Tables can differ from journals if rows were edited by hand, or if runs have no tables.
     differences = tuple(map(str, verify(folder))) if journals(folder) else None
     problems.add_many(differences or (), "slipscale data verify lists all")
     problems.add_many(faults, "analyses of other packages")
@@ -156,7 +155,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
         details=details,
         choices=choices,
         frozen=frozen,
-        # Another study file may define a different rule from the one used in the sessions.
+        # A changed study file may define a different rule from the one used in the sessions.
         study_text="" if unchanged is False else text,
         unchanged=unchanged,
         journal_differences=differences,
@@ -175,12 +174,12 @@ def _files(
     folder: Path,
     problems: Problems,
 ) -> dict[str, Entries]:
-    """Return the tables to read for each kind of task, sorted by name.
+    """Return the table files for each kind of task, sorted by name.
 
     Raises
     ------
     UserError
-        If none of the kinds that are restricted to one label has the requested label.
+        If no task that is restricted to one label has the requested label.
     """
     labels = sorted(label for kind in kinds if kind.label for label in found[kind.name])
     if wanted is not None and wanted not in labels:
@@ -202,7 +201,7 @@ def _divided(
     problems: Problems,
     counts: dict[str, int],
 ) -> dict[str, pd.DataFrame]:
-    """Return the tables of every kind, keyed by their name in `Dataset`."""
+    """Return the trials of each kind of task, keyed by field name of `Dataset`."""
     tables: dict[str, pd.DataFrame] = {}
     for kind in kinds:
         rows = read[kind.name]
@@ -252,7 +251,7 @@ def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quan
     trials = {}
     for kind, rows in ((CHOICES, table.choices), (PAIRS, table.pairs)):
         if len(rows):
-            columns = tuple(kind.empty().columns)  # a table by hand states no friction
+            columns = tuple(kind.empty().columns)  # a table by hand contains no friction
             trials[kind.name] = with_people(rows.reindex(columns=list(columns)), columns)
     return Dataset(
         name=metadata.title(path) if path.is_dir() else path.stem,
@@ -271,7 +270,7 @@ def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quan
 
 
 def _refuse_another_unit(frame: pd.DataFrame, path: Path) -> None:
-    """Raise a `UserError` if an amplitude above 0 would count as 0: metres instead of µm."""
+    """Raise `UserError` if an amplitude above 0 would count as 0, such as metres instead of µm."""
     _, given = as_numbers(frame["amplitude_um_pp"])
     vanishing = given[(given > 0) & (given.round(AMPLITUDE_DECIMALS) == 0)]
     if len(vanishing):

@@ -1,8 +1,8 @@
-"""Compute everything in `slipscale analyse` from a data set, without writing anything.
+"""Compute all results of `slipscale analyse`, without writing files.
 
-Each stage is a function that can be used separately in a notebook. This module calls them in
-order, with the study's frozen choices. The study's exclusion rule is applied first, before
-anything is described or tested.
+Each stage is a function that can also be used separately in a notebook. This module calls the
+stages in order, with the choices in the study file. Exclusion rules are applied before anything is
+described or tested.
 """
 
 from __future__ import annotations
@@ -56,12 +56,12 @@ def analyse(
     dataset : str, Path or Dataset
         A data set folder, a tidy table, or the result of `slipscale.analysis.load.load`.
     normalise : str, optional
-        A rule of `slipscale.analysis.preprocessing.normalisation.RULES`, replacing the study's
-        frozen one.
+        A key of `slipscale.analysis.preprocessing.normalisation.RULES`. By default, the rule in the
+        study file.
     equivalence_ratio : float, optional
-        Ratio within which two amplitudes count as equal; replaces the study's.
+        Ratio within which two amplitudes count as equal. By default, the ratio in the study file.
     bayesian : bool
-        Whether to also sample the hierarchical Bayesian power function, which requires the extra
+        Whether to sample the hierarchical Bayesian power function as well, which requires the extra
         ``bayes``.
     progress : callable, optional
         Called with a short description of the next step.
@@ -69,7 +69,7 @@ def analyse(
     Raises
     ------
     UserError
-        If the data cannot be read, contain nothing to analyse, or do not support the rule.
+        If the data cannot be read, contain nothing to analyse, or cannot be normalised by the rule.
     """
     tell = progress or (lambda _: None)
     if isinstance(dataset, Dataset):
@@ -141,7 +141,7 @@ def analyse(
 
 
 def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]:
-    """Return the data with the requested bound, and a note if it differs from the frozen one."""
+    """Return the data with the requested ratio, and a note if it differs from the study file."""
     frozen = data.choices.equivalence_ratio
     if asked is None or asked == frozen:
         return data, []
@@ -157,7 +157,7 @@ def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]
 def normalised(
     data: Dataset, asked: str | None
 ) -> tuple[pd.DataFrame, Prepared | None, str, list[str]]:
-    """Return normalised estimates ready for inference, the rule, and notes about it."""
+    """Return normalised estimates prepared for inference, the rule, and notes about the rule."""
     rule, notes = _choose_rule(data, asked)
     estimates = data.estimates.assign(normalised=normalisation.normalise(data.estimates, rule))
     prepared = prepare(estimates, data.choices, data.quantity) if len(estimates) else None
@@ -165,7 +165,7 @@ def normalised(
 
 
 def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tuple[str, ...]]]:
-    """Return the data without participants excluded by the rule or by hand, and the reasons."""
+    """Return the data without excluded participants, and the reasons for each exclusion."""
     rules: list[str] = list(data.choices.exclusions)
     by_hand = excluded_by_hand(data.folder) if data.folder else {}
     why: dict[str, tuple[str, ...]] = {}
@@ -195,7 +195,7 @@ def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tupl
 
 
 def _choose_rule(data: Dataset, asked: str | None) -> tuple[str, list[str]]:
-    """Return the user's rule, else the study's, else the default; and notes about it."""
+    """Return the rule chosen by the user, the study or the default, and notes about it."""
     frozen = data.choices.normalisation
     if asked and frozen and asked != frozen:
         return asked, [

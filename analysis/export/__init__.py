@@ -1,1 +1,1 @@
-"""Export an analysis for a manuscript and reviewers: Word, PDF and scripts that recompute it."""
+"""Export an analysis as Word and PDF files, and as scripts that recompute its numbers."""

@@ -1,4 +1,4 @@
-"""Write all files of `slipscale export` into one folder."""
+"""Write the files of `slipscale export`."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-#: The script, and its part for other tasks, factors and sessions, if there are any.
+#: Main script, and script for other tasks, factors and sessions.
 SCRIPT, TASK_SCRIPT = "recompute.R", "recompute_tasks.R"
 
 
 def write_export(analysis: Analysis, out: Path, forms: Sequence[str]) -> list[str]:
-    """Write the output of `analyse` and the requested formats; return the names of added files.
+    """Write the output of `analyse` in further formats; return the names of the added files.
 
     Parameters
     ----------
     out : Path
-        A folder, created if necessary.
+        Output folder, created if necessary.
     forms : sequence of str
         Keys of `FORMS`.
 
@@ -39,7 +39,7 @@ def write_export(analysis: Analysis, out: Path, forms: Sequence[str]) -> list[st
     UserError
         If a file cannot be written.
     ModuleNotFoundError
-        See `check_installed`; nothing was written.
+        If the extra ``export`` is not installed; nothing is written.
     """
     check_installed(forms)
     report = write_analysis(analysis, out, formats=("png", "pdf"))
@@ -52,14 +52,14 @@ def write_export(analysis: Analysis, out: Path, forms: Sequence[str]) -> list[st
 
 
 def check_installed(forms: Sequence[str]) -> None:
-    """Import the packages that the formats need, before anything is written.
+    """Check that the packages for the requested formats can be imported.
 
     Raises
     ------
     ModuleNotFoundError
         If the extra ``export`` is not installed.
     UserError
-        If WeasyPrint does not find Pango, which it needs for text layout.
+        If WeasyPrint cannot load the library Pango.
     """
     if "word" in forms:
         import docx  # noqa: F401, PLC0415
@@ -125,7 +125,7 @@ def _french(analysis: Analysis, report: Path) -> list[str]:
     return [f"{folder.name}/"]
 
 
-#: Format -> function that writes it next to the report.
+#: Format -> function that writes the file next to the report.
 FORMS: dict[str, Callable[[Analysis, Path], list[str]]] = {
     "word": _word,
     "pdf": _pdf,

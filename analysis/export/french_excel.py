@@ -1,4 +1,4 @@
-"""Write tables for French Excel: semicolons, decimal commas, UTF-8 with a byte-order mark."""
+"""Write tables that French versions of Excel can open."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def write_french(table: pd.DataFrame, path: Path) -> None:
-    """Write a table; text that Excel would evaluate gets an apostrophe prefix."""
+    """Write a table with semicolons, decimal commas and a byte-order mark."""
     with path.open("w", encoding="utf-8-sig", newline="") as file:
         writer = csv.writer(file, delimiter=";")
         writer.writerow([harmless_cell(str(name)) for name in table.columns])

@@ -1,4 +1,4 @@
-"""List every number in a report, for the scripts that recompute them."""
+"""List all numbers in a report, for the scripts that recompute them."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ if TYPE_CHECKING:
     from slipscale.analysis.json_form import Json
     from slipscale.analysis.tasks.kind import Analysis
 
-#: Unit suffixes of names in inference.json, which a script does not need.
+#: Unit suffixes to remove from the names in inference.json.
 PER_UNIT, UNIT = re.compile(r"per_um(_pp)?\b"), re.compile(r"_um(_pp)?\b")
-#: Results that cannot be recomputed from the files: coded words and squeeze-film predictions.
+#: Results that cannot be recomputed from the files: verbal coding and squeeze-film predictions.
 LEFT_OUT = re.compile(
     r"\.verbal_reports\.|\.finding\.|^growth\.(friction|individual)\.|covariance|^normalisation\."
 )
-#: Interval names that state the confidence level.
+#: Names of intervals that contain the confidence level.
 LEVEL = re.compile(r"\bci95\b")
 
 
 def reported_numbers(analysis: Analysis) -> pd.DataFrame:
-    """Return every number in the report as ``name value``, named by its position in the results.
+    """Return every number in the report, in columns ``name value``.
 
-    For example ``rm_anova.F``, ``pairwise.0.ratio_ci.0``, ``table3.2.mean``; positions count from
-    0.
+    A name is the path to the number in the results, such as ``rm_anova.F``,
+    ``pairwise.0.ratio_ci.0`` or ``table3.2.mean``. Positions count from 0.
     """
     parts = {
         "table3": analysis.table3.to_dict(orient="records"),
@@ -52,7 +52,7 @@ def reported_numbers(analysis: Analysis) -> pd.DataFrame:
 
 
 def _means_in_order(row: dict[str, Json]) -> dict[str, Json]:
-    """Return a summary in which means are numbered instead of keyed by level."""
+    """Replace the levels that key a summary's means with positions."""
     means = row["means"]
     return row | {"means": list(means.values()) if isinstance(means, dict) else means}
 
@@ -67,7 +67,7 @@ def _exponents(analysis: Analysis) -> dict[str, dict[str, float]]:
     }
 
 
-#: Levels are in the files; they are inputs, not results.
+#: Levels, which are inputs and not results.
 GIVEN = re.compile(r"(^|\.)(amplitude|from|to|removed|amplitudes|reduction)(_um_pp)?(\.[\d.]+)?$")
 
 
@@ -83,7 +83,7 @@ def _numbers(value: Json, name: str = "") -> Iterator[tuple[str, float]]:
 
 
 def settings(analysis: Analysis) -> pd.DataFrame:
-    """Return the choices and the names of the level columns, as ``name value``."""
+    """Return the study's choices and the names of the level columns, in columns ``name value``."""
     data, choices = analysis.dataset, analysis.dataset.choices
     named, stepped = data.quantity.key, data.quantity.stepped
     found = {
@@ -106,8 +106,8 @@ def settings(analysis: Analysis) -> pd.DataFrame:
 def task_trials(analysis: Analysis) -> dict[str, pd.DataFrame]:
     """Return the input for `recompute_tasks.R`, keyed by file name; empty tables are omitted.
 
-    Contains the trials of every kind as analysed (except those in a table of the report),
-    participants' groups, and session measures.
+    The input comprises the analysed trials of every kind (except trials in a table of the report),
+    participants' groups and session measures.
     """
     data = analysis.dataset
     found = {

@@ -1,4 +1,4 @@
-"""Write the report as a Word document with the same headings, text, tables and figures."""
+"""Convert the report to a Word document."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-#: Figure width in cm; the text width of an A4 page with Word's margins is 16 cm.
+#: Figure width in cm, which fits the text width of an A4 page (16 cm).
 FIGURE_CM = 13.0
-#: Tables with more columns use a smaller font.
+#: Tables with more columns than this use a smaller font.
 WIDE = 7
-#: Fixed date, so that the same report gives the same bytes.
+#: Fixed date, so that the same report always gives the same file.
 DATE = (1980, 1, 1, 0, 0, 0)
 
 
@@ -26,7 +26,7 @@ def write_word(report: Path, out: Path) -> None:
     report : Path
         ``report.html``, with the figures as ``.png`` files next to it.
     out : Path
-        The file to write.
+        Output file.
     """
     from docx import Document  # noqa: PLC0415 - an extra
     from lxml import html  # noqa: PLC0415 - comes with it
@@ -99,14 +99,14 @@ def _table(document: Any, element: Any, _folder: Path) -> None:
             span = int(cell.get("colspan", 1))
             first, last = table.cell(place, column), table.cell(place, column + span - 1)
             written = (first.merge(last) if span > 1 else first).paragraphs[0]
-            # A line break in a heading precedes the unit.
+            # In a table heading, a line break precedes the unit.
             run = written.add_run(" ".join(" ".join(cell.itertext()).split()))
             run.font.size = _points(7 if width > WIDE else 9)
             column += span
     document.add_paragraph()
 
 
-#: Element of the page -> function that writes it; the others contain these.
+#: HTML element -> function that writes it. All other elements are containers.
 WRITERS: dict[str, Callable[[Any, Any, Path], None]] = {
     "h1": _heading(0),
     "h2": _heading(1),
@@ -122,7 +122,7 @@ WRITERS: dict[str, Callable[[Any, Any, Path], None]] = {
 
 
 def _dated(stream: io.BytesIO) -> bytes:
-    """Return an archive in which all parts have the same date."""
+    """Return the Word file with the same date for all its parts."""
     out = io.BytesIO()
     with zipfile.ZipFile(stream) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
         for name in old.namelist():

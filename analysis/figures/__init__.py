@@ -1,1 +1,1 @@
-"""Draw figures from results, without computing anything."""
+"""Draw figures of squeeze-film predictions."""

@@ -1,4 +1,4 @@
-"""Plot perception against physics: magnitude estimates against predicted friction."""
+"""Plot magnitude estimates against predicted friction."""
 
 from __future__ import annotations
 
@@ -24,9 +24,10 @@ def perception_figure(
     frequency_hz: float = 30_500.0,
     normal_force_n: float = 0.5,
 ) -> Figure:
-    """Return estimates of slipperiness against predicted relative friction.
+    """Return a figure of slipperiness estimates against predicted relative friction.
 
-    Shows both film models, and a band for the model in which asperities and film share the load.
+    The figure shows both film models, and a band for the model in which asperities and film share
+    the load.
 
     Parameters
     ----------

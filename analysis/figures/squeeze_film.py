@@ -1,4 +1,4 @@
-"""Plot squeeze-film results: the paper's Figs. 3, 4 and 5, and errors of the closed form."""
+"""Plot the paper's Figs. 3, 4 and 5, and the error of the closed-form solution."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def squeeze_number_figure() -> Figure:
 
 @styled
 def film_figure() -> Figure:
-    """Return Fig. 4: film and mean pressure under the finger, closed form and Reynolds."""
+    """Return Fig. 4: film thickness and mean pressure under the finger, from both solutions."""
     figure, (upper, lower) = canvas(2, 1, (6.6, 5.6), sharex=True)
     vibration, roughness = WORST_CASE
     x = np.linspace(-1.05, 1.05, 2000)
@@ -136,10 +136,10 @@ def friction_figure() -> Figure:
 
 
 def convergence_data(factors: Array, finger: Finger = FINGER) -> tuple[Array, Array]:
-    """Return squeeze numbers, and numerical divided by closed-form overpressure, per factor.
+    """Return the squeeze number and the ratio of numerical to closed-form overpressure per factor.
 
-    The frequency is multiplied by each factor, at the paper's working point: h_r = 0.6 µm, 2.3 µm
-    peak to peak, 30.5 kHz.
+    Each factor multiplies the frequency of the paper's working point: h_r = 0.6 µm, 2.3 µm peak to
+    peak, 30.5 kHz.
     """
     points = [
         WorkingPoint(
@@ -160,7 +160,7 @@ def convergence_data(factors: Array, finger: Finger = FINGER) -> tuple[Array, Ar
 
 @styled
 def closed_form_figure() -> Figure:
-    """Return a figure of the closed form's errors: friction, and convergence of the two forms."""
+    """Return a figure that compares friction and overpressure between the two solutions."""
     figure, (left, right) = canvas(1, 2, (9.6, 4.2))
     peak = np.linspace(0, 1.15, 24)
     amplitude = pp_from_peak(peak)

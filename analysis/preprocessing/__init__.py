@@ -1,1 +1,1 @@
-"""Normalise raw estimates, take logarithms, and check data quality before any test."""
+"""Normalise raw estimates, take logarithms and check data quality."""

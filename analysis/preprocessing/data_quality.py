@@ -1,8 +1,8 @@
-"""Assess data quality per participant: flags, and exclusion only if the study defines it.
+"""Flag participants with unusual data; a flag excludes only if the study says so.
 
-A flag alone never excludes a participant. Thresholds and excluding flags are set in the study file
-before the data are examined. The report gives the number of flagged and of excluded participants,
-and shows results with and without the flagged ones.
+Thresholds, and flags that exclude participants, are set in the study file before the data are
+examined. The report gives the numbers of flagged and excluded participants, and shows results with
+and without flagged participants.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.experiments.study.analysis_choices import Thresholds
 
-#: For flags based on a test: maximum probability of being flagged by chance.
+#: Largest probability of a flag by chance, for flags that are based on a test.
 RARE = 0.05
-#: With this many amplitudes, one expects as many different numbers.
+#: Participants are expected to use a different number for each amplitude, up to this many.
 FEW_LEVELS = 2
-#: Minimum number of trials to detect a drift or compute a split-half correlation.
+#: Smallest number of trials for which drift or a split-half correlation is computed.
 TRIALS_FOR_DRIFT = 8
 
-#: With one catch step, honest participants say "yes" too often to justify a flag.
+#: Smallest number of catch steps for a flag: with one, attentive participants say "yes" too often.
 CATCHES = 2
 
-#: Flag -> its description for a quantity ``q``.
+#: Flag -> description, with a placeholder for the quantity ``q``.
 MEANINGS = {
     "non_monotone": "mean estimates {q.shrink} from one {q.level} to the next",
     "constant": "very few distinct numbers",
@@ -50,14 +50,13 @@ MEANINGS = {
 
 
 def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
-    """Return the measures on which flags are based, one row per participant.
+    """Return the measures that flags are based on, one row per participant.
 
     Returns
     -------
     DataFrame
-        Index ``participant_id``; one column per flag, in the measure used for that flag: counts,
-        proportions, a factor (``drift``), a correlation (``unreliable``). NaN if the data do not
-        determine it.
+        One column per flag, indexed by ``participant_id``. The measures are counts, proportions, a
+        factor (``drift``) and a correlation (``unreliable``); NaN if the data are insufficient.
     """
     answers, trials = data.answers, data.estimates
     people = pd.Index(sorted(data.people), name=PARTICIPANT)
@@ -70,7 +69,7 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
         if thresholds.falling_steps is None:
             falling = np.where(falling >= rarely_falling(means.shape[1]), falling, 0.0)
         found["non_monotone"] = _indexed(falling, means)
-        # A participant who gives a different number for each amplitude is not constant.
+        # Participants who give a different number for each amplitude are not flagged as constant.
         levels = by["amplitude_um_pp"].nunique()
         found["constant"] = by["estimate"].nunique().where(levels > FEW_LEVELS)
         felt = trials[trials["amplitude_um_pp"] > 0]
@@ -89,11 +88,11 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
 
 
 def rarely_falling(levels: int) -> int:
-    """Return the smallest number of decreases between means with chance probability up to 1 in 20.
+    """Return the smallest number of decreases with a chance probability of at most 1 in 20.
 
-    For a participant who feels no difference, every order of the means is equally likely; a
-    participant who feels a difference has fewer decreases. The number of orders with a given number
-    of decreases is an Eulerian number.
+    If a participant feels no difference, every order of the means is equally likely, so the number
+    of orders with a given number of decreases is an Eulerian number. Participants who feel a
+    difference have fewer decreases.
 
     >>> [rarely_falling(levels) for levels in (2, 3, 4, 5, 8)]
     [2, 3, 3, 4, 6]
@@ -115,7 +114,7 @@ def _share(rows: pd.DataFrame, which: pd.Series[bool]) -> pd.Series[float]:
 
 
 def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
-    """Return outliers, drift and split-half correlation, from logarithms of positive estimates."""
+    """Return outliers, drift and split-half correlation, computed on logarithms."""
     positive = trials[trials["estimate"] > 0]
     logs = log_cell_means(positive)
     columns: dict[str, pd.Series[float]] = {}
@@ -127,7 +126,7 @@ def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
     people = len(logs)
     left = residuals(work, logs)
     outlying = np.abs(left) > thresholds.outlier_sd * _spreads(left, what)
-    # With two participants, the residuals mirror each other, so neither is an outlier.
+    # With two participants, residuals mirror each other, so outliers cannot be identified.
     columns["outlying"] = _indexed(
         np.where(people >= FEWEST, np.bincount(who, outlying, people), np.nan), logs
     )
@@ -143,11 +142,11 @@ def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
 
 
 def _spreads(left: np.ndarray, what: np.ndarray) -> np.ndarray:
-    """Return the robust standard deviation with which each residual is compared.
+    """Return the robust standard deviation for each residual.
 
-    Small amplitudes have a larger spread than large ones, so a common spread would flag half of
-    the participants with many answers. With few people, the spread at a single amplitude is
-    uncertain, so the two variances are averaged.
+    The spread is larger at small amplitudes, so with a common spread, half of the participants with
+    many answers would be flagged. With few people, the spread at one amplitude is uncertain. The
+    result therefore averages the common variance and the variance at the amplitude.
     """
     pooled = _robust_sd(left)
     places, at = np.unique(what, return_inverse=True)
@@ -163,7 +162,7 @@ def _robust_sd(values: np.ndarray) -> float:
 def _split_half(
     work: pd.DataFrame, who: np.ndarray, what: np.ndarray, logs: pd.DataFrame
 ) -> np.ndarray:
-    """Return each participant's correlation between the amplitude means of the two halves."""
+    """Return each participant's correlation between the two halves' amplitude means."""
     people, kinds = logs.shape
     cell = who * kinds + what
     total = np.bincount(cell, minlength=people * kinds)
@@ -180,8 +179,8 @@ def _split_half(
         return np.where(below > TINY, (first * second).sum(1) / below, np.nan)
 
 
-#: Flag: (measures, thresholds) -> which participants have it. NaN never flags. A new flag must
-#: also be added to `slipscale.experiments.study.analysis_choices.QualityFlag`.
+#: Flag -> function of measures and thresholds that returns the flagged participants. NaN is never
+#: flagged. Add new flags to `slipscale.experiments.study.analysis_choices.QualityFlag` as well.
 DECISIONS: dict[str, Callable[[pd.Series[float], Thresholds], pd.Series[bool]]] = {
     "non_monotone": lambda m, t: m >= (t.falling_steps or 1),
     "constant": lambda m, t: m <= t.distinct_numbers,
@@ -197,7 +196,7 @@ DECISIONS: dict[str, Callable[[pd.Series[float], Thresholds], pd.Series[bool]]] 
 
 
 def flags(measured: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
-    """Return which participants have which flag: a Boolean table with the shape of ``measured``."""
+    """Return a Boolean table of flags, with the shape of ``measured``."""
     return pd.DataFrame(
         {name: decide(measured[name], thresholds) for name, decide in DECISIONS.items()},
         index=measured.index,

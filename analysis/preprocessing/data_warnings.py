@@ -1,4 +1,4 @@
-"""Generate warnings to read before any result, one sentence each."""
+"""Generate warnings about the data, one sentence each."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
     from slipscale.stimuli.quantity import Quantity
 
-#: Rules that use the same factor for all participants, and the ratio between scales that triggers a
-#: warning.
+#: Rules that multiply all participants' estimates by the same factor, and the ratio between
+#: participants' scales at which a warning is given.
 ONE_FACTOR, SCALES_APART = ("none", "grand_maximum"), 5.0
 
 
 def absent(data: Dataset) -> list[str]:
-    """Report participants listed without data or twice, and participants who did not finish."""
+    """Report participants without data, listed twice, or with an unfinished run."""
     about = data.participants
     names = about["participant_id"].astype(str)
     notes = []
@@ -61,7 +61,7 @@ def changing_tops(data: Dataset) -> list[str]:
 
 
 def beyond_tops(data: Dataset) -> list[str]:
-    """Report the number of estimates that exceed the maximum of their scale."""
+    """Report the number of estimates that exceed their scale maximum."""
     above = data.estimates["estimate"] > data.estimates["scale_top"]
     if not above.any():
         return []
@@ -89,7 +89,7 @@ def nothing(data: Dataset, kinds: Sequence[TaskTrials]) -> str:
 
 
 def too_few_data(cells: pd.DataFrame, quantity: Quantity) -> list[str]:
-    """Report which conclusions the small amount of data does not allow."""
+    """Report which results are missing because there are too few data."""
     notes = []
     participants, amplitudes = cells.shape
     if not participants:
@@ -124,7 +124,7 @@ def too_few_data(cells: pd.DataFrame, quantity: Quantity) -> list[str]:
 
 
 def scales(cells: pd.DataFrame, rule: str) -> list[str]:
-    """Report if the rule leaves participants on different scales, or removes real differences."""
+    """Warn if the rule leaves participants on different scales, or removes differences in level."""
     if rule == "modulus_equalisation" and len(cells) >= FEWEST:
         without = (
             "Modulus equalisation removes differences in level between participants: t-based "
@@ -148,7 +148,7 @@ def scales(cells: pd.DataFrame, rule: str) -> list[str]:
 
 
 def unequal(prepared: Prepared | None) -> list[str]:
-    """Report if participants have unequal numbers of repetitions."""
+    """Report unequal numbers of repetitions."""
     if prepared is None:
         return []
     counts = prepared.trials.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True).size()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def numbers_first(label: object) -> tuple[bool, float, str]:
-    """Return a key that sorts labels by their number, then names.
+    """Return a sort key that puts numeric labels first, in numerical order.
 
     >>> sorted(["10", "b", "2.5", "a"], key=numbers_first)
     ['2.5', '10', 'a', 'b']

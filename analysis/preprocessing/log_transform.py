@@ -1,8 +1,8 @@
-"""Prepare estimates for inference: logarithms with a zero rule, positions, repetitions.
+"""Prepare estimates for inference: take logarithms and number the trials.
 
-The spread of estimates is proportional to their size, and scaling to a maximum forces the spread
-towards zero at the top of the scale. Inference therefore uses logarithms or ranks. Zeros have no
-logarithm; an explicit rule defines how they are treated.
+The spread of estimates is proportional to their size, and scaling to a maximum reduces the spread
+at the top of the scale. Inference therefore uses logarithms or ranks. Zeros have no logarithm; an
+explicit rule defines how they are treated.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PositiveEstimates:
-    """Estimates after a zero rule (NaN: excluded from logarithms), and a sentence about it."""
+    """Estimates after a zero rule was applied (NaN if excluded), and a sentence about the rule."""
 
     values: pd.Series[float]
     sentence: str
@@ -62,7 +62,7 @@ def _half_minimum(values: pd.Series[float]) -> PositiveEstimates:
     )
 
 
-#: Zero rule -> its effect on normalised estimates. A rule that adds a constant always reports it.
+#: Zero rule -> function that applies the rule to normalised estimates.
 ZERO_RULES: dict[str, Callable[[pd.Series[float]], PositiveEstimates]] = {
     "exclude": _exclude,
     "refuse": _refuse,
@@ -72,13 +72,14 @@ ZERO_RULES: dict[str, Callable[[pd.Series[float]], PositiveEstimates]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prepared:
-    """Input to the tests.
+    """Estimates prepared for inference.
 
     Parameters
     ----------
     trials : DataFrame
-        Analysed trials with ``normalised``, ``log`` (natural; NaN if excluded), ``position``
-        (1, 2, ... within the participant) and ``repetition`` (1, 2, ... of the same amplitude).
+        Analysed trials. Columns: ``normalised``; ``log``, the natural logarithm (NaN if excluded);
+        ``position``, counted from 1 within the participant; ``repetition``, counted from 1 within
+        the amplitude.
     cells : DataFrame, shape (participants, amplitudes)
         Participants' mean normalised estimates.
     logs : DataFrame, shape (participants, amplitudes)
@@ -88,7 +89,7 @@ class Prepared:
     zero_sentence : str
         Description of how zeros were treated; empty if there are none.
     refused : bool
-        Whether all computations on logarithms are ruled out.
+        Whether the zero rule forbids all computations on logarithms.
     quantity : Quantity
         Quantity of the amplitudes.
     """
@@ -104,7 +105,7 @@ class Prepared:
 
     @property
     def whole(self) -> pd.DataFrame:
-        """Mean estimates of the participants who have an estimate at every amplitude."""
+        """Mean estimates of participants who have an estimate at every amplitude."""
         return complete(self.cells)
 
     @property
@@ -119,12 +120,12 @@ class Prepared:
 
     @property
     def geometric(self) -> bool:
-        """Whether geometric means exist: logarithms exist and the zero rule allows their use."""
+        """Whether geometric means can be computed under the zero rule."""
         return not self.refused and bool(self.logged)
 
     @property
     def without_log(self) -> frozenset[float]:
-        """Amplitudes (µm peak to peak) with an estimate of zero, which has no logarithm."""
+        """Amplitudes (µm peak to peak) with at least one estimate that has no logarithm."""
         left_out = self.trials["log"].isna()
         return frozenset(self.trials.loc[left_out, "amplitude_um_pp"].astype(float))
 
@@ -139,7 +140,7 @@ def prepare(
     estimates : DataFrame
         Trials with their ``normalised`` estimate, in order of presentation.
     choices : AnalysisChoices
-        Only the zero rule is used here; the other choices are kept for later steps.
+        Choices of the study; this function uses only the zero rule and stores the others.
     quantity : Quantity
         Quantity of the amplitudes.
     """

@@ -1,9 +1,9 @@
-"""Normalise estimates to a common scale with named rules that state their effect on zeros.
+"""Normalise estimates to a common scale, using named rules.
 
-The paper states only that estimates "were multiplied in order to bring them to 100" (Section
-IV-B), which can be interpreted in many ways; docs/how-to/your-data.md compares them. Every rule
-except ``modulus_equalisation`` divides by a positive number, so zeros stay zeros and participants'
-power-function exponents do not change.
+The paper states only that estimates "were multiplied in order to bring them to 100" (Section IV-B).
+This has several interpretations; docs/how-to/your-data.md compares them. Every rule except
+``modulus_equalisation`` divides by a positive number, so zeros remain zeros and the exponents of
+participants' power functions do not change.
 """
 
 from __future__ import annotations
@@ -24,27 +24,27 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rule:
-    """One way to bring estimates to a common scale.
+    """A normalisation rule.
 
     Parameters
     ----------
     divisor : callable
-        Trials (DataFrame) -> divisor for each estimate, before multiplication by ``top``. NaN or 0
-        if the rule cannot be applied.
+        Returns the divisor for each estimate, given the trials; NaN or 0 if the rule does not
+        apply.
     top : float
-        Normalised value of an estimate equal to the divisor.
+        Normalised value of an estimate that equals the divisor.
     formula : str
-        Description for the report, for a quantity ``q``.
+        Description for the report, with a placeholder for the quantity ``q``.
     zeros : str
-        How an estimate of zero is treated.
+        How the rule treats an estimate of zero.
     table3 : str
-        Whether the paper's Table III can result from this rule, and why.
+        Whether this rule can have produced the paper's Table III, and why.
     source : str
         Reference that describes the rule.
     needs : str
-        What the data must contain; used in the error message.
+        What the data must contain, for the error message.
     unit : str
-        Unit of the result for axis labels, for a quantity ``q``.
+        Unit of the result for axis labels, with a placeholder for the quantity ``q``.
     """
 
     divisor: Callable[[pd.DataFrame], pd.Series[float]]
@@ -63,17 +63,16 @@ def cell_means(trials: pd.DataFrame, column: str | list[str] = "estimate") -> pd
     Returns
     -------
     DataFrame, shape (participants, amplitudes)
-        Index ``participant_id``, columns amplitudes in µm peak to peak, both sorted; NaN if a
-        participant has no estimate. If a list of columns is given, there is one such block per
-        column.
+        The index contains participants, the columns contain amplitudes (µm peak to peak), both
+        sorted; NaN if there is no estimate. A list of columns gives one such block per column.
     """
     cells = trials.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True, sort=True)
     means = cells[column].mean()
-    return pd.DataFrame(means.unstack("amplitude_um_pp"))  # noqa: PD010 - the index is already made
+    return pd.DataFrame(means.unstack("amplitude_um_pp"))  # noqa: PD010 - the index already exists
 
 
 def log_cell_means(trials: pd.DataFrame, column: str = "estimate") -> pd.DataFrame:
-    """Return each participant's mean natural logarithm at each amplitude; zeros count as missing.
+    """Return each participant's mean natural logarithm at each amplitude, omitting zeros.
 
     Returns
     -------
@@ -190,13 +189,13 @@ RULES: dict[str, Rule] = {
 
 
 def default_rule(trials: pd.DataFrame) -> str:
-    """Return ``scale_top`` if every trial has one, else ``grand_maximum``."""
+    """Return ``scale_top`` if every trial has a scale top, else ``grand_maximum``."""
     tops = trials["scale_top"]
     return "scale_top" if len(tops) and bool((tops > 0).all()) else "grand_maximum"
 
 
 def divisors(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
-    """Return the divisor for each trial's estimate; NaN if the rule does not apply."""
+    """Return the divisor for each trial, or NaN if the rule does not apply."""
     if rule not in RULES:
         raise UserError(f"normalisation '{rule}': expected one of {', '.join(RULES)}")
     if not len(trials):
@@ -218,7 +217,7 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
     Raises
     ------
     UserError
-        If the rule does not exist, or data that it needs are missing; the message names the
+        If the rule does not exist or requires data that are missing. The message names the
         participants.
     """
     below = divisors(trials, rule)
@@ -242,7 +241,7 @@ def normalise_by_all(trials: pd.DataFrame) -> dict[str, pd.Series[float]]:
 
 
 def _scaled(trials: pd.DataFrame, rule: str, below: pd.Series[float]) -> pd.Series[float]:
-    # Multiply first, so that 58 on a scale of 100 stays exactly 58.
+    # Multiply first, so that 58 on a scale of 100 remains exactly 58.
     return trials["estimate"] * RULES[rule].top / below
 
 

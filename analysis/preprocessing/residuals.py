@@ -1,4 +1,4 @@
-"""Compute residuals of log estimates after removing participant and amplitude means; slopes."""
+"""Compute residuals of log estimates, and regression slopes per participant."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
-    """Return log estimates minus participant and amplitude means, one per trial.
+    """Return one residual per trial: the log estimate without participant and amplitude effects.
 
     Parameters
     ----------
@@ -30,7 +30,8 @@ def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
     what = logs.columns.get_indexer(pd.Index(trials["amplitude_um_pp"]))
     table = logs.to_numpy(float)
     with warnings.catch_warnings():
-        # A participant or amplitude without logarithms has no mean, and no trials with a logarithm.
+        # Participants and amplitudes without logarithms have no mean, but their trials are not
+        # used.
         warnings.filterwarnings("ignore", "Mean of empty slice", RuntimeWarning)
         rows, columns = np.nanmean(table, axis=1), np.nanmean(table, axis=0)
     grand = np.nanmean(columns) if np.isfinite(columns).any() else np.nan
@@ -40,7 +41,7 @@ def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
 def slopes_per_participant(
     who: NDArray[np.intp], x: NDArray[np.float64], y: NDArray[np.float64], people: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return each participant's least-squares slope of y on x, and its p; NaN if x is constant.
+    """Return each participant's slope of y on x and its p-value; NaN if x is constant.
 
     Parameters
     ----------

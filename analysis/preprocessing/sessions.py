@@ -1,4 +1,4 @@
-"""Select one session, or pool all sessions and report that they are pooled."""
+"""Select one session, or report that sessions are pooled."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def sessions_of(data: Dataset) -> list[str]:
-    """Return the labels of all sessions that contain trials, sorted."""
+    """Return the sorted labels of all sessions that contain trials."""
     found: set[str] = set()
     for table in data.tables.values():
         if "session" in table:
@@ -23,7 +23,7 @@ def sessions_of(data: Dataset) -> list[str]:
 
 
 def only_session(data: Dataset, session: str) -> Dataset:
-    """Return a data set restricted to the trials of one session.
+    """Return a data set with only the trials of one session.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def _rows(table: pd.DataFrame, session: str) -> pd.DataFrame:
 
 
 def pooled(data: Dataset) -> list[str]:
-    """Report that each participant's sessions are pooled, and where they are compared."""
+    """Report that sessions are pooled, and where the report compares them."""
     known = sessions_of(data)
     if len(known) < 2:  # noqa: PLR2004 - several
         return []

@@ -1,8 +1,8 @@
-"""Define how much data a result requires, and the message for insufficient data."""
+"""Define how much data a result requires, and a message for insufficient data."""
 
 from __future__ import annotations
 
-#: Smaller relative differences are treated as rounding errors.
+#: Relative differences below this value are treated as rounding errors.
 TINY = 1e-12
 #: Minimum number of participants for a test.
 FEWEST = 3

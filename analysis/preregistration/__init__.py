@@ -1,1 +1,1 @@
-"""Freeze a study and its analysis before data collection, and compare analyses with the plan."""
+"""Freeze the plan of a study before data collection, and compare analyses with the plan."""

@@ -1,4 +1,4 @@
-"""Write and read a bundle: a frozen plan as a folder or a zip file, written once."""
+"""Write and read bundles: frozen plans as folders or zip files."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 ZIP = ".zip"
-#: Fixed date for zip entries: the earliest that the format supports.
+#: Fixed date for zip entries, the earliest that the format supports.
 NO_DATE = (1980, 1, 1, 0, 0, 0)
 LARGEST_BYTES = 200_000_000
-#: Files that file managers create in a folder.
+#: Files that file managers create in folders; they are ignored.
 OF_THE_SYSTEM = (".DS_Store", "Thumbs.db", "desktop.ini")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bundle:
-    """A bundle, as read.
+    """A frozen plan, read from a folder or a zip file.
 
     Parameters
     ----------
     name : str
-        Name of its file or folder.
+        Name of the file or folder.
     manifest : Manifest
-        The manifest, which is intact: its digest matches the stated one.
+        The manifest, whose digest was verified.
     study_text : str
-        Text of the study file, which is also intact.
+        Text of the study file, whose digest was verified.
     damaged : tuple of str
-        One sentence for every other file that differs from the frozen version.
+        One sentence per other file that differs from the frozen version.
     """
 
     name: str
@@ -52,12 +52,12 @@ class Bundle:
 
 
 def sha256(content: bytes) -> str:
-    """Return the SHA-256 of a file, in hexadecimal."""
+    """Return the SHA-256 of a file's content, in hexadecimal."""
     return hashlib.sha256(content).hexdigest()
 
 
 def write_bundle(out: Path, files: Mapping[str, bytes]) -> None:
-    """Write a bundle: a zip file if the name ends in ``.zip``, else a folder.
+    """Write a bundle as a zip file if the name ends in ``.zip``, else as a folder.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def write_bundle(out: Path, files: Mapping[str, bytes]) -> None:
         If the bundle already exists, or cannot be written.
     """
     refuse_taken(out)
-    # Written atomically: it is renamed at the end.
+    # Written under a temporary name and then renamed, so that no incomplete bundle remains.
     with tempfile.TemporaryDirectory(prefix="slipscale-") as there:
         being = Path(there) / out.name
         _write(being, files)
@@ -102,7 +102,7 @@ def read_bundle(path: Path) -> Bundle:
     Raises
     ------
     UserError
-        If the path is not a bundle, is truncated, or its manifest or study was changed.
+        If the path is not a bundle, the bundle is truncated, or its manifest or study was changed.
     """
     if not path.exists():
         raise UserError(f"--plan {path}: no such file or folder")

@@ -1,4 +1,4 @@
-"""Compare data and analysis with a frozen plan, and describe each deviation in one sentence."""
+"""Compare data and analysis with a frozen plan, and describe each deviation."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.preregistration.bundle import Bundle
     from slipscale.analysis.tasks.kind import Analysis, DeviationKind
 
-#: Choice of the [analysis] table -> kind of deviation; others are options.
+#: Setting in the [analysis] table -> kind of deviation. All other settings are options.
 KIND_OF_CHOICE: Mapping[str, DeviationKind] = {
     "exclusions": "exclusions",
     "thresholds": "exclusions",
@@ -32,7 +32,7 @@ KIND_OF_CHOICE: Mapping[str, DeviationKind] = {
     "primary": "tests",
 }
 MISSING = "n/a"
-#: Maximum number of differences between tables and journals that are listed individually.
+#: Largest number of differences between tables and journals that are listed individually.
 MOST_DIFFERENCES = 20
 
 
@@ -44,9 +44,9 @@ def check_plan(bundle: Bundle, analysis: Analysis, options: Sequence[str] = ()) 
     bundle : Bundle
         The frozen plan.
     analysis : Analysis
-        Analysis of the data.
+        Analysis of the collected data.
     options : sequence of str
-        Command-line options that a plan does not cover, as given.
+        Command-line options that were used but that a plan cannot contain.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def _of_bundle(bundle: Bundle, _: Analysis) -> Iterator[str]:
 
 
 def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
-    """Yield the study keys that differ, and the runs with a different seed or language."""
+    """Yield differences in study keys, and runs with a different seed or language."""
     data, plan = analysis.dataset, bundle.manifest
     studies = sorted((data.folder / "code").glob("study*.toml")) if data.folder else []
     if not studies:
@@ -104,7 +104,7 @@ def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
             continue
         known.add(study_hash(text))
         for key in sorted(planned.keys() | own.keys()):
-            # Analysis keys are compared below, as they were actually used.
+            # Analysis settings are compared separately, with the values that were used.
             if planned.get(key) != own.get(key) and not key.startswith("analysis."):
                 yield f"{path.name}: {key} is {_said(own, key)}; planned: {_said(planned, key)}."
     for digest in data.details.get("study_hash", ()):
@@ -132,7 +132,7 @@ def _of_data(_: Bundle, analysis: Analysis) -> Iterator[str]:
 
 
 def _flat(table: object, key: str = "") -> dict[str, object]:
-    """Return a TOML table's values by dotted key; tables in lists are numbered."""
+    """Return the values of a TOML table, keyed by dotted key; tables in lists are numbered."""
     if isinstance(table, dict):
         parts = [_flat(value, f"{key}.{name}" if key else name) for name, value in table.items()]
         return {name: value for part in parts for name, value in part.items()}
@@ -170,7 +170,7 @@ def _of_hand(_: Bundle, analysis: Analysis) -> Iterator[str]:
 
 
 def _of_dates(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
-    """Yield how many runs started before the plan was frozen; pilot runs have no date."""
+    """Yield the number of runs that started before the plan was frozen; pilots have no dates."""
     data = analysis.dataset
     if data.mode == "pilot":
         return
@@ -189,7 +189,7 @@ def _of_dates(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
 
 
 def _started(analysis: Analysis) -> list[str]:
-    """Return each run's start time from its sidecars; empty if they do not state it."""
+    """Return the start time of each run from its sidecars, or an empty string if not stated."""
     folder = analysis.dataset.folder
     runs: dict[str, str] = {}
     for path in sorted(folder.glob("sub-*/**/beh/*_beh.json")) if folder else ():
@@ -198,7 +198,7 @@ def _started(analysis: Analysis) -> list[str]:
             told = str(own.get("started_utc", MISSING))
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             told = MISSING
-        # One run has one table per task.
+        # A run has one table per task.
         parts = [part for part in path.stem.split("_") if not part.startswith("task-")]
         runs["_".join(parts)] = "" if told == MISSING else told.replace("Z", "+00:00")
     return list(runs.values())
@@ -229,7 +229,7 @@ def _of_versions(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
 
 
 def _choices(bundle: Bundle, analysis: Analysis) -> Iterator[Deviation]:
-    """Yield each choice of the [analysis] table that differs from the plan."""
+    """Yield the settings in the [analysis] table that differ from the plan."""
     planned = _flat(bundle.manifest.choices.model_dump(mode="json"))
     used = _flat(analysis.dataset.choices.model_dump(mode="json"))
     for key in sorted(planned.keys() | used.keys()):

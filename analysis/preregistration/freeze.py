@@ -1,4 +1,4 @@
-"""Freeze a study before data collection: collect and hash everything that belongs to the plan."""
+"""Freeze a study before data collection: collect and hash all files of the plan."""
 
 from __future__ import annotations
 
@@ -30,29 +30,29 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.simulated_people.population import Population
 
 POWER = "power"
-#: File that identifies an output folder of `slipscale power --out`.
+#: File that identifies a folder written by `slipscale power --out`.
 POWER_RESULT = "power.json"
 NOTES = "notes"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wanted:
-    """What to freeze.
+    """The parts of a plan to freeze.
 
     Parameters
     ----------
     study_name : str
-        A study file, or a shipped study's name.
+        A study file, or the name of a shipped study.
     population : Population
-        The simulated population for the plan.
+        Population from which the simulated participants are drawn.
     stopping_rule : str
-        Rule for ending data collection; empty for the planned number of participants.
+        Rule for ending data collection. If empty, collection ends at the planned number.
     existing_data, sample_size : str
-        Which data already exist, and why the planned number is sufficient; empty if not stated.
+        Data that already exist, and the rationale for the sample size; empty if not stated.
     power : Path or None
-        The folder of a finished `slipscale power --out`.
+        Folder with a finished result of `slipscale power --out`.
     notes : Path or None
-        Text file with hypotheses and anything else that the other files do not contain.
+        Text file with hypotheses and other information.
     """
 
     study_name: str
@@ -65,7 +65,7 @@ class Wanted:
 
 
 def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
-    """Return a plan's manifest, and all files in its bundle, keyed by name.
+    """Return the manifest of a plan, and all files of its bundle keyed by name.
 
     The same plan and software produce identical bytes, except for the date.
 
@@ -82,7 +82,7 @@ def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
         or the study cannot be simulated.
     """
     study, text = read_study(wanted.study_name)
-    # Uses the text as in the file: in the complete text, file names are replaced with file content.
+    # The file is read again, because the study's complete text contains file contents, not names.
     named = named_files(study_text(wanted.study_name), _folder_of(wanted.study_name))
     analysis = simulated(wanted.study_name, wanted.population)
     files: dict[str, tuple[bytes, Role, str]] = {STUDY: (text.encode(), "study", "")}
@@ -132,7 +132,7 @@ def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
 
 
 def simulated(study_name: str, population: Population) -> Analysis:
-    """Return the analysis of a simulated study, which shows how the real data will be analysed."""
+    """Return the analysis of a simulated study, to show how real data will be analysed."""
     plans = pilot_plans(
         study_name, participants=None, seed=None, language=None, population=population
     )
@@ -158,7 +158,7 @@ def _folder_of(study_name: str) -> Path | None:
 
 
 def _placed(named: list[NamedFile]) -> list[tuple[str, NamedFile]]:
-    """Return each named file with its position in the bundle, without duplicate names."""
+    """Return each named file with a unique name for the bundle."""
     taken: dict[str, int] = {}
     found = []
     for file in named:
@@ -169,13 +169,13 @@ def _placed(named: list[NamedFile]) -> list[tuple[str, NamedFile]]:
 
 
 def _packages() -> str:
-    """Return every installed package with its version, one per line."""
+    """Return the names and versions of all installed packages, one per line."""
     found = {each.name.lower(): each.version for each in distributions() if each.name}
     return "".join(f"{name}=={version}\n" for name, version in sorted(found.items()))
 
 
 def _power(folder: Path, study: str) -> dict[str, bytes]:
-    """Return the files of a finished power result of this study.
+    """Return the files of a finished power result for the study.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Define a bundle's ``manifest.json``: the machine-readable content of a frozen plan."""
+"""Define ``manifest.json``, which contains a frozen plan in machine-readable form."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Role = Literal["study", "named by the study", "population", "power", "notes", "p
 
 
 class FrozenFile(FrozenTable):
-    """A file in the bundle; ``named_by`` is the study key that names it."""
+    """A file in the bundle; ``named_by`` is the study key that refers to the file."""
 
     path: str
     sha256: str
@@ -26,12 +26,11 @@ class FrozenFile(FrozenTable):
 
 
 class Manifest(FrozenTable):
-    """A frozen plan.
+    """The manifest of a frozen plan.
 
-    ``normalisation`` and ``tests`` describe what `analyse` does with simulated data from the
-    study: the rule it uses, and the fields of `slipscale.analysis.statistics.statistic.Inference`
-    that have a result. ``digest`` is the SHA-256 of everything else here, and therefore of every
-    file.
+    ``normalisation`` and ``tests`` are the rule that `analyse` uses for simulated data from the
+    study, and the fields of `slipscale.analysis.statistics.statistic.Inference` that then have a
+    result. ``digest`` is the SHA-256 of all other fields, which contain the SHA-256 of every file.
     """
 
     format: Literal[1] = FORMAT
@@ -55,15 +54,15 @@ class Manifest(FrozenTable):
     digest: str = ""
 
     def computed_digest(self) -> str:
-        """Return the SHA-256 of everything except ``digest``, in hexadecimal."""
+        """Return the SHA-256 of all fields except ``digest``, in hexadecimal."""
         told = self.model_dump(mode="json", exclude={"digest"})
         return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
 
     def signed(self) -> Manifest:
-        """Return the manifest with its digest."""
+        """Return a copy with its digest filled in."""
         return self.model_copy(update={"digest": self.computed_digest()})
 
     def text(self) -> str:
-        """Return the text of the file."""
+        """Return the manifest as JSON text."""
         told = self.model_dump(mode="json")
         return json.dumps(told, indent=2, ensure_ascii=False) + "\n"

@@ -1,7 +1,7 @@
-"""Find the files that a study names, from the values of its keys.
+"""Find the files that a study file refers to.
 
-Every string in the study file that names an existing file counts, so future keys are covered too.
-TOML files found this way are searched as well (a plate file names its calibration).
+Every string in the study file that is the name of an existing file counts, so new keys need no
+change here. TOML files found this way are searched as well (a plate file names its calibration).
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from slipscale.hardware.plate_file import path_of
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-#: A key whose file may be named without its folder and extension.
+#: Key for which a file can be named without folder and extension.
 PLATE = "plate.file"
 LONGEST = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NamedFile:
-    """A file, and the key that names it (for a file named by another: both keys, with ``>``)."""
+    """A file and the key that refers to it; for nested files, all keys joined by ``>``."""
 
     key: str
     path: Path
@@ -32,14 +32,14 @@ class NamedFile:
 
 
 def named_files(text: str, beside: Path | None) -> list[NamedFile]:
-    """Return the files that a study names, without duplicates, in the order of their keys.
+    """Return the files that a study refers to, without duplicates, in the order of the keys.
 
     Parameters
     ----------
     text : str
         Text of a valid study file.
     beside : Path or None
-        The folder that contains the study file; None for a shipped study.
+        Folder of the study file; None for a shipped study.
 
     Raises
     ------
@@ -70,12 +70,12 @@ def _gather(
             try:
                 inner = tomllib.loads(content.decode("utf-8-sig"))
             except (tomllib.TOMLDecodeError, UnicodeDecodeError):
-                continue  # the code that reads it reports its errors
+                continue  # errors in it are reported by the code that uses the file
             _gather(inner, [path.parent, *folders], f"{prefix}{key} > ", found)
 
 
 def _texts(value: object, key: str) -> Iterator[tuple[str, str]]:
-    """Yield every string in a table with its key."""
+    """Yield every string in a table, with its key."""
     if isinstance(value, str):
         yield key, value
     elif isinstance(value, dict):
@@ -87,10 +87,10 @@ def _texts(value: object, key: str) -> Iterator[tuple[str, str]]:
 
 
 def _file(key: str, text: str, folders: list[Path]) -> Path | None:
-    """Return the file that a string names, or None."""
+    """Return the file with this name, or None if there is none."""
     if key == PLATE and text:
         return path_of(text, Path())
-    # A word without an extension is not a file name, even if such a file exists.
+    # A word without an extension is not treated as a file name, even if such a file exists.
     if not text or len(text) > LONGEST or "\n" in text or not Path(text).suffix:
         return None
     try:

@@ -1,4 +1,4 @@
-"""Render a frozen plan as one page."""
+"""Render a frozen plan as an HTML page."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ NOT_PROVED = (
 def render(
     plan: Manifest, analysis: Analysis, contents: Mapping[str, bytes], *, study: str, people: str
 ) -> str:
-    """Return the page.
+    """Return the plan as HTML.
 
     Parameters
     ----------
     plan : Manifest
-        Manifest with all files except the page.
+        Manifest that lists all files except the page.
     analysis : Analysis
         Analysis of one simulated study.
     contents : Mapping
-        Name -> content of every file except the page.
+        File name -> content, for all files except the page.
     study : str
-        The study file, or the shipped study's name.
+        The study file, or the name of a shipped study.
     people : str
-        The population's name.
+        Name of the simulated population.
     """
     sections = [
         _participants(plan, people),
@@ -153,7 +153,7 @@ def _power(plan: Manifest, contents: Mapping[str, bytes]) -> list[html.ReportSec
 
 
 def _remarks(power: dict[str, Any], participants: int) -> list[str]:
-    """Return notes on the power result for the planned number of participants."""
+    """Return remarks on the power with the planned number of participants."""
     planned = [
         each for each in power.get("conditions", []) if each.get("participants") == participants
     ]

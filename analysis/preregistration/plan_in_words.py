@@ -1,7 +1,7 @@
-"""Describe the analysis plan in words, from the objects that `analyse` runs.
+"""Describe the analysis plan in words.
 
-The study is simulated once and analysed. The methods section, tests and corrections are those that
-will be applied to the real data, so the description cannot diverge from the code.
+The description comes from the analysis of one simulated study. Real data will be analysed by the
+same code, so the description always matches the analysis.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 
 
 def results_of(analysis: Analysis) -> dict[str, object]:
-    """Return every result or `NotComputed`, in the order of inference.json; outside ones last."""
+    """Return all results in the order of inference.json, results of other packages last."""
     found = analysis.inference
     return {each.key: found.results[each.key] for each in found.declared if each.test}
 
 
 def with_results(analysis: Analysis) -> tuple[str, ...]:
-    """Return the tests that have a result."""
+    """Return the names of the tests that have a result."""
     found = results_of(analysis)
     return tuple(name for name, result in found.items() if not isinstance(result, NotComputed))
 
@@ -77,7 +77,7 @@ def _exclusions(choices: AnalysisChoices, quantity: Quantity) -> str:
 
 
 def _limits(flag: QualityFlag, thresholds: Thresholds) -> str:
-    """Return the thresholds whose description refers to a flag."""
+    """Return the values of the thresholds that belong to a flag."""
     own = [
         f"{name} = {getattr(thresholds, name):g}"
         for name, field in type(thresholds).model_fields.items()
@@ -123,7 +123,7 @@ def _families(analysis: Analysis) -> list[Markup]:
 
 
 def _choices(choices: AnalysisChoices) -> Markup:
-    """Return every choice of the [analysis] table, and whether the study file sets it."""
+    """Return a table of all [analysis] settings and their sources."""
     told = choices.model_dump(mode="json")
     inner = told.pop("thresholds")
     set_in_file = choices.model_fields_set

@@ -1,7 +1,7 @@
-"""Answer registry questions from the study and its analysis.
+"""Answer the questions of registries about a study and its analysis.
 
-The questions are those on the OSF and AsPredicted forms. Answers that only the authors know are
-taken from the command's options; without them, the page reports that they are not stated.
+The questions are taken from the OSF and AsPredicted forms. Answers that only the authors know come
+from the command's options; if an option is missing, the page says so.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ MISSING = (
 
 
 def answers(plan: Manifest, analysis: Analysis, study: Study) -> list[tuple[str, str]]:
-    """Return each question with its answer.
+    """Return the questions with their answers.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def answers(plan: Manifest, analysis: Analysis, study: Study) -> list[tuple[str,
 
 
 def design(study: Study) -> list[tuple[str, str]]:
-    """Return the questions about a study's design, with their answers."""
+    """Return the questions about the design of a study, with their answers."""
     return [
         ("Manipulated variables", _manipulated(study)),
         ("Measured variables", _measured(study)),
@@ -86,7 +86,7 @@ def _measured(study: Study) -> str:
 
 
 def _families(analysis: Analysis) -> tuple[str, str]:
-    """Return the names of the primary families, and of all others."""
+    """Return the names of the primary and of all other families of tests."""
     choices = analysis.dataset.choices
     found = multiplicity(
         analysis.inference, choices.primary, choices.confidence, analysis.dataset.quantity

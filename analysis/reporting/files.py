@@ -1,6 +1,7 @@
 """Write all output files of `slipscale analyse`: tables, figures, JSON and the report.
 
-The same data and versions produce identical files: they contain no dates, paths or random order.
+The same data and software versions give identical files, because the files contain no dates, paths
+or random order.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-#: Written for every analysis: the paper's figure as an image for slides and messages.
+#: Figure that is also written as PNG in every analysis, for slides and messages.
 MAIN_PICTURE = "fig15.png"
 XML = '<?xml version="1.0" encoding="utf-8"?>\n'
 SOFTWARE = ("slipscale", "numpy", "scipy", "pandas", "statsmodels", "pingouin", "matplotlib")
@@ -43,14 +44,14 @@ def write_analysis(
     *,
     formats: Collection[str] = (),
 ) -> Path:
-    """Write tables, figures and the report into a folder, created if necessary; return the report.
+    """Write tables, figures and the report into a folder, and return the path of the report.
 
     Parameters
     ----------
     progress : callable, optional
         Called with a short description of the next step.
     formats : collection of str
-        ``"png"``, ``"pdf"``: formats of the figures in addition to SVG.
+        Figure formats in addition to SVG: ``"png"``, ``"pdf"``.
 
     Raises
     ------
@@ -85,7 +86,7 @@ def write_analysis(
                 path = out / f"{name}.{each}"
                 if each in formats or path.name == MAIN_PICTURE:
                     figure_style.save(figure, path)
-                else:  # may be left over from an earlier analysis of other data
+                else:  # possibly left by an analysis of other data
                     path.unlink(missing_ok=True)
         tell("writing the report")
         report = out / "report.html"
@@ -102,14 +103,14 @@ def _write(path: Path, text: str) -> None:
 
 
 def software(analysis: Analysis) -> dict[str, str]:
-    """Return the versions of the software used, including packages of outside kinds."""
+    """Return the versions of all software used, including packages that add analyses."""
     outside = {kind.package: kind.version for kind in analysis.kinds if kind.package}
     ours = {name: version(name) for name in SOFTWARE}
     return {"python": platform.python_version()} | ours | outside
 
 
 def results(analysis: Analysis, software: Mapping[str, str]) -> Mapping[str, object]:
-    """Return all results in machine-readable form: the content of results.json.
+    """Return the content of results.json: all results in machine-readable form.
 
     Parameters
     ----------
@@ -162,7 +163,7 @@ def derivative_description(analysis: Analysis) -> dict[str, object]:
 
 
 def draw(analysis: Analysis) -> dict[str, Figure]:
-    """Return the figures that the data support, keyed by file name."""
+    """Return the figures that can be drawn from the data, keyed by file name."""
     found: dict[str, Figure] = {}
     for kind in analysis.kinds:
         found |= kind.figures(analysis)

@@ -1,4 +1,4 @@
-"""Format tables for a paper in LaTeX."""
+"""Format result tables in LaTeX."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def latex_tables(analysis: Analysis) -> dict[str, str]:
-    """Return the tables for a paper, in LaTeX with booktabs."""
+    """Return LaTeX tables for a paper, which require the package booktabs."""
     if analysis.prepared is None:
         return {}
     quantity = analysis.dataset.quantity
@@ -60,7 +60,7 @@ def latex_tables(analysis: Analysis) -> dict[str, str]:
 
 
 def _p(p: float) -> str | None:
-    """Format a p-value for print, never as 0.000."""
+    """Format a p-value for print; small values are never printed as 0.000."""
     if math.isnan(p):
         return None
     text = p_cell(p)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.writing.references import Reference
     from slipscale.experiments.study.analysis_choices import Primary, ZeroRule
 
-#: [[key]] in a sentence cites a reference.
+#: A citation in a sentence: the key of a reference, as ``[[key]]``.
 CITATION = re.compile(r"\[\[([a-z0-9 ]+)\]\]")
 ZEROS: dict[ZeroRule, str] = {
     "exclude": "Estimates of zero were excluded from computations on logarithms.",
@@ -26,7 +26,7 @@ ZEROS: dict[ZeroRule, str] = {
     "positive normalised estimate.",
     "refuse": "Data with estimates of zero would have been rejected.",
 }
-#: Primary analysis -> its sentence, for a quantity ``q``.
+#: Primary analysis -> sentence with a placeholder for the quantity ``q``.
 PRIMARY: dict[Primary, str] = {
     "ranks": "The primary analysis was Friedman's test [[friedman1937]], followed by Wilcoxon "
     "signed-rank tests for each pair of {q.levels} [[wilcoxon1945]], with Holm's correction "
@@ -38,7 +38,7 @@ PRIMARY: dict[Primary, str] = {
 
 
 def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
-    """Return the paragraphs of a methods section, references as ``[[key]]``.
+    """Return the paragraphs of a methods section, with references as ``[[key]]``.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
     return [text for text in texts if text]
 
 
-#: Software cited in a methods section: its name among the versions -> its version and citation.
+#: Software to cite in a methods section -> text with a placeholder for the version.
 CITED = {
     "scipy": "SciPy {} [[scipy2020]]",
     "pingouin": "pingouin {} [[pingouin2018]]",
@@ -88,7 +88,7 @@ CITED = {
 
 
 def cited(text: str) -> str:
-    """Return a sentence with formatted citations: "(Holm, 1979)"."""
+    """Return a sentence with formatted citations, such as "(Holm, 1979)"."""
     return CITATION.sub(lambda found: f"({REFERENCES[found[1]].cited})", text)
 
 

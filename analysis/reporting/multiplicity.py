@@ -1,4 +1,4 @@
-"""List every test in the report: families, corrections, and what remains significant."""
+"""List every test in the report, with families, corrections and numbers of significant tests."""
 
 from __future__ import annotations
 
@@ -17,23 +17,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FamilyOfTests:
-    """Tests of one kind.
+    """A family of tests, with the number of significant ones.
 
     Parameters
     ----------
     name : str
-        What is tested and how.
+        Hypothesis and method.
     primary : bool
-        Whether it belongs to the study's primary analysis.
+        Whether the family belongs to the study's primary analysis.
     corrected : bool
-        Whether Holm's correction is applied within the family; a single test needs none.
+        Whether Holm's correction is applied within the family.
     tests : int
         Number of tests with a result.
     below : int
-        Number of p-values below the study's level after correction within the family.
+        Number of significant tests after correction within the family.
     below_over_all : int
-        Number of p-values below the study's level after Holm's correction across all tests of all
-        families.
+        Number of significant tests after Holm's correction across all families.
     """
 
     name: str
@@ -69,7 +68,7 @@ def multiplicity(
     confidence: float,
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Multiplicity:
-    """List all tests with a p-value, and those still significant when all are corrected together.
+    """List all families of tests, and count the tests that are significant.
 
     Parameters
     ----------
@@ -78,7 +77,7 @@ def multiplicity(
     confidence : float
         Confidence level of the study; the level of every test is 1 - confidence.
     quantity : Quantity
-        Used in the names.
+        Quantity of the levels, for the names of the families.
     """
     level = round(1 - confidence, 12)
     tested = [

@@ -1,4 +1,4 @@
-"""Display an analysis at a prompt or in a notebook: conclusions, table and figure."""
+"""Display an analysis at a Python prompt or in a notebook."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-#: Uses the notebook's own colours, so that light and dark themes both work; figures are on white.
+#: No colours are set, so that light and dark themes both work. Figures have a white background.
 PAGE = Markup(
     '<div style="max-width: 46rem; line-height: 1.5">{heading}{sentences}{table}{figure}</div>'
 )
@@ -24,7 +24,7 @@ SENTENCE = Markup('<p style="margin: .4rem 0"><b>{}.</b> {}</p>')
 TABLE = Markup(
     '<table style="border-collapse: collapse; font-size: inherit; margin: .6rem 0">{}{}</table>'
 )
-#: Column of Table III after the level -> its heading.
+#: Column of Table III -> its heading; the level column is added separately.
 HEADS = {
     "n": "n",
     "mean": "mean",
@@ -38,13 +38,13 @@ FIGURE = Markup(
 
 
 def text(analysis: Analysis) -> str:
-    """Summarise an analysis in a few lines: what was analysed, and the first conclusions."""
+    """Summarise an analysis in a few lines of text."""
     first = [f"{title}: {sentences[0]}" for title, sentences in conclusions(analysis).items()]
     return "\n".join([f"Analysis of {analysis.dataset.name}", _subject(analysis), *first])
 
 
 def html(analysis: Analysis) -> str:
-    """Return an analysis as an HTML element: first conclusions, Table III, and the first figure."""
+    """Return an HTML summary with the first conclusions, Table III and the first figure."""
     sentences = (
         SENTENCE.format(title, sentences[0]) for title, sentences in conclusions(analysis).items()
     )
@@ -74,13 +74,13 @@ def html(analysis: Analysis) -> str:
 
 
 def _row(kind: str, cells: Iterable[str]) -> Markup:
-    """Return a table row; ``kind`` is the HTML element of its cells."""
+    """Return a table row; ``kind`` is the HTML tag of its cells."""
     cell = Markup(f'<{kind} style="text-align: right; padding: .15rem .6rem">{{}}</{kind}>')  # noqa: S704 - no text
     return Markup("<tr>{}</tr>").format(Markup("").join(map(cell.format, cells)))
 
 
 def _subject(analysis: Analysis) -> str:
-    """Return the numbers of people and trials, and the analysis method."""
+    """Describe the data and the analysis in a few words."""
     data = analysis.dataset
     trials = sum(len(rows) for name, rows in data.tables.items() if name != "answers")
     parts = [f"{len(data.people)} participants", f"{trials} trials"]

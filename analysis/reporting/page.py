@@ -1,4 +1,4 @@
-"""Render the report: a self-contained page that helps to write a results section."""
+"""Render the report as a self-contained page."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-#: Answers to a question are counted if there are at most this many different ones.
+#: Largest number of different answers to a question that are counted one by one.
 ANSWERS_LISTED = 8
 MODES = {"pilot": "pilot", "participant": "participants", "unknown": "not recorded"}
 
 
 def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, str]) -> str:
-    """Return the page.
+    """Return the report as HTML.
 
     Parameters
     ----------
@@ -45,14 +45,14 @@ def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, s
 
 
 def facts(analysis: Analysis) -> list[tuple[str, str]]:
-    """Return the facts at the top of the page: name and value."""
+    """Return the names and values of the facts at the top of the page."""
     data = analysis.dataset
     excluded = f" ({len(analysis.excluded)} excluded)" if analysis.excluded else ""
     people = len(analysis.flags) - len(analysis.excluded)
     found = [("Participants", f"{people}{excluded}")]
     if analysis.prepared is not None:
         found.append(("Normalisation", analysis.rule))
-    # A table from another laboratory is never from a pilot.
+    # Pilots write data sets, so a table never comes from a pilot.
     if data.quantity.of_plate:
         found.append(("Records of", MODES.get(data.mode, data.mode)))
     found += [
@@ -64,7 +64,7 @@ def facts(analysis: Analysis) -> list[tuple[str, str]]:
 
 
 def about_participants(analysis: Analysis) -> list[tuple[str, str]]:
-    """Return participants' answers about themselves: each question, with counts or range."""
+    """Return a summary of participants' answers to each question about themselves."""
     about = analysis.dataset.participants
     here = analysis.flags.index.difference(list(analysis.excluded))
     about = about[about[PARTICIPANT].astype(str).isin(here)].drop_duplicates(PARTICIPANT)
@@ -86,7 +86,7 @@ def about_participants(analysis: Analysis) -> list[tuple[str, str]]:
 def sections(
     analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, str]
 ) -> list[html.ReportSection]:
-    """Return the page's sections in reading order, excluding empty ones."""
+    """Return the sections of the page in reading order, without empty ones."""
     of_kinds = [section(analysis, svgs) for kind in analysis.kinds for section in kind.sections]
     said = [*answers(analysis), *(section.gist for section in of_kinds)]
     found = [
@@ -106,7 +106,7 @@ def sections(
 
 
 def conclusions(analysis: Analysis) -> dict[str, list[str]]:
-    """Return the sentences for a results section, by heading."""
+    """Return the sentences for a results section, keyed by heading."""
     return {
         title: texts
         for kind in analysis.kinds
@@ -116,7 +116,7 @@ def conclusions(analysis: Analysis) -> dict[str, list[str]]:
 
 
 def results(analysis: Analysis, said: Sequence[str]) -> html.ReportSection:
-    """Return the section with the conclusions that are not stated elsewhere on the page."""
+    """Return the section of conclusions that no other section states."""
     further = {}
     for title, texts in conclusions(analysis).items():
         if rest := list(filter(None, (_unsaid(text, said) for text in texts))):
@@ -128,14 +128,14 @@ def results(analysis: Analysis, said: Sequence[str]) -> html.ReportSection:
 
 
 def _unsaid(text: str, said: Sequence[str]) -> str:
-    """Return a text without leading sentences that are stated elsewhere."""
+    """Remove leading sentences that another section states."""
     for each in said:
         text = "" if text in each else text.removeprefix(each).strip()
     return text
 
 
 def _unbroken(text: str) -> str:
-    """Keep a statistic and its value on one line."""
+    """Insert no-break spaces, so that a statistic and its value stay on one line."""
     for sign in ("=", "<", ">"):
         text = text.replace(f" {sign} ", f"\N{NO-BREAK SPACE}{sign}\N{NO-BREAK SPACE}")
     return text

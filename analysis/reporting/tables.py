@@ -1,4 +1,4 @@
-"""Build the tables of results in the CSV files."""
+"""Build the result tables for the CSV files."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
-    """Return the tables to write as CSV, keyed by name."""
+    """Return the result tables, keyed by name."""
     found: dict[str, pd.DataFrame] = {"quality": quality_table(analysis)}
     if len(analysis.individuals):
         found["individuals"] = analysis.dataset.quantity.columns(analysis.individuals)
@@ -21,7 +21,7 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
 
 
 def quality_table(analysis: Analysis) -> pd.DataFrame:
-    """Return every participant's measures, flags and exclusion."""
+    """Return a table of each participant's quality measures, flags and exclusion."""
     names = list(analysis.flags.columns)
     raised = [
         ";".join(name for name, on in zip(names, row, strict=True) if on)

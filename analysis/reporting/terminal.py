@@ -1,4 +1,4 @@
-"""Print tables on the terminal."""
+"""Print Table III and the main results on the terminal."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TITLES = {"mean": "mean", "maximum_deviation": "max. dev.", "standard_deviation"
 
 
 def table3_table(analysis: Analysis) -> Table:
-    """Return Table III as a rich table; for the paper's study, next to the paper's."""
+    """Return Table III as a rich table; for the paper's study, include the published values."""
     quantity = analysis.dataset.quantity
     beside = biet2007.STUDY in analysis.dataset.details.get("study", ())
     paper = biet2007.BY_AMPLITUDE if beside else {}
@@ -45,7 +45,7 @@ def table3_table(analysis: Analysis) -> Table:
         known = paper.get(amplitude)
         cells = [f"{amplitude:g}", str(n)]
         for name, value in zip(biet2007.STATISTICS, values, strict=True):
-            # One participant has no standard deviation.
+            # With one participant, there is no standard deviation.
             here = f"{value:.2f}" if math.isfinite(value) else "–"
             cells += [here, getattr(known, name) if known else "–"] if beside else [here]
         table.add_row(*cells)
@@ -53,7 +53,7 @@ def table3_table(analysis: Analysis) -> Table:
 
 
 def print_table3(analysis: Analysis, console: Console | None = None) -> None:
-    """Print Table III of an analysis (see `table3_table`), if there are estimates."""
+    """Print Table III of an analysis, if it has magnitude estimates."""
     if analysis.prepared is None:
         return
     (console or Console()).print(table3_table(analysis))
@@ -62,12 +62,12 @@ def print_table3(analysis: Analysis, console: Console | None = None) -> None:
 def print_answers(
     analysis: Analysis, console: Console | None = None, *, outside_only: bool = False
 ) -> None:
-    """Print the main result of every task, as in the report's summary.
+    """Print the main result of each task, as in the report's summary.
 
     Parameters
     ----------
     outside_only : bool
-        Only results of other packages.
+        Whether to print only the results of analyses from other packages.
     """
     kinds = [kind for kind in analysis.kinds if kind.package or not outside_only]
     for sentence in [text for kind in kinds for text in kind.answers(analysis)]:

@@ -1,1 +1,1 @@
-"""Compute statistics of prepared data; each returns its result or why it is missing."""
+"""Functions that compute statistics, or return the reason why a result is missing."""

@@ -16,7 +16,7 @@ class ConfidenceInterval:
     Parameters
     ----------
     low, high : float
-        Bounds; unpacking the interval yields these two.
+        Lower and upper bounds; unpacking the interval yields both.
     confidence : float
         Confidence level, such as 0.95.
     """

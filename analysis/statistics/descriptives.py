@@ -1,7 +1,6 @@
 """Compute Table III and further descriptive statistics of estimates.
 
-A *value* is one participant's arithmetic mean at one amplitude, so the sample consists of
-participants.
+Each value is the arithmetic mean of one participant's estimates at one amplitude.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 
 #: Minimum number of participants for an interval.
 FEWEST = 3
-#: The two conventions for the standard deviation, as NumPy's ``ddof``.
+#: Conventions for the standard deviation -> NumPy's ``ddof``.
 SD_CONVENTIONS = {"sample": 1, "population": 0}
 
 
@@ -31,14 +30,14 @@ def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFr
         Participants' mean estimates; see
         `slipscale.analysis.preprocessing.normalisation.cell_means`.
     standard_deviation : {"sample", "population"}
-        Divide by n - 1 or by n.
+        Whether to divide by n - 1 or by n.
 
     Returns
     -------
     DataFrame
-        ``amplitude_um_pp n mean maximum_deviation standard_deviation``; the maximum deviation is
-        max |value - mean| across participants. The standard deviation of one value is NaN (sample)
-        or 0 (population).
+        Columns ``amplitude_um_pp n mean maximum_deviation standard_deviation``. The maximum
+        deviation is max |value - mean| across participants. With one participant, the standard
+        deviation is NaN (sample) or 0 (population).
     """
     found = over_participants(cells, standard_deviation)
     found.insert(0, "amplitude_um_pp", cells.columns.to_numpy(float))
@@ -46,7 +45,7 @@ def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFr
 
 
 def over_participants(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFrame:
-    """Return ``n``, mean, maximum deviation and SD, one row for each column of ``cells``."""
+    """Return n, mean, maximum deviation and standard deviation for each column of ``cells``."""
     values = cells.to_numpy(float)
     count = np.sum(~np.isnan(values), axis=0)
     mean = cells.mean().to_numpy(float)
@@ -71,7 +70,8 @@ def cousineau_morey(values: NDArray[np.float64], confidence: float = 0.95) -> ND
     Parameters
     ----------
     values : array, shape (participants, conditions)
-        Complete. The result is NaN for fewer than `FEWEST` participants or two conditions.
+        Values without missing cells. With fewer than `FEWEST` participants or two conditions, the
+        result is NaN.
     """
     from scipy import stats  # noqa: PLC0415 - takes a second to import, only when an interval is asked for
 
@@ -89,7 +89,7 @@ def describe(
     *,
     confidence: float = 0.95,
 ) -> pd.DataFrame:
-    """Return all descriptive statistics per amplitude.
+    """Return all descriptive statistics, one row per amplitude.
 
     Parameters
     ----------
@@ -98,15 +98,15 @@ def describe(
     logs : DataFrame, shape (participants, amplitudes)
         Participants' mean natural logarithms, for the geometric means.
     confidence : float
-        Level of the intervals.
+        Confidence level of the intervals.
 
     Returns
     -------
     DataFrame
-        ``amplitude_um_pp n mean geometric_mean median sd_sample sd_population maximum_deviation
-        mean_low mean_high geometric_n geometric_low geometric_high within_low within_high``. Mean
-        and geometric mean have t-based confidence intervals across participants; ``within`` refers
-        to `within_intervals` around the geometric mean.
+        Columns ``amplitude_um_pp n mean geometric_mean median sd_sample sd_population
+        maximum_deviation mean_low mean_high geometric_n geometric_low geometric_high within_low
+        within_high``. The intervals of the mean and the geometric mean are t-based; ``within``
+        refers to `within_intervals`.
     """
     table = table3(cells).rename(columns={"standard_deviation": "sd_sample"})
     logs = logs.reindex(columns=cells.columns)
@@ -133,15 +133,14 @@ def within_intervals(
     """Return within-participant intervals of the geometric means, one per amplitude.
 
     The intervals are computed on logarithms with the Cousineau–Morey method and transformed back.
-    The spread of estimates is proportional to their size, so a common variance for all amplitudes
-    holds only for logarithms. With raw means, the intervals of small means would extend below 0.
+    The spread of estimates is proportional to their size, so only logarithms have a common variance
+    at all amplitudes. On raw means, the intervals of small means would extend below 0.
 
     Parameters
     ----------
     logs : DataFrame, shape (participants, amplitudes)
-        Mean natural logarithms. Amplitudes with a missing value are excluded, so that no
-        participant is excluded; if fewer than two amplitudes remain, participants are excluded
-        instead.
+        Mean natural logarithms. Amplitudes with a missing value are excluded. If fewer than two
+        amplitudes remain, participants with missing values are excluded instead.
     """
     some = logs.columns[logs.notna().all()]
     if len(some) < 2:  # noqa: PLR2004
@@ -159,8 +158,8 @@ def student_intervals(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return t-based intervals for the column means; NaN for fewer than `FEWEST` values.
 
-    For the small and skewed samples of such studies, their coverage is closer to nominal than the
-    coverage of percentile or BCa bootstrap intervals (docs/validation/measured/statistics.md).
+    For small, skewed samples, these intervals have better coverage than percentile or BCa bootstrap
+    intervals (docs/validation/measured/statistics.md).
     """
     from scipy import stats  # noqa: PLC0415 - takes a second to import
 

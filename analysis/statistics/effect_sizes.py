@@ -1,4 +1,4 @@
-"""Compute effect sizes, with intervals that have nominal coverage for a dozen participants."""
+"""Compute effect sizes, with intervals that are valid for about twelve participants."""
 
 from __future__ import annotations
 
@@ -13,14 +13,13 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Smaller relative sums of squares are treated as rounding errors.
+#: Relative sums of squares below this value are treated as rounding errors.
 TINY = 1e-12
-#: Above this t, differences are practically free of noise, and SciPy would search for minutes.
+#: Largest t for which an interval is computed; for larger ones, SciPy would need minutes.
 LARGEST_T = 1e4
-#: The same limit for F.
+#: Largest F for which an interval is computed.
 LARGEST_F = 1e4
-#: Below this, SciPy's direct inverse can return the value for t = 0; a root search is used
-#: instead.
+#: Below this t, SciPy's inverse can return the value for t = 0, so a root search replaces it.
 SMALL_T = 1.0
 
 
@@ -53,12 +52,11 @@ def _t_noncentrality(t: float, df: int, confidence: float) -> tuple[float, float
 def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | None:
     """Return the interval for d_z, the mean of n differences divided by their standard deviation.
 
-    None if t exceeds `LARGEST_T`, or if SciPy cannot find the interval.
-
-    Exact for normal differences: t is non-central with d_z √n, so the interval excludes 0 if and
-    only if the paired t test is significant (Cumming and Finch 2001, Educ. Psychol. Meas. 61,
-    532-574; JASP gives the same result). This does not hold for pingouin's approximation, whose
-    interval can include 0 at n = 4 with p = .02.
+    Returns None if t exceeds `LARGEST_T`, or if SciPy cannot find the interval. The interval is
+    exact for normal differences, because t is non-central with parameter d_z √n. It therefore
+    excludes 0 if and only if the paired t test is significant (Cumming and Finch 2001, Educ.
+    Psychol. Meas. 61, 532-574; JASP gives the same result). pingouin's approximate interval can
+    include 0 at n = 4 with p = .02.
 
     >>> [round(bound, 2) for bound in d_z_interval(4.66, 4, 0.95) or ()]
     [0.3, 4.33]
@@ -70,11 +68,11 @@ def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | No
 def hedges_g(
     first: Array, second: Array, confidence: float
 ) -> tuple[float, ConfidenceInterval | None]:
-    """Return Hedges' g of two groups and its interval; None if it is not defined.
+    """Return Hedges' g of two groups and its interval, which is None if it is not defined.
 
-    The difference between means divided by the pooled standard deviation, multiplied by Hedges'
-    bias correction (1981, J. Educ. Stat. 6, 107-128). The interval is exact for normal data with
-    equal variances.
+    Hedges' g is the difference between means divided by the pooled standard deviation, multiplied
+    by a bias correction (Hedges 1981, J. Educ. Stat. 6, 107-128). The interval is exact for normal
+    data with equal variances.
     """
     df = len(first) + len(second) - 2
     pooled = ((len(first) - 1) * first.var(ddof=1) + (len(second) - 1) * second.var(ddof=1)) / df
@@ -89,7 +87,7 @@ def hedges_g(
 
 
 def eta2_of(f: float, df1: float, df2: float) -> float:
-    """Return (partial) eta squared from F: the effect's proportion of effect plus error variance.
+    """Return (partial) eta squared, computed from F and its degrees of freedom.
 
     >>> eta2_of(3.0, 2, 12)
     0.3333333333333333
@@ -100,8 +98,8 @@ def eta2_of(f: float, df1: float, df2: float) -> float:
 def eta2_interval(f: float, df1: float, df2: float, confidence: float) -> ConfidenceInterval | None:
     """Return the non-central F interval for (partial) eta squared; None if F is too large.
 
-    Steiger (2004), Psychol. Methods 9, 164-182: with the non-centrality λ, λ / (λ + df1 + df2 +
-    1).
+    Eta squared is λ / (λ + df1 + df2 + 1), where λ is the non-centrality parameter (Steiger 2004,
+    Psychol. Methods 9, 164-182).
     """
     if not f < LARGEST_F:
         return None
@@ -114,15 +112,15 @@ def eta2_interval(f: float, df1: float, df2: float, confidence: float) -> Confid
 
 
 def _f_noncentrality(f: float, df1: float, df2: float, p: float) -> float:
-    """Return the non-centrality at which F has the cumulative probability p; 0 if there is none.
+    """Return the non-centrality parameter for which F has cumulative probability p, or 0 if none.
 
-    NaN if SciPy cannot compute the distribution.
+    Returns NaN if SciPy cannot compute the distribution.
     """
     from scipy import optimize, stats  # noqa: PLC0415
 
     if stats.f.cdf(f, df1, df2) <= p:
         return 0.0
-    # Start near the solution: SciPy's distribution function is NaN for some much larger values.
+    # Start near the solution, because SciPy's distribution function is NaN for some larger values.
     above = max(f * df1, 1.0)
     while stats.ncf.cdf(f, df1, df2, above) > p:
         above *= 1.5
@@ -135,10 +133,10 @@ def _f_noncentrality(f: float, df1: float, df2: float, p: float) -> float:
 
 
 def _sums(centred: Array, leave_out: bool = False) -> tuple[Array, Array]:
-    """Return the effect and total sums of squares, with and without each participant in turn.
+    """Return the effect and total sums of squares, optionally leaving out each participant in turn.
 
-    Their ratio is generalised eta squared: with one within-participant factor, the total comprises
-    effect, participants and error (Olejnik and Algina 2003, Psychol. Methods 8, 434-447).
+    With one within-participant factor, the ratio of effect to total is generalised eta squared
+    (Olejnik and Algina 2003, Psychol. Methods 8, 434-447).
     """
     n, k = centred.shape
     left = centred if leave_out else np.zeros((1, k))
@@ -159,10 +157,10 @@ def eta_squared(values: Array) -> float:
 def eta_squared_interval(values: Array, confidence: float) -> ConfidenceInterval | None:
     """Return the interval for generalised eta squared; None if it is not defined.
 
-    Uses Tukey's jackknife across participants on Fisher's z of the correlation ratio, artanh η,
-    with a t quantile. Coverage is nominal with six or more participants (tests/analysis). With a
-    dozen participants, a percentile bootstrap covers about 75 % instead of 95, because η² is
-    biased upwards.
+    Tukey's jackknife across participants is applied to artanh η (Fisher's z of the correlation
+    ratio), with a t quantile. Coverage is nominal with six or more participants (tests/analysis).
+    With twelve participants, the coverage of a percentile bootstrap is about 75 % instead of 95 %,
+    because η² is biased upwards.
 
     Parameters
     ----------

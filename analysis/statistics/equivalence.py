@@ -1,8 +1,7 @@
-"""Test whether two amplitudes are equivalent: two one-sided tests, and a Bayes factor.
+"""Test whether two amplitudes are equivalent, by two one-sided tests and by a Bayes factor.
 
-A non-significant difference is not evidence of equality. These two methods can provide it: an
-equivalence test against a bound that the study declares, and a Bayes factor with a prior for the
-effect size.
+A non-significant difference is not evidence of equality. Such evidence comes from an equivalence
+test against a bound declared by the study, or from a Bayes factor with a prior for the effect size.
 """
 
 from __future__ import annotations
@@ -18,9 +17,9 @@ from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 if TYPE_CHECKING:
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 
-#: Scale of the Cauchy prior for d_z: the default in pingouin, JASP and the R package BayesFactor.
+#: Scale of the Cauchy prior for d_z, as in pingouin, JASP and the R package BayesFactor.
 PRIOR_SCALE = 0.707
-#: The prior's variance g is summed over exp(-LOG_G) to exp(LOG_G), at this many values.
+#: The integral over the prior's variance g is a sum from exp(-LOG_G) to exp(LOG_G).
 LOG_G, GRID = 60.0, 12_001
 #: The logarithm of the largest floating-point number.
 LARGEST_LOG = 709.0
@@ -33,10 +32,10 @@ class Equivalence:
     Parameters
     ----------
     bound : float
-        Ratio above 1: amplitudes are equivalent if their ratio is between 1/bound and bound.
+        Equivalence bound, above 1: a ratio between 1 / bound and bound counts as equivalent.
     interval : ConfidenceInterval
-        Interval for the ratio at level 1 - 2 α, where α is the level of the difference tests; it
-        lies inside the bounds if and only if ``p`` < α.
+        Interval for the ratio at confidence level 1 - 2 α, where α is the significance level. The
+        interval lies inside the bounds if and only if ``p`` < α.
     p : float
         The larger of the two one-sided p-values.
     """
@@ -54,15 +53,16 @@ def equivalence(logs: MeanOverParticipants, bound: float) -> Equivalence:
     Parameters
     ----------
     logs : MeanOverParticipants
-        Mean of participants' differences; its interval's confidence sets α = 1 - confidence.
+        Mean of participants' differences. The confidence level of its interval sets α = 1 -
+        confidence.
     bound : float
-        Ratio above 1.
+        Equivalence bound, a ratio above 1.
     """
     from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     se = logs.sd / sqrt(logs.df + 1)
     above_low, below_high = (log(bound) + logs.mean) / se, (log(bound) - logs.mean) / se
-    # 1 - 2 α in two tails of α.
+    # A confidence level of 1 - 2 α leaves α in each tail.
     half = float(stats.t.ppf(logs.interval.confidence, logs.df)) * se
     return Equivalence(
         bound=bound,
@@ -74,19 +74,20 @@ def equivalence(logs: MeanOverParticipants, bound: float) -> Equivalence:
 
 
 def bayes_factor(t: float, n: int) -> float:
-    """Return the factor by which n differences with this t favour a difference over no difference.
+    """Return the Bayes factor for a difference, given the paired t of n differences.
 
-    The Jeffreys–Zellner–Siow Bayes factor, eq. 1 of Rouder et al. (2009), Psychon. Bull. Rev. 16,
-    225-237, with a Cauchy prior for d_z with scale `PRIOR_SCALE`; infinite if it overflows. It is
-    computed as a sum over log g. pingouin's integral over g misses the peak if t is large (48
-    instead of 6,900 at n = 3, t = 10,000), and is 0 / 0 for thousands of participants.
+    Computes the Jeffreys–Zellner–Siow Bayes factor (Rouder et al. 2009, Psychon. Bull. Rev. 16,
+    225-237, eq. 1) as a sum over log g. The prior for d_z is a Cauchy distribution with scale
+    `PRIOR_SCALE`. The result is infinite if it overflows. pingouin integrates over g and misses the
+    peak if t is large (48 instead of 6,900 at n = 3, t = 10,000). For thousands of participants,
+    pingouin's result is 0 / 0.
 
     >>> round(bayes_factor(3.5, 20), 2), round(1 / bayes_factor(0.2, 20), 2)
     (17.18, 4.23)
     """
     log_g, step = np.linspace(-LOG_G, LOG_G, GRID, retstep=True)
     spread = np.log1p(n * PRIOR_SCALE**2 * np.exp(log_g))
-    # The logarithm of the integrand times g, because the sum is over log g.
+    # The integrand is multiplied by g, because the sum is over log g.
     density = (
         -spread / 2
         - n / 2 * np.log1p(t**2 / (n - 1) * np.exp(-spread))

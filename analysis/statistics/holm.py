@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def holm(ps: Sequence[float]) -> list[float]:
-    """Return Holm-corrected p-values; NaN stays NaN and is not counted in the family.
+    """Return Holm-corrected p-values; NaN remains NaN and is not counted as a test.
 
     >>> holm([0.01, float("nan"), 0.04, 0.03])
     [0.03, nan, 0.06, 0.06]
@@ -23,7 +23,7 @@ def holm(ps: Sequence[float]) -> list[float]:
 
 
 def holm_rows(p: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return Holm-corrected p-values, shaped as ``p``; each row is a family, and NaN is ignored."""
+    """Return Holm-corrected p-values, treating each row as a family of tests and ignoring NaN."""
     order = np.argsort(p, axis=1)  # NaN last
     left = np.isfinite(p).sum(axis=1)[:, None] - np.arange(p.shape[1])
     steps = np.take_along_axis(p, order, axis=1) * np.maximum(left, 1)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeanOverParticipants:
-    """A mean and its test against 0.
+    """A mean across participants, with its interval and its t test against 0.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class MeanOverParticipants:
     interval : ConfidenceInterval
         t-based confidence interval for the mean.
     t, df, p : float, int, float
-        Two-sided test of the mean against 0.
+        Two-sided t test of the mean against 0.
     """
 
     mean: float
@@ -77,6 +77,6 @@ def mean_over_participants(
 
 
 def holm_of(found: Sequence[MeanOverParticipants | NotComputed]) -> list[float | None]:
-    """Return the Holm-corrected p-values for a family of means; None for means not computed."""
+    """Return Holm-corrected p-values for a family of means; None if a mean was not computed."""
     ps = holm([each.p if each else np.nan for each in found])
     return [p if each else None for p, each in zip(ps, found, strict=True)]

@@ -1,9 +1,9 @@
-"""Relate ratings to the friction measured under the same finger in the same trial.
+"""Relate ratings to the friction measured in the same trials.
 
-The paper could only model the effect of the squeeze film on friction. If normal and lateral force
-were measured, a separate line is fitted for each participant: the logarithm of the estimate
-against the coefficient of friction, over all trials. Slopes and correlations are averaged across
-participants, because trials of one person are not independent and skin differs between persons.
+The paper could only model the effect of the squeeze film on friction. If a study measures normal
+and lateral force, the logarithm of the estimate is regressed on the coefficient of friction,
+separately for each participant. Slopes and correlations are then averaged across participants,
+because trials of one person are not independent and skin differs between people.
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ class ParticipantLine:
     ----------
     participant_id : str
     trials : int
-        Trials with an estimate above 0 and a measured coefficient.
+        Number of trials with an estimate above 0 and a measured coefficient of friction.
     slope : float
-        Change in the natural logarithm of the estimate per unit of the coefficient.
+        Change in the natural logarithm of the estimate per unit of the coefficient of friction.
     slope_interval : ConfidenceInterval
-        t-based interval from ordinary least squares; assumes independent trials.
+        t-based least-squares interval; assumes independent trials.
     correlation : float
-        Pearson correlation between the logarithm of the estimate and the coefficient.
+        Pearson correlation between the logarithm of the estimate and the coefficient of friction.
     correlation_interval : ConfidenceInterval
         Interval from Fisher's z; assumes independent trials.
     """
@@ -66,7 +66,7 @@ class ParticipantLine:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeanCorrelation:
-    """The mean correlation across participants: the mean of Fisher's z, transformed back.
+    """The mean correlation across participants, computed as the mean of Fisher's z.
 
     Parameters
     ----------
@@ -90,7 +90,8 @@ class MeasuredFriction:
     participants : tuple of ParticipantLine
         Participants for whom a line was fitted.
     left_out : tuple of str
-        Participants with too few trials, or without variation in friction or ratings.
+        Participants excluded because they had too few trials, or the same friction or rating in
+        all.
     slope : MeanOverParticipants or NotComputed
         Mean of participants' slopes.
     correlation : MeanCorrelation or NotComputed
@@ -113,7 +114,7 @@ def used_trials(prepared: Prepared) -> pd.DataFrame:
 
 
 def measured_friction(prepared: Prepared | None) -> MeasuredFriction | None:
-    """Return the relation between ratings and measured friction; None if none was measured."""
+    """Return the relation between ratings and friction; None if friction was not measured."""
     if prepared is None or COEFFICIENT not in prepared.trials:
         return None
     if not prepared.trials[COEFFICIENT].notna().any():

@@ -1,8 +1,8 @@
-"""Represent a result that could not be computed, so that code can handle "a result or a reason".
+"""Represent a result that could not be computed, together with the reason.
 
-A reason is falsy and a result is truthy, so code that needs only the result uses ``if result:``.
-Code that also needs the reason uses `fold` or ``isinstance``. Use `computed` for results that can
-be falsy themselves, such as a number or an empty tuple.
+`NotComputed` is falsy, so ``if result:`` is enough for code that needs only the result. Code that
+also needs the reason uses `fold` or ``isinstance``. Use `computed` for results that can be falsy,
+such as a number or an empty tuple.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class NotComputed:
     Parameters
     ----------
     reason : str
-        Part of a sentence, without a full stop.
+        A clause without a full stop.
     """
 
     reason: str
@@ -35,7 +35,7 @@ class NotComputed:
 
 
 def computed(result: T | NotComputed) -> T | None:
-    """Return a result; None if there is none."""
+    """Return the result, or None if it was not computed."""
     return None if isinstance(result, NotComputed) else result
 
 
@@ -50,5 +50,5 @@ def missing(results: Iterable[object]) -> list[NotComputed]:
 
 
 def fold(result: T | NotComputed, read: Callable[[T], S], otherwise: Callable[[str], S]) -> S:
-    """Apply ``read`` to a result, or ``otherwise`` to the reason why there is none."""
+    """Apply ``read`` to a result, or ``otherwise`` to the reason why it is missing."""
     return otherwise(result.reason) if isinstance(result, NotComputed) else read(result)

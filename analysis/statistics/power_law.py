@@ -38,7 +38,7 @@ class PowerLaw:
     n : int
         Number of participants with an exponent.
     points : int
-        Maximum number of amplitudes above 0 per participant.
+        Largest number of amplitudes above 0 in any participant's fit.
     """
 
     exponent: float
@@ -58,14 +58,15 @@ def exponents(logs: pd.DataFrame) -> pd.DataFrame:
     Parameters
     ----------
     logs : DataFrame, shape (participants, stimuli)
-        Mean natural logarithms of estimates; columns are positive stimulus values (µm peak to
-        peak, or a friction reduction). Missing cells are allowed; columns that are not above 0 are
-        omitted.
+        Mean natural logarithms of estimates. The column labels are stimulus values (µm peak to
+        peak, or a friction reduction); columns that are not above 0 are omitted. Cells may be
+        missing.
 
     Returns
     -------
     DataFrame
-        Index as ``logs``; ``exponent intercept points``; NaN with fewer than two points.
+        Columns ``exponent intercept points``, with the index of ``logs``; NaN with fewer than two
+        points.
     """
     usable = logs.loc[:, logs.columns.to_numpy(float) > 0]
     lines = fit_lines(np.log(usable.columns.to_numpy(float)), usable.to_numpy(float))
@@ -85,7 +86,7 @@ def power_law(data: Prepared) -> PowerLaw | NotComputed:
 def power_law_of(
     logs: pd.DataFrame, confidence: float, quantity: Quantity = PLATE_AMPLITUDE
 ) -> PowerLaw | NotComputed:
-    """Return the group exponent from mean logarithms; see `exponents`."""
+    """Return the group exponent from mean logarithms, as described in `exponents`."""
     table = exponents(logs)
     found = mean_over_participants(table["exponent"].to_numpy(float), confidence)
     if isinstance(found, NotComputed):

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lines:
-    """Lines y = intercept + slope x.
+    """Fitted lines, y = intercept + slope x.
 
     Parameters
     ----------
@@ -36,14 +36,14 @@ def fit_lines(x: Array, y: Array) -> Lines:
     Parameters
     ----------
     x : array, shape (k,)
-        For example, log amplitudes.
+        Common x values, for example log amplitudes.
     y : array, shape (..., k)
-        For example, log estimates; NaN if missing.
+        Values to fit, for example log estimates; NaN if missing.
     """
     present = ~np.isnan(y)
     points = present.sum(axis=-1)
     xs, ys = np.where(present, x, 0.0), np.where(present, y, 0.0)
-    # Unless two x values differ, this is 0 / 0, that is, NaN.
+    # If all x values are equal, 0 / 0 gives NaN.
     with np.errstate(invalid="ignore", divide="ignore"):
         x_mean, y_mean = xs.sum(axis=-1) / points, ys.sum(axis=-1) / points
         dx = np.where(present, xs - x_mean[..., None], 0.0)

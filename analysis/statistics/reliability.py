@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: For a correlation this close to 1, Fisher's z is not finite.
+#: Correlations this close to 1 are treated as 1, for which Fisher's z is infinite.
 CLOSE_TO_ONE = 1 - 1e-9
 CELL = [PARTICIPANT, "amplitude_um_pp"]
-#: Number of REML fits for the jackknife, each omitting a group of participants.
+#: Number of REML fits in the jackknife; each omits one group of participants.
 GROUPS = 100
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IntraclassCorrelation:
-    """An intraclass correlation; no interval if it reaches 1 when some participant is omitted."""
+    """An intraclass correlation; the interval is None if any jackknife value reaches 1."""
 
     value: float
     interval: ConfidenceInterval | None
@@ -47,21 +47,22 @@ class IntraclassCorrelation:
 class Reliability:
     """Proportion of the variance in log estimates that is due to participants.
 
-    Log estimate = mean of the amplitude + participant + participant x amplitude + repetition. The
-    study chose the amplitudes, so differences between them do not count as reliability.
+    The model is: log estimate = mean of the amplitude + participant + participant x amplitude +
+    repetition. Differences between amplitudes do not count as reliability, because the study chose
+    the amplitudes.
 
     Parameters
     ----------
     single, mean : IntraclassCorrelation
-        Reliability of one estimate, and of the mean of a participant's repetitions at an amplitude.
+        Reliability of a single estimate, and of the mean of a participant's repetitions.
     variance_participants, variance_interaction, variance_repetitions : float
-        Variance components of natural logarithms; not below 0.
+        Variance components of the natural logarithms, at least 0.
     n, amplitudes, trials : int
         Numbers of participants, amplitudes and trials.
     repetitions : float
-        Repetitions per cell; the harmonic mean if cells differ.
+        Number of repetitions per cell; the harmonic mean if cells differ.
     method : {"mean squares", "REML"}
-        REML if cells differ in their number of estimates.
+        Estimation method; REML is used if cells differ in their number of estimates.
     """
 
     single: IntraclassCorrelation
@@ -138,14 +139,15 @@ def _by_mean_squares(usable: pd.DataFrame, shape: tuple[int, int, int]) -> tuple
     n, k, repetitions = shape
     block = usable.sort_values(CELL, kind="stable")["log"].to_numpy(float).reshape(shape)
     squares = _sums_of_squares(block)
-    # Omitting one of n from a sum of squares around their mean removes n / (n - 1) of its own.
+    # Omitting one of n values reduces their sum of squares by n / (n - 1) times the square of that
+    # value's deviation from the mean.
     own = squares * [n / (n - 1), n / (n - 1), 1.0]
     without = _components(squares.sum(axis=0) - own, n - 1, k, repetitions)
     return _components(squares.sum(axis=0), n, k, repetitions), without
 
 
 def _by_reml(means: Array, counts: Array, squares: Array) -> tuple[Array, Array]:
-    """Return the same by REML; with many participants, groups are omitted in turn."""
+    """Return the components estimated by REML, overall and with groups of participants omitted."""
     whole = reml_components(means, counts, squares)
     if whole[2] <= TINY:
         return whole, whole[None]
@@ -159,7 +161,7 @@ def _by_reml(means: Array, counts: Array, squares: Array) -> tuple[Array, Array]
 
 
 def _sums_of_squares(block: Array) -> Array:
-    """Return sums of squares per participant: between participants, interaction, repetitions."""
+    """Return each participant's sums of squares: participants, interaction and repetitions."""
     _, k, repetitions = block.shape
     cells = block.mean(axis=2)
     centred = cells - cells.mean(axis=0)
@@ -174,7 +176,7 @@ def _sums_of_squares(block: Array) -> Array:
 
 
 def _components(squares: Array, n: int, k: int, repetitions: int) -> Array:
-    """Return the participant, participant x amplitude and repetition components (may be < 0)."""
+    """Return the participant, interaction and repetition components, which may be negative."""
     people = squares[..., 0] / (n - 1)
     within = squares[..., 2] / (n * k * (repetitions - 1))
     interaction = squares[..., 1] / ((n - 1) * (k - 1)) if k > 1 else within

@@ -31,7 +31,7 @@ class SubsetSummary:
     n : int
         Number of participants.
     power_law, friedman
-        See the respective classes.
+        The group exponent and the result of Friedman's test.
     means : Mapping
         Amplitude (µm peak to peak) -> mean normalised estimate.
     """

@@ -1,4 +1,4 @@
-"""Compare results for the same estimates under every applicable normalisation rule."""
+"""Compare results under every applicable normalisation rule."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class RuleSummary:
     rule : str
         A key of `slipscale.analysis.preprocessing.normalisation.RULES`.
     used : bool
-        Whether this is the rule used by the analysis.
+        Whether the analysis uses this rule.
     unit : str
-        Unit of the mean and standard deviation.
+        Unit of the means and standard deviations.
     mean, sd_sample : Mapping
         Amplitude (µm peak to peak) -> value across participants.
     """
@@ -45,7 +45,7 @@ def sensitivity(trials: pd.DataFrame, used: str, quantity: Quantity) -> tuple[Ru
     """
     rows = []
     normalised = normalise_by_all(trials)
-    # Trials are grouped into cells once for all rules, because that takes longer than averaging.
+    # Grouping trials into cells takes longer than averaging, so it is done once for all rules.
     means = cell_means(trials.assign(**normalised), list(normalised))
     for name in normalised:
         cells = pd.DataFrame(means[name])

@@ -1,12 +1,12 @@
-"""Declare statistics: what each needs, how it is computed, and the results of all.
+"""Define how a statistic is declared and how results are stored.
 
-One declaration contains everything about a statistic that the report, its files, a
-pre-registration and a pilot need. Rules:
+A declaration contains everything that the report, its files, a pre-registration and a pilot need.
+Rules:
 
-- a statistic that the study did not choose, or that the data do not support, is a `NotComputed`
-  with the reason; no other code decides this;
-- results are looked up by their declaration, as in ``inference[FRIEDMAN]``, so that their type is
-  known.
+- if the study did not choose a statistic, or the data do not support it, its result is a
+  `NotComputed` with the reason;
+- results are looked up by declaration, as in ``inference[FRIEDMAN]``, so that type checkers can
+  infer their type.
 """
 
 from __future__ import annotations
@@ -28,30 +28,30 @@ if TYPE_CHECKING:
     from slipscale.stimuli.quantity import Quantity
 
 T = TypeVar("T")
-#: Covariant, so that statistics of several types fit in one list. This is sound because only
-#: results of a statistic are passed to its callables.
+#: Covariant, so that a list can contain statistics of several types. This is safe because the
+#: callables of a statistic receive only its own results.
 T_co = TypeVar("T_co", covariant=True)
 
-#: A session measure: name, unit, and values with participants as rows and sessions as columns.
+#: A session measure: name, unit, and a table of participants (rows) by sessions (columns).
 SessionTable = tuple[str, str, "pd.DataFrame"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inputs:
-    """Input data shared by all statistics.
+    """Input data for all statistics.
 
     Parameters
     ----------
     data : Dataset
         The data set after exclusions.
     prepared : Prepared or None
-        Magnitude estimates; None if there are none.
+        Magnitude estimates, or None if the data set contains none.
     rule : str or None
-        Normalisation rule; None without estimates.
+        Normalisation rule, or None without magnitude estimates.
     bayesian : bool
         Whether to sample the hierarchical Bayesian power function, which takes half a minute.
     session_tables : callable
-        Returns the session measures of every kind of task.
+        Returns the session measures of all kinds of tasks.
     found : Inference
         The results of the statistics declared before this one.
     """
@@ -66,18 +66,18 @@ class Inputs:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Family(Generic[T_co]):
-    """Tests of one kind, shown in one row of the list of all tests.
+    """A family of tests, shown as one row in the report's list of tests.
 
     Parameters
     ----------
     name : str
-        What is tested and how, for a quantity ``q``.
+        Hypothesis and method, with a placeholder for the quantity ``q``.
     read : callable
         Returns the uncorrected p-values of a result.
     primary : {"ranks", "logarithms"}, optional
-        The primary analysis to which the family belongs.
+        The primary analysis that includes this family.
     corrected : bool
-        Whether Holm's correction is applied to its tests.
+        Whether the p-values of the family are Holm-corrected.
     """
 
     name: str
@@ -93,10 +93,10 @@ class Sentence(Generic[T_co]):
     Parameters
     ----------
     write : callable
-        Returns the sentence, given the result, the confidence level and the quantity; None if
+        Returns the sentence, given the result, the confidence level and the quantity; or None if
         there is nothing to report.
     primary : {"ranks", "logarithms"}, optional
-        The primary analysis to which the sentence belongs; with any other, it is secondary.
+        The primary analysis that includes this sentence. In other analyses it is secondary.
     """
 
     write: Callable[[T_co, float, Quantity], str | None]
@@ -105,32 +105,33 @@ class Sentence(Generic[T_co]):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Statistic(Generic[T_co]):
-    """A statistic, written as one entry of ``inference.json``.
+    """The declaration of a statistic, which is one entry of ``inference.json``.
 
     Parameters
     ----------
     key : str
-        Key in ``inference.json``, and name in a study's ``tests``.
+        Key in ``inference.json``, and name in the ``tests`` of a study.
     meaning : str
-        Description of what is computed, for a pre-registration.
+        Description of the computation, for a pre-registration.
     compute : callable
-        Returns the result, or the reason why there is none.
+        Returns the result, or the reason why it is missing.
     test : bool
-        Whether a study can omit it.
+        Whether a study may omit the statistic.
     title : str
-        Name in the list of tests that could not be computed; if empty, it is not listed.
+        Name in the list of tests that could not be computed. If empty, the statistic is not listed.
     parts : callable, optional
-        Returns the parts of a result that can be missing separately, keyed by title, for a
-        quantity ``q``.
+        Returns the parts of a result that can be missing separately. The keys are titles, with a
+        placeholder for the quantity ``q``.
     families : tuple of Family
-        The tests that the report evaluates by p-values. Estimates with intervals have no family.
+        Tests that the report evaluates by p-values. Estimates with intervals need no family.
     sentences : tuple of Sentence
-        Report sentences, in the order of the results section.
+        Sentences for the results section, in order.
     methods : str
-        Sentence for the methods section, for a quantity ``q``, with references as ``[[key]]``.
+        Sentence for the methods section, with a placeholder for the quantity ``q`` and references
+        as ``[[key]]``.
     conclusions, headlines : Mapping
-        For simulated pilots: regular expression for names below the key -> description, for
-        conclusions and for the numbers plotted. ``{0}`` is the first group of the expression.
+        Conclusions, and numbers to plot, for simulated pilots. Each maps a regular expression for
+        names below ``key`` to a description; ``{0}`` is the first group of the expression.
     """
 
     key: str
@@ -146,19 +147,19 @@ class Statistic(Generic[T_co]):
     headlines: Mapping[str, str] = field(default_factory=dict)
 
     def __reduce__(self) -> tuple[Callable[[str], object], tuple[str]]:
-        """Pickle the declaration as its key, because its functions cannot be pickled."""
+        """Pickle only the key, because the functions of a declaration cannot be pickled."""
         return _statistic_of, (self.key,)
 
 
 def _statistic_of(key: str) -> object:
-    # Looked up by name when unpickling, because the declarations import this module.
+    # Imported when unpickling, because the declarations import this module.
     kinds = import_module("slipscale.analysis.tasks.outside.guard").every_kind()
     return next(each for kind in kinds for each in kind.statistics if each.key == key)
 
 
 @dataclass(frozen=True, slots=True)
 class Inference:
-    """The result of every statistic, or why there is none, in the order of ``inference.json``.
+    """The results of all statistics, in the order of ``inference.json``.
 
     Examples
     --------
@@ -167,15 +168,15 @@ class Inference:
     """
 
     results: Mapping[str, object] = field(default_factory=dict)
-    #: The statistics computed, in the same order.
+    #: Declarations of the statistics, in the same order.
     declared: tuple[Statistic[object], ...] = ()
 
     def __getitem__(self, statistic: Statistic[T]) -> T | NotComputed:
-        """Return the result, or the reason why there is none."""
+        """Return the result of a statistic, or the reason why it is missing."""
         return cast("T | NotComputed", self.results[statistic.key])
 
     def found(self, statistic: Statistic[T]) -> T | None:
-        """Return the result; None if there is none."""
+        """Return the result of a statistic, or None if it is missing."""
         result = self[statistic]
         return computed(result)
 
@@ -195,7 +196,7 @@ class Inference:
         return self.results
 
     def with_result(self, statistic: Statistic[object], result: object) -> Inference:
-        """Return the results with one more result added."""
+        """Return a copy with one more result."""
         results = {**self.results, statistic.key: result}
         return Inference(results, (*self.declared, statistic))
 
@@ -203,7 +204,7 @@ class Inference:
 def of_estimates(
     test: Callable[[Prepared], T | NotComputed],
 ) -> Callable[[Inputs], T | NotComputed]:
-    """Return a function that computes a test of magnitude estimates from all inputs."""
+    """Adapt a test of magnitude estimates so that it can be declared as a statistic."""
 
     def compute(inputs: Inputs) -> T | NotComputed:
         if inputs.prepared is None:

@@ -1,10 +1,10 @@
 """Estimate variance components from unbalanced repeated estimates by REML.
 
-Model: log estimate = mean of the level + participant + participant x level + repetition.
-Restricted maximum likelihood needs only the means and counts of cells (participant x level) and
-the sum of squares within cells. If every cell has the same number of repetitions and no component
-is negative, the result equals the mean-squares estimate. Searle, Casella and McCulloch 1992,
-Variance Components, ch. 6.
+Model: log estimate = mean of the level + participant + participant x level + repetition. Restricted
+maximum likelihood needs only the means and counts of cells (participant x level) and the sum of
+squares within cells (Searle, Casella and McCulloch 1992, Variance Components, ch. 6). If every cell
+has the same number of repetitions and no component is negative, the result equals the mean-squares
+estimate.
 """
 
 from __future__ import annotations
@@ -20,21 +20,22 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Starting values of the search: the two other components relative to the repetition variance.
+#: Starting values of the search: the participant and interaction components, each relative to the
+#: repetition variance.
 STARTS = ((1.0, 0.5), (0.05, 0.05))
 
 
 def reml_components(
     means: Array, counts: Array, squares: Array, starts: Sequence[Sequence[float]] = STARTS
 ) -> Array:
-    """Return the components (participant, participant x level, repetition); none is negative.
+    """Return the participant, participant x level and repetition components, all at least 0.
 
     Parameters
     ----------
     means : array, shape (participants, levels)
-        Mean of each cell; arbitrary for an empty cell.
+        Mean of each cell; ignored for empty cells.
     counts : array, shape (participants, levels)
-        Number of estimates in each cell; 0 for an empty cell.
+        Number of estimates in each cell; 0 for empty cells.
     squares : array, shape (participants,)
         Each participant's sum of squares around their cell means.
     starts : sequence of (float, float)
@@ -45,7 +46,7 @@ def reml_components(
     used = (counts > 0).any(axis=0)
     own, cells = np.where(counts > 0, means, 0.0)[:, used], counts[:, used]
     within, freedom = squares.sum(), counts.sum() - (counts > 0).sum()
-    # Participants with the same counts are summarised by their number, sums and sums of products.
+    # Participants with the same counts form a group, summarised by its size, sums and products.
     order = np.lexsort(cells.T)
     own, cells = own[order], cells[order]
     first = np.flatnonzero(np.append(True, (np.diff(cells, axis=0) != 0).any(axis=1)))
@@ -79,11 +80,11 @@ def _deviance(  # noqa: PLR0917
     within: float,
     freedom: float,
 ) -> tuple[float, Array, float]:
-    """Return -2 log restricted likelihood (no constant), its gradient and repetition variance.
+    """Return -2 log restricted likelihood (no constant), its gradient and the repetition variance.
 
-    ``ratios`` are the other components relative to the repetition variance, which has a closed
-    form. Each row of ``counts`` belongs to a group of ``people`` with the same counts; the sums
-    and products are those of the group's cell means.
+    ``ratios`` are the participant and interaction components relative to the repetition variance,
+    which has a closed form. Each row of ``counts`` describes a group of ``people`` with the same
+    counts; ``sums`` and ``products`` refer to the cell means of the group.
     """
     person, cell = ratios
     there = counts > 0

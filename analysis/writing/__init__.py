@@ -1,1 +1,1 @@
-"""Building blocks of reports that are independent of tasks: pages, numbers, references, axes."""
+"""Task-independent building blocks of reports: pages, numbers, references and axes."""

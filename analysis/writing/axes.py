@@ -1,4 +1,4 @@
-"""Define the amplitude axis shared by figures, and when lines are replaced with bands."""
+"""Define the amplitude axis of figures, and tooltips for SVG elements."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ TIP = "tip-"
 LINES_AT_MOST = 60
 
 
-#: Levels that span more than this ratio are drawn on a logarithmic axis, except plate amplitudes.
+#: Levels that span a larger ratio have a logarithmic axis, unless they are plate amplitudes.
 LINEAR_RATIO = 50.0
-#: Ticks closer than this proportion of the axis would overlap.
+#: Smallest distance between ticks, as a proportion of the axis.
 CLOSEST_TICKS = 0.06
 #: Width of a digit relative to the font size.
 DIGIT = 0.62
@@ -33,9 +33,9 @@ DIGIT = 0.62
 def amplitude_axis(
     axes: Axes, amplitudes: NDArray[np.float64], quantity: Quantity = PLATE_AMPLITUDE
 ) -> None:
-    """Set ticks at the presented levels, spaced to scale.
+    """Set ticks at the presented levels, with spacing to scale.
 
-    Levels of another quantity that span decades get a logarithmic axis with 0 next to it.
+    If the levels need a logarithmic axis, 0 is drawn next to it.
     """
     above = amplitudes[amplitudes > 0]
     if over_decades(amplitudes, quantity):
@@ -56,13 +56,13 @@ def amplitude_axis(
 
 
 def over_decades(levels: NDArray[np.float64], quantity: Quantity) -> bool:
-    """Whether levels need a logarithmic axis."""
+    """Return whether levels need a logarithmic axis."""
     above = levels[levels > 0]
     return not quantity.of_plate and len(above) > 1 and above.max() > LINEAR_RATIO * above.min()
 
 
 def apart(axes: Axes, levels: NDArray[np.float64]) -> list[float]:
-    """Return the levels whose ticks do not overlap, given the axis' scale and limits."""
+    """Return levels at which ticks do not overlap, given the axis scale and limits."""
     transform = axes.get_xaxis_transform()
     places = transform.transform([(level, 0.0) for level in levels])[:, 0]
     size = mpl.rcParams["font.size"] * axes.figure.dpi / 72
@@ -82,7 +82,7 @@ def tip(text: str) -> str:
 
 
 def with_tips(svg: str) -> str:
-    """Return an SVG element in which artists named by `tip` have their text as a title.
+    """Return an SVG element with tooltips for the artists that were named by `tip`.
 
     >>> with_tips('<g id="tip-n%20%3D%203">')
     '<g><title>n = 3</title>'

@@ -1,7 +1,7 @@
-"""Write tables as CSV; a million rows take no longer to write than to read.
+"""Write tables as CSV files, including tables with millions of rows.
 
-pandas converts every cell to text one by one. In experimental data few values are distinct
-(participants, amplitudes, ratings), so each distinct value is converted only once.
+pandas converts each cell to text separately. Experimental data contain few distinct values
+(participants, amplitudes, ratings), so this module converts each distinct value once.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-#: Characters that require quotation marks around a cell.
+#: Cells with these characters are written in quotation marks.
 SPECIAL = re.compile(r'[",\r\n]')
 
 
 def write_csv(table: pd.DataFrame, path: Path) -> None:
-    """Write a table as UTF-8 CSV with LF: a header line, no index, missing cells empty.
+    """Write a table as UTF-8 CSV with LF line ends, without its index.
 
-    The output equals that of pandas' ``to_csv``, except for texts that a spreadsheet would
-    evaluate.
+    Missing cells are empty. The file equals the output of pandas' ``to_csv``, except for texts that
+    a spreadsheet would evaluate.
     """
     with path.open("w", encoding="utf-8", newline="") as file:
         rows = zip(*(_words(table[name]) for name in table.columns), strict=True)
@@ -35,14 +35,14 @@ def write_csv(table: pd.DataFrame, path: Path) -> None:
 
 
 def _cell(text: str) -> str:
-    """Return a text as one cell, safe for spreadsheets and quoted if necessary."""
+    """Return text as a CSV cell, safe for spreadsheets and quoted if necessary."""
     cell = harmless_cell(text)
     return '"' + cell.replace('"', '""') + '"' if SPECIAL.search(cell) else cell
 
 
 def _words(column: pd.Series[Any]) -> list[str]:
     codes, values = pd.factorize(column)
-    # A missing cell has code -1, which selects the last word: the empty one.
+    # A missing cell has code -1, which selects the last word, an empty string.
     told = (_cell(each) if isinstance(each, str) else str(each) for each in values.tolist())
     words = np.array([*told, ""], dtype=object)
     found: list[str] = words[codes].tolist()

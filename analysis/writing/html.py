@@ -1,6 +1,6 @@
-"""Build safe HTML for the report: tables, figures, sentences.
+"""Build the report's HTML: tables, figures and sentences.
 
-All content from data is escaped, by Jinja or by markupsafe.
+Jinja or markupsafe escapes all content that comes from data.
 """
 
 from __future__ import annotations
@@ -25,34 +25,34 @@ try:
 except PackageNotFoundError:  # a checkout that is not installed
     VERSION = "unknown"
 REPORTING = "slipscale.analysis.reporting"
-#: Start tag of a caption -> what is counted.
+#: Start tag of a caption -> word before its number.
 KINDS = {"<figcaption>": "Figure", "<caption>": "Table"}
-#: Tables with up to this many rows are not broken across pages.
+#: Tables with at most this many rows stay on one printed page.
 ROWS_TOGETHER = 8
 
 
 @dataclass(slots=True)
 class ReportSection:
-    """A heading and its blocks."""
+    """A report section: a heading and the blocks below it."""
 
     title: str
     blocks: list[Markup] = field(default_factory=list)
-    #: "always", "open" or "closed" on screen; everything is open in print.
+    #: State on screen: "always" (cannot be closed), "open" or "closed". In print, all are open.
     shown: Literal["always", "open", "closed"] = "closed"
-    #: A sentence shown without opening the section.
+    #: A sentence that is shown even if the section is closed.
     gist: str = ""
 
     @property
     def name(self) -> str:
-        """Anchor of the section: letters, digits and hyphens."""
+        """HTML anchor of the section, consisting of letters, digits and hyphens."""
         return "-".join(re.findall(r"[a-z0-9]+", self.title.lower()))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableColumn:
-    """A table column: heading, unit, alignment, and whether it shows the paper's values.
+    """A table column with its heading, unit and alignment.
 
-    A left-aligned column contains words, which may wrap unless the column is ``whole``.
+    Left-aligned columns contain words, which may wrap unless the column is ``whole``.
     """
 
     title: str
@@ -69,7 +69,7 @@ class TableColumn:
 
 
 def columns(*titles: str | tuple[str, str], left: int = 0) -> list[TableColumn]:
-    """Return columns with these headings, or headings and units.
+    """Return columns with the given headings, or pairs of heading and unit.
 
     The first ``left`` columns contain words.
 
@@ -85,7 +85,7 @@ def columns(*titles: str | tuple[str, str], left: int = 0) -> list[TableColumn]:
 
 @cache
 def environment(package: str = REPORTING) -> Environment:
-    """Return a package's template environment, which escapes text and rejects undefined names."""
+    """Return a package's Jinja environment, which escapes text and rejects undefined names."""
     return Environment(
         loader=PackageLoader(package),
         autoescape=True,
@@ -97,14 +97,14 @@ def environment(package: str = REPORTING) -> Environment:
 
 
 def page(template: str, package: str = REPORTING, **content: object) -> str:
-    """Return a self-contained page: a package's template, with our styles and version."""
+    """Return a self-contained page, rendered from a package's template."""
     css = files(REPORTING).joinpath("templates", "report.css").read_text(encoding="utf-8")
     ours = {"version": VERSION, "css": Markup(css)}  # noqa: S704 - our own file
     return environment(package).get_template(template).render(ours | content)
 
 
 def paragraph(text: str, kind: str = "") -> Markup:
-    """Return a paragraph; ``kind`` is a class of report.css."""
+    """Return a paragraph; ``kind`` is a class in report.css."""
     attribute = Markup(' class="{}"').format(kind) if kind else Markup()
     return Markup("<p{}>{}</p>").format(attribute, text)
 
@@ -120,12 +120,12 @@ def labelled(label: str, text: str) -> Markup:
 
 
 def figure_if_drawn(svgs: Mapping[str, str], name: str, caption: str, alt: str) -> list[Markup]:
-    """Return a figure, given its file name; nothing if it was not drawn."""
+    """Return a figure by file name, or an empty list if it was not drawn."""
     return [figure(svgs[name], caption, alt)] if name in svgs else []
 
 
 def details(title: str, blocks: Iterable[Markup]) -> Markup:
-    """Return blocks that a reader can expand; they are expanded in print."""
+    """Return blocks that readers can expand on screen; print shows them expanded."""
     return Markup("<details><summary>{}</summary>{}</details>").format(
         title, Markup("").join(blocks)
     )
@@ -149,7 +149,7 @@ def numbered(sections: list[ReportSection]) -> list[ReportSection]:
 
 
 def bullets(texts: Iterable[str], kind: str = "") -> Markup:
-    """Return a list; ``kind`` is a class of report.css."""
+    """Return a bulleted list; ``kind`` is a class in report.css."""
     items = Markup("").join(Markup("<li>{}</li>").format(text) for text in texts)
     return Markup('<ul class="{}">{}</ul>').format(kind, items)
 
@@ -160,7 +160,7 @@ def figure(svg: str, caption: str, alt: str) -> Markup:
     Parameters
     ----------
     svg : str
-        Matplotlib's output.
+        SVG written by Matplotlib.
     caption : str
         Caption as plain text.
     alt : str
@@ -181,18 +181,18 @@ def table(
 ) -> Markup:
     """Return a table.
 
-    A table of more than `ROWS_TOGETHER` rows may break across printed pages, repeating its head.
+    A table with more than `ROWS_TOGETHER` rows may break across printed pages and repeats its head.
 
     Parameters
     ----------
     columns : sequence of TableColumn
         Columns with their headings.
     rows : iterable of sequences of str
-        Cells as text; the first cell is the row heading.
+        Cells as text; the first cell of a row is its heading.
     caption : str
         Caption above the table.
     over : sequence of (str, int)
-        Headings above the column headings, each with the number of columns that it spans.
+        Headings above the column headings, each with the number of columns it spans.
     marked : int, optional
         Index of the row to emphasise.
     """

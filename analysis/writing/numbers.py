@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-#: Smaller slopes (for example, per µPa) would be printed as 0.00.
+#: Smaller values need more than two decimals.
 SMALLEST_OF_TWO_DECIMALS = 0.095
-#: Numbers from this size are written without decimals: "120", "1200".
+#: Numbers in this range are written without decimals.
 LARGE = (99.95, 1e5)
-#: Shown in a table instead of a missing number.
+#: Placeholder for a missing number in a table.
 DASH = "–"
 
 
 def number(value: float | None, decimals: int = 2, *, thousands: str = "") -> str:
-    """Format a number for reading: fixed decimals, a true minus sign, a dash if missing.
+    """Format a number with fixed decimals and a true minus sign; a dash if missing.
 
     >>> number(-1.5), number(float("nan")), number(1234567, 0, thousands=" "), number(None)
     ('−1.50', '–', '1 234 567', '–')
@@ -38,7 +38,7 @@ def number(value: float | None, decimals: int = 2, *, thousands: str = "") -> st
 
 
 def significant(value: float) -> str:
-    """Format a number of any size for reading, to three significant digits.
+    """Format a number of any size with three significant digits.
 
     >>> significant(0.0213), significant(-1.234e-8), significant(float("nan")), significant(120)
     ('0.0213', '−1.23 × 10⁻⁸', '–', '120')
@@ -52,7 +52,7 @@ def significant(value: float) -> str:
 
 
 def measured(quantity: Quantity) -> Callable[[float | None], str]:
-    """Return the format for estimated levels: µm to the nanometre, others by size.
+    """Return the function that formats estimated levels of a quantity.
 
     >>> from slipscale.stimuli.quantity import PLATE_AMPLITUDE, made_by_plate
     >>> measured(PLATE_AMPLITUDE)(1.2), measured(made_by_plate("voltage", "V", "peak"))(119.83)
@@ -68,7 +68,7 @@ def _raised(power: int) -> str:
 
 
 def of_size(value: float) -> Callable[[float], str]:
-    """Return the format for a value and its interval: two decimals if that is precise enough.
+    """Return the function that formats a value and its interval, with enough digits for both.
 
     >>> of_size(0.82)(0.05), of_size(0.0021)(0.0004)
     ('0.05', '0.000400')
@@ -77,7 +77,7 @@ def of_size(value: float) -> Callable[[float], str]:
 
 
 def grouped(value: float | None, decimals: int = 2) -> str:
-    """Format a number for a table cell, with separated thousands.
+    """Format a number for a table cell, with thousands separated by spaces.
 
     >>> grouped(1234.5)
     '1 234.50'
@@ -95,7 +95,7 @@ def counted(count: int, one: str, many: str) -> str:
 
 
 def p_value(p: float | None) -> str:
-    """Return "p = .023", or "p < .001".
+    """Format a p-value for a sentence.
 
     >>> p_value(0.0234), p_value(0.00012), p_value(0.9999), p_value(float("nan"))
     ('p = .023', 'p < .001', 'p > .999', 'p not defined')
@@ -110,7 +110,7 @@ def p_value(p: float | None) -> str:
 
 
 def p_cell(p: float | None) -> str:
-    """Return a p-value for a column headed p.
+    """Format a p-value for a table column with the heading p.
 
     >>> p_cell(0.02), p_cell(0.0001)
     ('.020', '< .001')
@@ -119,7 +119,7 @@ def p_cell(p: float | None) -> str:
 
 
 def unit_number(value: float, decimals: int = 2) -> str:
-    """Format a number that cannot exceed 1, without its leading zero.
+    """Format a number between -1 and 1 without its leading zero.
 
     >>> unit_number(0.517), unit_number(-0.2)
     ('.52', '−.20')
@@ -130,12 +130,12 @@ def unit_number(value: float, decimals: int = 2) -> str:
 
 
 def cell(result: T | NotComputed, write: Callable[[T], str]) -> str:
-    """Format a result with ``write``; a dash if it was not computed."""
+    """Format a result with ``write``, or return a dash if it was not computed."""
     return fold(result, write, lambda _: DASH)
 
 
 def bracketed(bounds: ConfidenceInterval | None, write: Callable[[float], str] = number) -> str:
-    """Return "[low, high]", or a dash for None."""
+    """Format an interval as "[low, high]", or return a dash for None."""
     if bounds is None:
         return DASH
     low, high = bounds
@@ -143,7 +143,7 @@ def bracketed(bounds: ConfidenceInterval | None, write: Callable[[float], str] =
 
 
 def interval(low: float | None, high: float | None, decimals: int = 2) -> str:
-    """Return "[low, high]" for a table cell, or a dash.
+    """Format an interval for a table cell, or return a dash.
 
     >>> interval(0.4, 0.62)
     '[0.40, 0.62]'
@@ -154,12 +154,12 @@ def interval(low: float | None, high: float | None, decimals: int = 2) -> str:
 
 
 def level_of(confidence: float) -> str:
-    """Return "95%"."""
+    """Format a confidence level, such as "95%"."""
     return f"{round(100 * confidence, 6):g}%"
 
 
 def reliable(p: float, confidence: float) -> bool:
-    """Whether p is below the study's level, 1 - confidence; False if it is not defined.
+    """Return whether p is below the significance level, 1 - confidence; False if p is NaN.
 
     >>> reliable(0.03, 0.95), reliable(0.03, 0.99), reliable(float("nan"), 0.95)
     (True, False, False)
@@ -170,7 +170,7 @@ def reliable(p: float, confidence: float) -> bool:
 def page_sentence(
     what: str, found: PageTrend, confidence: float, level: str, quantity: Quantity
 ) -> str:
-    """Return the sentence for Page's test; ``what`` increases or decreases with ``level``."""
+    """Return the sentence for Page's test of whether ``what`` changes with ``level``."""
     grew = "fell" if quantity.falls else "grew"
     verb = grew if reliable(found.p, confidence) else f"did not {quantity.grow} reliably"
     return (

@@ -1,4 +1,4 @@
-"""Create the output folder of a command before any long computation."""
+"""Create the output folder of a command before its computation starts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PEOPLE = "participants.tsv"
 
 
 def make_folder(out: Path) -> None:
-    """Create the output folder; it is private if it is in a data set that others cannot read.
+    """Create the output folder, with private access if it is in a private data set.
 
     Raises
     ------
@@ -38,8 +38,8 @@ def make_folder(out: Path) -> None:
 def default_folder(data: Dataset, source: str | Path) -> Path:
     """Return the default output folder.
 
-    ``derivatives/slipscale`` in a data set; for a tidy table, a folder next to it with its name
-    and ``-slipscale``.
+    The default is ``derivatives/slipscale`` in a data set. For a tidy table, it is a folder next to
+    the table, named after the table with ``-slipscale`` appended.
     """
     if data.folder is not None:
         return data.folder / "derivatives" / "slipscale"

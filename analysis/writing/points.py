@@ -1,4 +1,4 @@
-"""Draw individual points and means, for several figures."""
+"""Draw individual lines, means and standards in figures."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SIZE = (5.6, 3.9)  # inches
 
 
 def draw_people(axes: Axes, places: Array, values: Array) -> None:
-    """Draw one pale line per participant."""
+    """Draw a pale line for each participant."""
     for row in values[:LINES_AT_MOST]:
         axes.plot(places, row, "o-", color=PALE, linewidth=0.8, markersize=2.5, alpha=0.6, zorder=1)
 
@@ -35,7 +35,7 @@ def draw_means(
     means: Sequence[float],
     intervals: Sequence[ConfidenceInterval | None],
 ) -> None:
-    """Draw means with their intervals."""
+    """Draw means with their confidence intervals."""
     for place, mean, interval in zip(places, means, intervals, strict=True):
         if interval is not None:
             axes.plot([place, place], list(interval), color=BLUE, linewidth=2.2, zorder=3)
@@ -43,12 +43,12 @@ def draw_means(
 
 
 def draw_standard(axes: Axes, x: float, y: float) -> None:
-    """Mark the standard."""
+    """Mark the standard in a figure."""
     axes.plot([x], [y], "D", color=INK, markersize=5, zorder=5, linewidth=0, label="standard")
 
 
 def make_logarithmic(axes: Axes, places: Array) -> None:
-    """Make both axes logarithmic, with plain numbers at their ticks."""
+    """Make both axes logarithmic, with plain numbers as tick labels."""
     axes.set_xscale("log")
     axes.set_yscale("log")
     ticks = apart(axes, np.unique(places))

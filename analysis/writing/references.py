@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reference:
-    """A paper.
+    """A cited paper.
 
     Parameters
     ----------
     cited : str
-        Citation in a sentence: "Friedman, 1937".
+        Citation for sentences, such as "Friedman, 1937".
     authors : str
         Authors as in BibTeX, joined by " and ".
     title, journal, pages : str
-        ``pages`` with a hyphen.
+        As in BibTeX; page ranges have a hyphen.
     year : int
     volume : str
     """
@@ -31,7 +31,7 @@ class Reference:
 
     @property
     def listed(self) -> str:
-        """Entry in a list of references."""
+        """Entry for a list of references."""
         names = self.authors.replace(" and others", " et al.").replace(" and ", "; ")
         return f"{names} ({self.year}). {self.title}. {self._place}."
 
@@ -42,7 +42,7 @@ class Reference:
 
     @property
     def found_at(self) -> str:
-        """Source without the title, for a page: "Holm, 1979. Journal, 6, 65–70."."""
+        """Reference without its title, such as "Holm, 1979. Journal, 6, 65–70."."""
         return f"{self.cited}. {self._place}."
 
     def bibtex(self, key: str) -> str:

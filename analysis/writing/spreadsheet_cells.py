@@ -1,24 +1,23 @@
-"""Prevent spreadsheets from evaluating free text in tables as a formula.
+"""Prevent spreadsheets from evaluating text in tables as formulas.
 
-Text typed by a participant, or a label in a foreign file, can begin with ``=``. Excel and
-LibreOffice then evaluate it, and a formula can send cells elsewhere or start programs (CWE-1236).
-The journal and the data set's own tables keep every text as it was typed.
+Text typed by a participant, or a label from another program's file, can begin with ``=``. Excel and
+LibreOffice evaluate such text, and a formula can send data elsewhere or start programs (CWE-1236).
+Journals and the tables of the data set are not changed.
 """
 
 from __future__ import annotations
 
 import re
 
-# Characters that a spreadsheet treats as the beginning of a formula, including wide forms; at the
-# beginning of a text, or after a possible cell separator on the computer that opens the table (;
-# in France).
+# Characters that begin a formula (including their full-width forms), at the start of the text or
+# after a character that some locales use as the cell separator (; in France).
 _FORMULA = re.compile(r'(^|[;,|\t\r\n])(?=[\s"]*[=+\-@＝＋－＠])')
-# Numbers in any language's format are left unchanged.
+# Numbers in the format of any language, which are left unchanged.
 _NUMBER = re.compile(r"[+-]?[0-9]+([.,][0-9]+)?([eE][+-]?[0-9]+)?%?")
 
 
 def harmless_cell(text: str) -> str:
-    """Return text that is safe for spreadsheets: an apostrophe precedes what would be evaluated.
+    """Return text with an apostrophe before anything that a spreadsheet would evaluate.
 
     >>> harmless_cell("=1+1"), harmless_cell("less; =A1"), harmless_cell("-3"), harmless_cell("a-b")
     ("'=1+1", "less;' =A1", '-3', 'a-b')

@@ -1,1 +1,1 @@
-"""Sections of the report: each takes the analysis and returns headings, tables, figures."""
+"""Sections of the report, each written from the analysis."""

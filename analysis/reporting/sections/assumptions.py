@@ -1,4 +1,4 @@
-"""Write the section on test assumptions and whether the data meet them."""
+"""Write the section on the assumptions of the tests."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-    """Return the assumptions of the tests, and whether the data meet them."""
+    """Return the section on test assumptions and whether the data meet them."""
     section = ReportSection("Assumptions")
     anova, quantity = analysis.inference[RM_ANOVA], analysis.dataset.quantity
     if not anova or "residuals" not in svgs:

@@ -1,4 +1,4 @@
-"""Write the sections on other normalisations, and on choices, versions, seeds and digests."""
+"""Write the sections on normalisation rules and on methods and provenance."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.kind import Analysis
 
 SEEDS_LISTED = 12
-#: `Dataset.unchanged` -> statement about the study file's choices.
+#: `Dataset.unchanged` -> statement about when the study's choices were made.
 FROZEN = {
     True: "Set in the study file before data collection (the session records contain its SHA-256)",
     False: "Set in code/study.toml, which differs from the study file used in the sessions, so "
@@ -29,13 +29,13 @@ FROZEN = {
 
 
 def normalisations(analysis: Analysis) -> ReportSection:
-    """Return means and standard deviations under every applicable rule."""
+    """Return the section with means and standard deviations under every applicable rule."""
     section = ReportSection("Other normalisations")
     if not analysis.sensitivity:
         return section
     section.gist = _invariance(analysis)
     amplitudes, value = list(analysis.sensitivity[0].mean), analysis.dataset.quantity.value
-    #: Cells -> the rules with these results.
+    #: Formatted results -> rules that give these results.
     rules: dict[tuple[str, ...], list[RuleSummary]] = {}
     for row in analysis.sensitivity:
         cells = (f"{grouped(row.mean[a], 1)} ({grouped(row.sd_sample[a], 1)})" for a in amplitudes)
@@ -55,7 +55,7 @@ def normalisations(analysis: Analysis) -> ReportSection:
 
 
 def _invariance(analysis: Analysis) -> str:
-    """Return which results the rule does not affect for these data."""
+    """Return a sentence about the results that do not depend on the rule."""
     scales = analysis.dataset.estimates.groupby(PARTICIPANT, observed=True)[
         ["scale_top", "modulus"]
     ]
@@ -81,7 +81,7 @@ def _invariance(analysis: Analysis) -> str:
 
 
 def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
-    """Return the content for a methods section: choices, versions, seeds, digests."""
+    """Return the section with choices, versions, seeds and digests."""
     section = ReportSection("Methods and provenance")
     data = analysis.dataset
     frozen = ", ".join(data.frozen)

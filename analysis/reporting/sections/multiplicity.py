@@ -1,4 +1,4 @@
-"""Write the section on the number of tests in the report and their correction."""
+"""Write the section that lists all tests and their correction."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def tests_made(analysis: Analysis) -> ReportSection:
-    """Return every family of tests in one table; empty if nothing was tested."""
+    """Return the section with a table of all test families; it is empty without tests."""
     section = ReportSection("All tests and their correction")
     choices, quantity = analysis.dataset.choices, analysis.dataset.quantity
     found = multiplicity(analysis.inference, choices.primary, choices.confidence, quantity)

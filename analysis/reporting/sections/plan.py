@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def plan(analysis: Analysis) -> html.ReportSection:
-    """Return every deviation from the plan; nothing without a plan."""
+    """Return the section that lists all deviations; it is empty without a plan."""
     section = html.ReportSection("Deviations from the plan", shown="always")
     check = analysis.plan
     if check is None:
@@ -28,7 +28,7 @@ def plan(analysis: Analysis) -> html.ReportSection:
 
 
 def summary(analysis: Analysis) -> str:
-    """Return the number of deviations and the plan, in one sentence."""
+    """Return a sentence with the number of deviations from the plan."""
     check = analysis.plan
     if check is None:
         return ""

@@ -1,4 +1,4 @@
-"""Write the section on flagged and excluded participants, and the results without them."""
+"""Write the section on participants, data quality and exclusions."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.kind import Analysis
     from slipscale.stimuli.quantity import Quantity
 
-    #: A row of a pandas table, with cells of several types.
+    #: A row of a pandas table.
     Row: TypeAlias = pd.Series[Any]
 
-#: Longer lists of participants are in quality.csv.
+#: Largest number of participants listed in the report; quality.csv lists all.
 PARTICIPANTS_SHOWN = 60
-#: With fewer steps per participant, d' and c are only in individuals.csv.
+#: Smallest number of steps per participant for which the report shows d' and c.
 FEWEST_FOR_D_PRIME = 10
 
 
 def quality(analysis: Analysis) -> ReportSection:
-    """Return flags, exclusions and the results without the flagged participants."""
+    """Return the section with flags, exclusions and results without flagged participants."""
     section = ReportSection("Participants and data quality")
     data = analysis.dataset
     section.blocks += [html.paragraph(text) for text in _counted(analysis)]
@@ -97,11 +97,11 @@ def quality(analysis: Analysis) -> ReportSection:
 
 
 def _each(analysis: Analysis) -> list[Markup]:
-    """Return the table of individual exponents and sensitivities, if there are any."""
+    """Return a table of individual exponents and sensitivities, if there are any."""
     own, quantity = analysis.individuals, analysis.dataset.quantity
     if not len(own):
         return []
-    # With few steps, a participant's d' and c mostly reflect the log-linear correction.
+    # With few steps, d' and c mainly reflect the log-linear correction.
     sensitive = "d_prime" in own and own["changes"].max() >= FEWEST_FOR_D_PRIME
     known = {
         name: column
@@ -141,12 +141,12 @@ def _headed(column: TableColumn, quantity: Quantity) -> TableColumn:
 
 
 def _estimate(value: float) -> str:
-    """Format an estimate at one unit, which can be far below the presented levels."""
+    """Format an estimate at a level of one unit, which can be far below the presented levels."""
     return significant(value) if 0 < value < SMALLEST_OF_TWO_DECIMALS else grouped(value, 1)
 
 
-#: Column of `analysis.reporting.individuals` -> its heading, for a quantity ``q``, and the format
-#: of a row's cell.
+#: Column of `analysis.reporting.individuals` -> heading, with a placeholder for the quantity ``q``,
+#: and function that formats the cell of a row.
 OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
     "exponent": (TableColumn(title="Exponent"), lambda row: grouped(row["exponent"])),
     "estimate_at_1_um": (
@@ -171,7 +171,7 @@ OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
 
 
 def _counted(analysis: Analysis) -> list[str]:
-    """Return how many rows were read and excluded, by task."""
+    """Return sentences with the numbers of rows read and excluded, by task."""
     counts, words, texts = analysis.dataset.counts, analysis.dataset.quantity.yes_no, []
     for trials in (kind.trials for kind in analysis.kinds if kind.trials):
         if read := counts.get(f"{trials.counted}_rows"):

@@ -1,4 +1,4 @@
-"""Write the summary: question, design, answer, one figure, and caveats."""
+"""Write the summary: question, design, answer, figure and caveats."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-#: With fewer participants, all intervals are wide and non-significant results are uninformative.
+#: With fewer participants than this, the summary warns about wide intervals.
 SMALL = 6
-#: Maximum number of caveats in the summary; the others are in the sections concerned.
+#: Largest number of caveats shown in the summary; the others are in an expandable list.
 DOUBTS_SHOWN = 8
 
 
 def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-    """Return the summary."""
+    """Return the summary section."""
     section = ReportSection("Summary", shown="always")
     doubts = _doubts(analysis)
     if analysis.prepared is not None and analysis.prepared.zeros:
@@ -50,7 +50,7 @@ def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
 
 
 def answers(analysis: Analysis) -> list[str]:
-    """Return the main result of every task, in one or two sentences each."""
+    """Return one or two sentences on the main result of each task."""
     return [text for kind in analysis.kinds for text in kind.answers(analysis)]
 
 
@@ -66,10 +66,10 @@ def _design(analysis: Analysis) -> str:
 
 
 def _doubts(analysis: Analysis) -> list[str]:
-    """Return the caveats about the answer, the most serious first."""
+    """Return the caveats about the results, the most serious first."""
     found = []
     people = len(analysis.flags) - len(analysis.excluded)
-    if 2 < people < SMALL:  # noqa: PLR2004 - with one or two, the report states what is missing
+    if 2 < people < SMALL:  # noqa: PLR2004 - fewer participants have their own message
         found.append(
             f"There are only {people} participants: intervals are wide, and a non-significant "
             "difference does not show that two values are equal."
@@ -102,7 +102,7 @@ def _figure(analysis: Analysis, svg: str) -> Markup:
 
 
 def _lines(analysis: Analysis) -> str:
-    """Return what Fig. 15 shows for this number of participants."""
+    """Describe the means, lines and error bars of Fig. 15."""
     people = len(analysis.cells)
     if people == 1:
         return "Geometric means for a single participant, so no spread or intervals are shown."

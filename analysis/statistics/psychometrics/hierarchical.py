@@ -1,16 +1,17 @@
-"""Fit a hierarchical psychometric model: population and individual thresholds in one fit.
+"""Fit the thresholds of a population and of each participant in one hierarchical model.
 
     p(level u, participant i, condition c) = guess + (1 - guess - lapse) G(a + s (u - m_ic))
     m_ic = x_ic β + τ b_i + ω e_ic,   log s_i = log s + ν d_i,   b, e and d standard normal
 
 ``u`` is the level's coordinate, ``G`` the curve and ``a`` its argument at the threshold. The lapse
-rate is shared, so it is estimated from the answers of all participants. A shared slope would treat
-the errors of people with shallow curves as lapses and make the typical curve too steep. With
-several conditions, ν is 0, because a third integral would take seven times as long. Even if a
-participant gave few answers, the fit needs neither a prior nor a bound near the true value. Catch
-trials, at a level that nobody misses, are wrong only because of lapses and enter the likelihood.
-The fit is by maximum marginal likelihood (see `integrated_over_people`). No package on PyPI fits a
-psychometric function with lapses, random thresholds and random slopes.
+rate is the same for all participants and is estimated from all answers. Slopes differ between
+people: with a shared slope, the model would treat the errors of people with shallow curves as
+lapses, and the typical curve would be too steep. With several conditions, ν is 0, because a third
+integral would take seven times as long. The fit needs no prior and no bound near the true value,
+even if a participant gave few answers. Catch trials present a level that nobody misses, so only
+lapses cause errors there; they are part of the likelihood. The fit maximises the marginal
+likelihood (see `integrated_over_people`). No package on PyPI fits a psychometric function with
+lapses, random thresholds and random slopes.
 """
 
 from __future__ import annotations
@@ -38,24 +39,24 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Model
 
-#: Largest standard deviation between people, and farthest threshold, in standard deviations of the
-#: levels.
+#: Largest standard deviation between people, and largest distance of the threshold from the mean
+#: level, in standard deviations of the levels.
 WIDEST, FARTHEST = 5.0, 6.0
-#: Slopes range from a rise over 20 standard deviations of the levels to a rise over one fiftieth.
+#: Longest and shortest rise of the curve, in standard deviations of the levels.
 SHALLOWEST, STEEPEST = 20.0, 0.02
-#: Number of nodes for people, per square root of a participant's answers; its minimum and maximum,
-#: and how many standard deviations the nodes extend. Curves that may be steep need twice as many
-#: nodes.
+#: Number of nodes for people, per square root of a participant's number of answers; minimum and
+#: maximum number; and extent of the nodes in standard deviations. Curves that may be steep need
+#: twice as many nodes.
 NODES, FEWEST_NODES, MOST_NODES, OUTERMOST = 4.0, 21, 161, 4.0
-#: Nodes for a participant's deviations between conditions.
+#: Number of nodes for the deviations between a participant's conditions.
 INNER_NODES = 9
-#: Nodes for slopes, which a participant's answers hardly determine. With one standard deviation
-#: between nodes, estimates differ from those with 41 nodes by less than 0.1 of a standard error.
+#: Nodes for slopes. A participant's answers hardly determine the slope, so nodes one standard
+#: deviation apart are enough: with 41 nodes, estimates change by less than 0.1 standard errors.
 OF_SLOPES = even(7, 3.0)
 #: Largest standard deviation of log slopes between people.
 MOST_UNLIKE = 1.5
-#: Initial lapse rates, because the likelihood can have a peak for each; and the initial rise of the
-#: curve, in standard deviations of the levels.
+#: Initial lapse rates (the likelihood can have a peak near each of them), and initial rise of the
+#: curve in standard deviations of the levels.
 LAPSES, WIDTHS = (0.005, 0.03, 0.1), (3.0, 1.5, 0.8)
 
 
@@ -68,13 +69,13 @@ class Trials:
     person, condition : int array, shape (rows,)
         Indices, counted from 0.
     design : array, shape (rows, coefficients)
-        Design matrix of the thresholds; constant within each condition of a person.
+        Design matrix of the thresholds; its rows are equal within a person's condition.
     u : array, shape (rows,)
         Coordinates of the levels; `psychometric_fit.FAR_BELOW` for 0 on a logarithmic axis.
     yes, n : array, shape (rows,)
-        Number of correct (or "yes") answers, and of all answers.
+        Numbers of correct (or "yes") answers and of all answers.
     catch_right, catch_wrong : int
-        Number of correct and wrong catch trials, over all participants.
+        Numbers of correctly and wrongly answered catch trials, over all participants.
     """
 
     person: NDArray[np.intp]
@@ -98,7 +99,7 @@ class HierarchicalFit:
     start : array, optional
         Starting point of the search, if an approximate maximum is known.
     slopes_differ : bool
-        Whether people differ in slope; used with one condition.
+        Whether slopes differ between people. Ignored with several conditions.
     """
 
     def __init__(
@@ -156,7 +157,7 @@ class HierarchicalFit:
         self.best = self._best() if start is None else self._fitted.fit(start)
 
     def _best(self) -> Maximum:
-        """Return the best maximum over all initial lapse rates, with a shared slope."""
+        """Return the highest of the maxima found from several starting points."""
         if self.slopes_differ:
             shared = HierarchicalFit(self.model, self.trials, slopes_differ=False)
             return self._fitted.fit(shared.best.theta)
@@ -185,7 +186,7 @@ class HierarchicalFit:
         return right * np.log1p(-lapse) + wrong * np.log(lapse), gradient
 
     def _predict(self, theta: Array, outer: Array, inner: Array) -> Prediction:
-        """Return log probabilities of correct and wrong answers, (kinds, outer, inner)."""
+        """Return log probabilities of correct and wrong answers, shape (kinds, outer, inner)."""
         model, (of_person, of_slope) = self.model, outer
         steep = np.exp(theta[self.slope] + theta[self.unlike] * of_slope)
         middle = self._design @ theta[: self.coefficients]
@@ -219,12 +220,13 @@ class HierarchicalFit:
         return self._centre + self._scale * np.asarray(coefficient, float)
 
     def interval(self, place: int, df: int, confidence: float) -> Interval:
-        """Return a parameter with its profile-likelihood interval, in the fit's internal units.
+        """Return a parameter and its profile-likelihood interval, in the fit's internal units.
 
         Parameters
         ----------
         place : int
-            Index of a coefficient, or ``slope`` (its natural logarithm).
+            Index of the parameter: a coefficient, or ``slope`` for the natural logarithm of the
+            slope.
         df : int
             Degrees of freedom between people.
         """
@@ -232,7 +234,7 @@ class HierarchicalFit:
         return self._fitted.profile(self.best, place, fall)
 
     def p(self, coefficient: int, df: int) -> float:
-        """Return the p-value for a coefficient of 0, from the t-based interval that ends at 0."""
+        """Return the p-value of a coefficient: 1 minus the level of the interval that ends at 0."""
         from scipy import stats  # noqa: PLC0415 - takes half a second to import
 
         fallen = max(self.fallen({coefficient: 0.0}), 0.0)
@@ -240,30 +242,30 @@ class HierarchicalFit:
         return float(2 * stats.t.sf(t, df))
 
     def fallen(self, held: dict[int, float]) -> float:
-        """Return the loss in log likelihood of the best fit with some parameters held fixed."""
+        """Return the drop in log likelihood when some parameters are held fixed."""
         return self.best.log_likelihood - self._fitted.fit(self.best.theta, held).log_likelihood
 
     @property
     def jumps(self) -> bool:
-        """Whether the steepest slope tried is about as likely as the best one."""
+        """Whether the steepest allowed slope is about as likely as the best slope."""
         steepest = self._fitted.bounds[self.slope][1]
         return self.fallen({self.slope: steepest}) < FLAT
 
     def deviations(self) -> Array:
-        """Return each person's deviation from the population's threshold, in coordinates.
+        """Return each person's deviation from the population threshold, in level coordinates.
 
-        Conditional means given the person's answers and the fit. They are shrunk towards 0; the
-        fewer the answers, the stronger the shrinkage.
+        Deviations are conditional means, given the person's answers and the fitted model. They are
+        shrunk towards 0, more strongly for people with fewer answers.
         """
         _, shares = self._fitted.posteriors(self.best.theta)
         return np.asarray(self.sd * (shares @ self._fitted.outer.nodes[0]))
 
     @property
     def sd(self) -> float:
-        """Standard deviation of people's thresholds, in coordinates."""
+        """Standard deviation of people's thresholds, in level coordinates."""
         return self._scale * float(self.best.theta[self.spread])
 
     @property
     def scale(self) -> float:
-        """Number of coordinates per unit of the fit."""
+        """Level coordinates per internal unit of the fit."""
         return self._scale

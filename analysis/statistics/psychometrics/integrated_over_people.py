@@ -1,18 +1,18 @@
-"""Integrate the likelihood of counts over differences between people, and compute profiles.
+"""Maximise a marginal likelihood, integrated over differences between people.
 
-A participant's answers are grouped into kinds (such as a level or a step size), and kinds into
-cells (such as a condition). All kinds of a participant share random effects; the kinds in a cell
-share a further one:
+A participant's answers are grouped into kinds (such as a level or a step size), and kinds are
+grouped into cells (such as a condition). Some random effects are common to all answers of a
+participant; one more is common to the kinds of a cell:
 
     L(participant) = ∑_b w_b ∏_cells ∑_e w_e ∏_kinds p(b, e)^yes (1 - p(b, e))^no
 
-All random effects are standard normal and are summed on evenly spaced grids. If the step is
-smaller than the width of a participant's likelihood, the error is negligible, whereas
-Gauss-Hermite quadrature with few points misses a narrow peak.
+All random effects have a standard normal distribution; the integrals are sums on evenly spaced
+grids. The error is negligible if the step is smaller than the width of a participant's likelihood.
+Gauss-Hermite quadrature with few points would miss a narrow peak.
 
-Confidence intervals use the profile likelihood. The drop in log likelihood at their ends is (n /
-2) log(1 + t² / df), which reproduces the t interval exactly for a normal sample. With few people,
-intervals are therefore no narrower than those of a t test.
+Confidence intervals use the profile likelihood: at their ends, the log likelihood is (n / 2) log(1
++ t² / df) below its maximum. For a normal sample, this reproduces the t interval exactly, so
+intervals from few people are no narrower than the intervals of a t test.
 """
 
 from __future__ import annotations
@@ -30,11 +30,12 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Grids for random effects extend this many standard deviations from 0 by default.
+#: Default extent of the grids for random effects, in standard deviations from 0.
 FARTHEST_NODE = 5.0
-#: If the log likelihood falls by less than this up to the edge of the search, it has no maximum.
+#: If the log likelihood drops by less than this before the edge of the search, there is no maximum.
 FLAT = 1e-3
-#: Relative accuracy of an interval's end (distance from the maximum), and maximum number of fits.
+#: Accuracy of an interval's end, relative to its distance from the maximum, and largest number of
+#: fits.
 PRECISION, MOST_FITS = 1e-3, 30
 #: Initial distance from the maximum when searching for an interval's end, in the model's units.
 FIRST_STEP = 0.3
@@ -43,10 +44,10 @@ AWAY_FROM_ZERO = 0.3
 
 
 class Prediction(NamedTuple):
-    """Log probabilities of yes and no, (kinds, outer nodes, inner nodes), and their derivatives.
+    """Log probabilities of yes and no, shape (kinds, outer nodes, inner nodes), and derivatives.
 
-    ``gradient`` returns the gradient of the log likelihood, given the weight of each yes and each
-    no.
+    ``gradient`` returns the gradient of the log likelihood, given the weights of the yes and no
+    answers.
     """
 
     log_yes: Array
@@ -55,7 +56,7 @@ class Prediction(NamedTuple):
 
 
 class Predict(Protocol):
-    """A model's predictions of answers, given parameters and nodes of the random effects."""
+    """A function that predicts answers from parameters and from nodes of the random effects."""
 
     def __call__(self, theta: Array, outer: Array, inner: Array) -> Prediction:
         """Return the prediction; ``outer`` has shape (effects, nodes, 1), ``inner`` (nodes,)."""
@@ -69,9 +70,9 @@ class Counted:
     ----------
     yes, no : array, shape (people, kinds)
     cells : int array, shape (kinds,)
-        The cell of each kind, from 0.
+        Index of each kind's cell, from 0.
     times : array, shape (people,)
-        How often each row of counts occurs.
+        Number of people with each row of counts.
     """
 
     yes: Array
@@ -86,7 +87,7 @@ class Counted:
 
 
 class Maximum(NamedTuple):
-    """A likelihood's maximum: its location, and the log likelihood there with its gradient."""
+    """The location of a likelihood's maximum, with the log likelihood and its gradient there."""
 
     theta: Array
     log_likelihood: float
@@ -94,7 +95,7 @@ class Maximum(NamedTuple):
 
 
 class Interval(NamedTuple):
-    """A parameter's estimate (None if the likelihood has no maximum) and the interval's ends."""
+    """A parameter's estimate (None if there is no maximum) and the ends of its interval."""
 
     value: float | None
     low: float
@@ -102,7 +103,7 @@ class Interval(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """Nodes of standard normal variables, (effects, nodes), and the logarithms of their weights."""
+    """Nodes of standard normal variables, shape (effects, nodes), and their log weights."""
 
     nodes: Array
     log_weights: Array
@@ -116,7 +117,7 @@ class Grid(NamedTuple):
         )
 
 
-#: Placeholder for an effect that is left out.
+#: Grid for an effect that the model omits.
 NO_EFFECT = Grid(np.zeros((1, 1)), np.zeros(1))
 
 
@@ -127,7 +128,7 @@ def even(count: int, farthest: float = FARTHEST_NODE) -> Grid:
 
 
 def students_fall(people: int, df: int, confidence: float) -> float:
-    """Return the drop in log likelihood at the ends of an interval (see the module)."""
+    """Return the drop in log likelihood that defines the ends of an interval."""
     from scipy import stats  # noqa: PLC0415 - takes half a second to import
 
     t = float(stats.t.ppf((1 + confidence) / 2, df))
@@ -148,7 +149,7 @@ class IntegratedModel:
     outer, inner : Grid
         Grids for a participant's effects, and for the effect of a cell.
     more : callable, optional
-        Returns the log likelihood of answers without random effects, and its gradient.
+        Returns the log likelihood of further answers without random effects, and its gradient.
     """
 
     def __init__(
@@ -169,7 +170,7 @@ class IntegratedModel:
         self._cells = [np.flatnonzero(counted.cells == c) for c in np.unique(counted.cells)]
 
     def posteriors(self, theta: Array) -> tuple[Array, Array]:
-        """Return each row's log likelihood, and its probabilities of the outer nodes."""
+        """Return each row's log likelihood, and the posterior probabilities of the outer nodes."""
         told = self._predicted(theta)
         logs, shares, _ = self._integrated(told)
         return logs, shares
@@ -178,7 +179,7 @@ class IntegratedModel:
         return self.predict(theta, self.outer.nodes[:, :, None], self.inner.nodes[0])
 
     def _integrated(self, told: Prediction) -> tuple[Array, Array, list[Array]]:
-        """Return log likelihoods, probabilities of outer nodes and, by cell, of inner nodes."""
+        """Return log likelihoods, and probabilities of the outer and of each cell's inner nodes."""
         total = self.outer.log_weights
         within = []
         for kinds in self._cells:
@@ -208,7 +209,7 @@ class IntegratedModel:
         return -value, -gradient
 
     def fit(self, start: Array, held: Mapping[int, float] | None = None) -> Maximum:
-        """Return the maximum, with some parameters held fixed."""
+        """Return the maximum of the likelihood, optionally with some parameters held fixed."""
         from scipy import optimize  # noqa: PLC0415
 
         bounds, start = list(self.bounds), np.array(start, float)
@@ -221,22 +222,22 @@ class IntegratedModel:
         return Maximum(np.asarray(found.x), -float(found.fun), -np.asarray(found.jac))
 
     def profile(self, best: Maximum, place: int, fall: float) -> Interval:
-        """Return a parameter with the ends of its interval.
+        """Return a parameter's estimate with the ends of its interval.
 
         Parameters
         ----------
         best : Maximum
-            Result of `fit` with nothing held.
+            Result of `fit` without fixed parameters.
         fall : float
-            Drop in log likelihood, such as `students_fall` returns.
+            Drop in log likelihood at the ends, such as the result of `students_fall`.
         """
         ends: list[float] = []
         flat = False
         for edge in self.bounds[place]:
             end, likeliest, level = self._end(best, place, edge, fall)
             if likeliest.log_likelihood > best.log_likelihood + FLAT:
-                # With the parameter held at another value, the search may get further than the free
-                # one, which may even return to the lower maximum.
+                # A search with the parameter held at another value can find a higher maximum than
+                # the free search, which may even return to the lower one.
                 freed = self.fit(likeliest.theta)
                 higher = max(likeliest, freed, key=lambda each: each.log_likelihood)
                 return self.profile(higher, place, fall)
@@ -247,19 +248,19 @@ class IntegratedModel:
     def _end(
         self, best: Maximum, place: int, edge: float, fall: float
     ) -> tuple[float, Maximum, bool]:
-        """Search outwards for the point at which the profile likelihood has fallen by ``fall``.
+        """Search outwards for the point at which the profile log likelihood is down by ``fall``.
 
-        The square root of the fall is nearly linear in the parameter, so few Newton steps are
-        needed.
+        The square root of the drop is nearly linear in the parameter, so a few Newton steps are
+        enough.
 
         Returns
         -------
         end : float
-            Infinite if the profile falls by less up to the edge.
+            Infinite if the drop is smaller than ``fall`` up to the edge of the search.
         likeliest : Maximum
             Best fit found during the search.
         flat : bool
-            Whether the profile does not fall at all up to the edge.
+            Whether the profile is flat up to the edge.
         """
         root, inside, outside = (2 * fall) ** 0.5, float(best.theta[place]), edge
         reached, likeliest, start = False, best, best

@@ -1,17 +1,17 @@
-"""Estimate threshold and slope from a posterior that integrates over all other parameters.
+"""Estimate threshold and slope from their marginal posterior distributions.
 
-The parameters are those of `psychometric_fit`, on a grid. The priors are:
+The posterior is computed on a grid of the parameters of `psychometric_fit`. The priors are:
 
-- threshold: uniform in its coordinate, extending one range of levels beyond the outermost levels;
+- threshold: uniform in its coordinate, up to one range of the levels beyond the outermost levels;
 - slope: log-normal with standard deviation `SLOPE_SD`. For a logarithmic curve, the median is
   `USUAL_SLOPE`, which lies between 1.3 (d' proportional to the level) and 3.5 (contrast detection,
-  Watson and Pelli 1983, Percept. Psychophys. 33, 113-120). For other curves, the median slope
-  rises from 5 to 95 % over the range of levels;
+  Watson and Pelli 1983, Percept. Psychophys. 33, 113-120). For other curves, the curve with the
+  median slope rises from 5 to 95 % over the range of levels;
 - lapse rate: uniform up to its bound (Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313);
   a free guess rate is uniform up to its own bound.
 
-The levels may depend on earlier answers, because a posterior is not affected by how levels were
-chosen. For the coverage of the intervals, see ``docs/validation/measured/statistics.md``.
+Levels may depend on earlier answers, because the posterior does not depend on how they were chosen.
+For the intervals' coverage, see ``docs/validation/measured/statistics.md``.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 
 USUAL_SLOPE = 2.0
 SLOPE_SD = 0.6
-#: Slopes further than this many standard deviations from the usual one are ignored.
+#: Slopes more than this many standard deviations from the prior's median are ignored.
 SLOPE_SDS = 3.5
-#: Numbers of threshold and slope values on the first, coarse grid, which locates the posterior, and
-#: on the second grid.
+#: Numbers of threshold and slope values on the coarse grid, which locates the posterior, and on the
+#: fine grid.
 COARSE, FINE = (60, 30), (100, 40)
 LAPSES, GUESSES = 8, 10
-#: Probability omitted at either end of the coarse grid: too small to change any interval.
+#: Probability omitted at each end of the coarse grid; it is too small to change an interval.
 TAIL = 1e-5
 
 
@@ -46,7 +46,8 @@ class Marginals:
     Parameters
     ----------
     threshold, log_slope : array, shape (3,)
-        Median, lower end and upper end; in coordinates of the curve and in natural logarithms.
+        Median, lower end and upper end: the threshold as a coordinate of the curve, the slope as a
+        natural logarithm.
     lapse, guess : float
         Posterior means.
     """
@@ -103,14 +104,14 @@ def marginals(model: Model, counts: Counts, confidence: float) -> Marginals:
 
 
 def _middles(low: float, high: float, parts: int) -> Array:
-    """Return the midpoints of equal parts of a range; a single value if its width is zero."""
+    """Return the midpoints of equal parts of a range, or a single value if the range is empty."""
     if low >= high:
         return np.array([low])
     return np.asarray(low + (high - low) * (np.arange(parts) + 0.5) / parts)
 
 
 def _where(values: Array, weights: Array, points: int) -> Array:
-    """Return a finer grid over the part of a coarse grid that has non-negligible probability."""
+    """Return a finer grid for the part of a coarse grid with non-negligible probability."""
     below = np.cumsum(weights)
     first = max(int(np.searchsorted(below, TAIL)) - 1, 0)
     last = min(int(np.searchsorted(below, 1 - TAIL)) + 1, len(values) - 1)

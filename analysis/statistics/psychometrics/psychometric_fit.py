@@ -1,8 +1,8 @@
 """Fit psychometric functions by maximum likelihood, for many data sets at once.
 
-Uses Fisher scoring with Levenberg damping and keeps each parameter within its bounds. Each NumPy
-pass updates all data sets, so intervals, Monte Carlo tests and simulations cost little more than
-one fit. To fit a single participant, use `thresholds`.
+The search uses Fisher scoring with Levenberg damping and keeps each parameter within its bounds.
+All data sets are updated together, so intervals, Monte Carlo tests and simulations take little more
+time than one fit. To fit a single participant, use `thresholds`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 Guess = Literal["fixed", "free", "equal to lapse"]
 
-#: Columns of a parameter array: coordinate of the threshold, natural logarithm of the slope.
+#: Columns of a parameter array. The threshold is a coordinate, the slope a natural logarithm.
 THRESHOLD, LOG_SLOPE, LAPSE, GUESS = range(4)
 #: Probabilities are kept this far from 0 and 1, so that logarithms are finite.
 EDGE = 1e-9
@@ -29,11 +29,11 @@ FAR_BELOW = -1e6
 #: Upper bound of a free guess rate.
 LARGEST_GUESS = 0.5
 ITERATIONS = 200
-#: Smaller gains of log likelihood count as none.
+#: Gains in log likelihood below this value are ignored.
 TOLERANCE = 1e-9
-#: Damping at which the search stops: even shorter steps would not improve the fit.
+#: Damping at which the search stops, because shorter steps would not improve the fit.
 MOST_DAMPING = 1e10
-#: The end of an interval is searched on a grid of this many values, refined this many times: the
+#: Number of grid values, and number of refinements, in the search for an interval's end. The
 #: resolution is 1/65,000 of the range.
 SECTIONS, ROUNDS = 16, 4
 
@@ -47,7 +47,7 @@ class Counts:
     u : array, shape (sets, levels)
         Coordinates of the levels; see `coordinates`.
     correct, trials : array, shape (sets, levels)
-        Correct answers and all answers; levels without answers are ignored.
+        Numbers of correct answers and of all answers; levels without answers are ignored.
     """
 
     u: Array
@@ -55,7 +55,7 @@ class Counts:
     trials: Array
 
     def __getitem__(self, sets: npt.NDArray[np.intp]) -> Counts:
-        """Return some of the data sets."""
+        """Return a selection of the data sets."""
         return Counts(self.u[sets], self.correct[sets], self.trials[sets])
 
     def log_likelihood(self, proportion: Array) -> Array:
@@ -67,13 +67,13 @@ class Counts:
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """Search ranges of the parameters, each of shape (sets, 4)."""
+    """Lower and upper bounds of the parameters, each of shape (sets, 4)."""
 
     low: Array
     high: Array
 
     def __getitem__(self, sets: npt.NDArray[np.intp]) -> Bounds:
-        """Return the bounds of some of the data sets."""
+        """Return the bounds for a selection of the data sets."""
         return Bounds(self.low[sets], self.high[sets])
 
 
@@ -88,7 +88,7 @@ class Model:
     share : float
         Value of the curve at the threshold, before guesses and lapses.
     guess : {"fixed", "free", "equal to lapse"}
-        Lower asymptote.
+        How the lower asymptote is determined.
     guess_rate : float
         Value of the lower asymptote if it is fixed.
     largest_lapse : float
@@ -108,12 +108,12 @@ class Model:
 
     @property
     def spread(self) -> float:
-        """Difference between the curve's arguments at 95 and 5 %."""
+        """Difference between the curve's arguments at 5 % and 95 %."""
         low, high = self.curve.inverse(np.array([0.05, 0.95]))
         return float(high - low)
 
     def proportion(self, theta: Array, u: Array) -> Array:
-        """Return the proportion correct, shape (sets, levels), for parameters as in `fit`."""
+        """Return the proportion correct, shape (sets, levels); for ``theta``, see `Fits`."""
         return self._with_share(theta, u)[0]
 
     def _with_share(self, theta: Array, u: Array) -> tuple[Array, Array, Array]:
@@ -123,7 +123,7 @@ class Model:
         return guess + (1 - guess - theta[:, [LAPSE]]) * share, share, z
 
     def with_gradient(self, theta: Array, u: Array) -> tuple[Array, Array]:
-        """Return proportions (sets, levels) and their gradients (sets, levels, 4)."""
+        """Return proportions, shape (sets, levels), and gradients, shape (sets, levels, 4)."""
         proportion, share, z = self._with_share(theta, u)
         equal = self.guess == "equal to lapse"
         guess = theta[:, [LAPSE if equal else GUESS]]
@@ -159,7 +159,7 @@ class Fits:
     bounds: Bounds
 
     def at_bound(self, parameter: int) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-        """Return whether a parameter is at its lower and upper bounds, each of shape (sets,)."""
+        """Return whether a parameter is at its lower or its upper bound, each of shape (sets,)."""
         value = self.theta[:, parameter]
         low, high = self.bounds.low[:, parameter], self.bounds.high[:, parameter]
         near = 1e-6 * (high - low)
@@ -167,15 +167,15 @@ class Fits:
 
 
 def coordinates(curve: Curve, levels_um_pp: Array) -> Array:
-    """Return finite level coordinates; 0 on a logarithmic axis is placed far below the others."""
+    """Return finite level coordinates; on a logarithmic axis, 0 maps to `FAR_BELOW`."""
     return np.maximum(curve.coordinate(levels_um_pp), FAR_BELOW)
 
 
 def search_bounds(model: Model, u: Array) -> Bounds:
     """Return the search ranges of parameters.
 
-    Thresholds may lie outside the levels by up to the width of their range. Slopes extend from a
-    rise over twenty ranges to a rise over one tenth of the distance between the closest levels.
+    Thresholds may lie up to one range of the levels outside the levels. The shallowest curve rises
+    over twenty ranges, the steepest over one tenth of the distance between the closest levels.
     """
     seen = np.where(u > FAR_BELOW, u, np.nan)
     bottom, top = np.nanmin(seen, axis=1), np.nanmax(seen, axis=1)
@@ -209,8 +209,8 @@ def fit(model: Model, counts: Counts, bounds: Bounds | None = None) -> Fits:
         Search ranges; equal bounds hold a parameter fixed. Default: `search_bounds`.
     """
     bounds = search_bounds(model, counts.u) if bounds is None else bounds
-    # Two starting points: the lapse rate explains errors at high levels, or it does not. The
-    # likelihood can have a peak for each. Both climb in one pass.
+    # The likelihood can have two peaks: one at which lapses explain the errors at high levels, and
+    # one at which they do not. The search therefore starts from two points.
     lapses = (0.0, model.largest_lapse)
     start = np.concatenate([_start(model, counts, bounds, lapse) for lapse in lapses])
     twice = np.tile(np.arange(len(counts.u)), 2)
@@ -227,21 +227,21 @@ def fit(model: Model, counts: Counts, bounds: Bounds | None = None) -> Fits:
 def profile(
     model: Model, counts: Counts, fits: Fits, parameter: int, *, drop: float
 ) -> tuple[Array, Array]:
-    """Return where the profile likelihood has fallen by a given amount.
+    """Return the parameter values at which the profile log likelihood is down by ``drop``.
 
     Parameters
     ----------
     parameter : int
         `THRESHOLD` or `LOG_SLOPE`.
     drop : float
-        Drop in log likelihood: half a chi-square quantile for an interval.
+        Drop in log likelihood; for a confidence interval, half a chi-square quantile.
 
     Returns
     -------
     tuple of arrays, each of shape (sets,)
         Lower and upper ends; infinite if the drop is not reached within the bounds.
     """
-    # Each set twice: its lower end, then its upper one.
+    # Each set occurs twice: once for the lower end, once for the upper end.
     sets = np.tile(np.arange(len(fits.theta)), 2)
     rows = np.arange(len(sets))
 
@@ -270,14 +270,14 @@ def profile(
 
 
 def _start(model: Model, counts: Counts, bounds: Bounds, lapse: float) -> Array:
-    """Return the best parameters of a coarse grid, shape (sets, 4).
+    """Return the most likely parameters on a coarse grid, shape (sets, 4).
 
-    If a curve gives an observed answer a probability of 0, its gradient does not lead to a better
-    curve, so the grid starts with shallow curves.
+    The grid starts with shallow curves: if a curve gives an observed answer a probability of 0, its
+    gradient does not lead to a better curve.
     """
     sets = len(counts.u)
-    # Data sets simulated from one model differ only in their answers, so one curve of each kind
-    # is enough.
+    # Data sets simulated from one model have the same levels and bounds, so the curves are computed
+    # once.
     alike = all(np.all(each == each[:1]) for each in (counts.u, bounds.low, bounds.high))
     u, bounds = (counts.u[:1], bounds[np.arange(1)]) if alike else (counts.u, bounds)
     seen = np.where(u > FAR_BELOW, u, np.nan)
@@ -328,7 +328,7 @@ def _climb(model: Model, counts: Counts, start: Array, bounds: Bounds) -> Fits:
 
 
 def _step(model: Model, counts: Counts, theta: Array, bounds: Bounds, damping: Array) -> Array:
-    """Return a damped step of Fisher scoring, projected onto the bounds if it leaves them."""
+    """Return a damped Fisher-scoring step, projected onto the bounds."""
     p, gradient = model.with_gradient(theta, counts.u)
     p = np.clip(p, EDGE, 1 - EDGE)
     weight = 1 / (p * (1 - p))
@@ -339,8 +339,8 @@ def _step(model: Model, counts: Counts, theta: Array, bounds: Bounds, damping: A
     score = np.where(held, 0.0, score)
     information = np.where(held[:, :, None] | held[:, None, :], 0.0, information)
     diagonal = np.einsum("spp->sp", information)
-    # A parameter that is held fixed or not determined by the data has a row of zeros: a 1 keeps the
-    # system solvable.
+    # A parameter that is held fixed or not determined by the data has a row of zeros; a 1 on the
+    # diagonal keeps the system solvable.
     ridge = np.where(diagonal > 0, damping[:, None] * diagonal, 1.0) + EDGE
     information[:, range(4), range(4)] += ridge
     return np.asarray(np.linalg.solve(information, score[:, :, None])[:, :, 0])

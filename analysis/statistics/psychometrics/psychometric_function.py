@@ -1,4 +1,4 @@
-"""Represent a fitted psychometric function and the answers it was fitted to.
+"""Represent a fitted psychometric function, and the answers used for the fit.
 
 Levels are in µm peak to peak: an amplitude (detection) or a difference between amplitudes
 (discrimination).
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Method:
-    """The properties of a question that determine its psychometric function.
+    """The constraints that a question places on the lower asymptote.
 
     Parameters
     ----------
     guess : {"fixed", "free", "equal to lapse"}
-        Constraint on the lower asymptote.
+        How the lower asymptote is determined.
     guess_rate : float
         Value of the lower asymptote if it is fixed.
     """
@@ -42,9 +42,9 @@ class Method:
 METHODS: dict[str, Method] = {
     "two_interval": Method(guess="fixed", guess_rate=1 / 2),
     "three_interval": Method(guess="fixed", guess_rate=1 / 3),
-    # "Was there a vibration?": the rate of "yes" without a vibration depends on the participant.
+    # For "Was there a vibration?", the rate of false alarms depends on the participant.
     "yes_no": Method(guess="free", guess_rate=0.0),
-    # "Is the second more slippery?": a lapse gives either answer.
+    # For "Is the second more slippery?", a lapse can produce either answer.
     "comparison": Method(guess="equal to lapse", guess_rate=0.0),
 }
 
@@ -56,14 +56,14 @@ class Answers:
     Parameters
     ----------
     levels_um_pp : array, shape (levels,)
-        µm peak to peak, ascending.
+        Levels in µm peak to peak, ascending.
     correct, trials : array, shape (levels,)
-        Number of correct (or "yes") answers, and of all answers.
+        Numbers of correct (or "yes") answers and of all answers.
 
     Raises
     ------
     UserError
-        If lengths differ, levels are not ascending, or counts are impossible.
+        If the lengths differ, the levels are not ascending, or a count is impossible.
     """
 
     levels_um_pp: Array
@@ -84,7 +84,7 @@ class Answers:
 
     @classmethod
     def of_trials(cls, levels_um_pp: Sequence[float], correct: Sequence[bool]) -> Answers:
-        """Return answers counted from single trials, such as those of an adaptive track."""
+        """Count the answers of single trials, such as the trials of an adaptive track."""
         levels, place = np.unique(np.asarray(levels_um_pp, float), return_inverse=True)
         return cls(
             levels_um_pp=levels,
@@ -95,14 +95,14 @@ class Answers:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """A value with its interval, in the unit given by the field name."""
+    """An estimate with its interval, in the unit stated by the name of the field that holds it."""
 
     value: float
     interval: ConfidenceInterval
 
 
 def estimate(value_and_ends: Array, confidence: float) -> Estimate:
-    """Return an estimate from a value and the lower and upper end of its interval."""
+    """Return an estimate, given a value and the lower and upper ends of its interval."""
     value, low, high = (float(number) for number in value_and_ends)
     return Estimate(value=value, interval=ConfidenceInterval(low, high, confidence))
 
@@ -120,14 +120,14 @@ class PsychometricFunction:
     share : float
         Value of the curve at the threshold, before guesses and lapses.
     threshold_um_pp : Estimate
-        In µm peak to peak; an end that the data do not determine is infinite, or 0 for a
-        logarithmic curve.
+        Threshold in µm peak to peak. An end of the interval that the data do not determine is
+        infinite, or 0 for a logarithmic curve.
     slope : Estimate or NotComputed
-        Slope of the curve's argument: per µm, or dimensionless for a logarithmic curve.
+        Slope of the curve's argument, per µm; dimensionless for a logarithmic curve.
     lapse, guess : float
         1 minus the upper asymptote, and the lower asymptote.
     slope_value : float
-        The slope, even if it is only the steepest slope tried.
+        The slope, even if the data do not determine it.
     trials, levels : int
         Numbers of trials and levels.
     """
@@ -153,7 +153,7 @@ class PsychometricFunction:
         return np.asarray(self.guess + (1 - self.guess - self.lapse) * curve.distribution(z))
 
     def level_um_pp(self, proportion: float) -> float:
-        """Return the level that gives a proportion correct: the inverse of `proportion`.
+        """Return the level at which a given proportion of answers is correct.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Estimate a participant's threshold and slope with intervals, by either of two methods.
+"""Estimate a participant's threshold and slope by maximum likelihood or from a posterior.
 
 Levels are in µm peak to peak: an amplitude (detection) or a difference between amplitudes
 (discrimination). For definitions and measured performance, see ``docs/explanation/thresholds.md``.
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 #: Upper bound of the lapse rate (Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313).
 LARGEST_LAPSE = 0.06
-#: A negligible drop in log likelihood.
+#: Drops in log likelihood below this value are negligible.
 NO_LESS_LIKELY = 1e-3
 #: A slope is undetermined if the ratio of its interval's ends exceeds this factor.
 WIDEST = 20.0
@@ -54,10 +54,10 @@ def fit_threshold(
     method, curve : str
         Keys of `METHODS` and `CURVES`.
     share : float
-        Position of the threshold on the curve before guesses and lapses: 0.5 is half-way between
-        the asymptotes (75 % correct with two intervals and no lapses).
+        Value of the curve at the threshold, before guesses and lapses. A value of 0.5 is halfway
+        between the asymptotes (75 % correct with two intervals and no lapses).
     largest_lapse : float
-        Upper bound of the lapse rate; 0 for none.
+        Upper bound of the lapse rate; 0 excludes lapses.
 
     Raises
     ------
@@ -98,20 +98,20 @@ def fit_threshold(
 def threshold_values(
     people: Sequence[Answers], *, method: str, curve: str, half_width: bool = False
 ) -> Array:
-    """Return many people's thresholds at once, in µm peak to peak, as `fit_threshold` would.
+    """Return the thresholds of many people, in µm peak to peak, as `fit_threshold` does for one.
 
-    Intervals are not computed, so thousands of thresholds take a second.
+    Without intervals, the computation takes a second for thousands of thresholds.
 
     Parameters
     ----------
     half_width : bool
-        Return half the distance between the curve's 25 and 75 % points instead of the threshold;
-        the curve must be a function of the amplitude, not of its logarithm.
+        If True, return half the distance between the curve's 25 % and 75 % points instead of the
+        threshold. The curve must be a function of the amplitude, not of its logarithm.
 
     Returns
     -------
     array, shape (people,)
-        NaN if `fit_threshold` finds none.
+        NaN for people without a threshold.
     """
     model = model_of(method, curve, 0.5, LARGEST_LAPSE)
     found = np.full(len(people), np.nan)
@@ -134,7 +134,7 @@ def threshold_values(
 
 
 def side_by_side(sets: Sequence[Counts]) -> Counts:
-    """Combine data sets; shorter ones are padded with their last level, without answers."""
+    """Combine data sets, padding shorter ones with copies of the last level without answers."""
     longest = max(each.u.shape[1] for each in sets)
 
     def padded(values: Array, *, repeat: bool) -> Array:
@@ -159,8 +159,8 @@ def fit_threshold_by_posterior(
     """Fit a psychometric function using posterior medians and equal-tailed credible intervals.
 
     For the priors, see `slipscale.analysis.statistics.psychometrics.posterior`. Parameters and
-    errors are those of `fit_threshold`. If `fit_threshold` finds no threshold, neither does this
-    function.
+    errors are the same as in `fit_threshold`. If `fit_threshold` finds no threshold, this function
+    returns the same reason.
     """
     model = model_of(method, curve, share, LARGEST_LAPSE)
     likeliest = _likeliest(answers, model)
@@ -184,7 +184,7 @@ def fit_threshold_by_posterior(
 
 
 def model_of(method: str, curve: str, share: float, largest_lapse: float) -> Model:
-    """Return the model to fit, after checking its choices."""
+    """Return the model to fit; raise `UserError` if an argument is invalid."""
     if method not in METHODS:
         raise UserError(f"method is {method!r}, expected one of {', '.join(METHODS)}")
     if curve not in CURVES:
@@ -204,7 +204,7 @@ def model_of(method: str, curve: str, share: float, largest_lapse: float) -> Mod
 
 
 def counts_of(answers: Answers, model: Model) -> Counts:
-    """Return the answers as one data set of `psychometric_fit`."""
+    """Return the answers as one data set for `psychometric_fit`."""
     u = likelihood.coordinates(model.curve, answers.levels_um_pp)
     return Counts(u[None], answers.correct[None], answers.trials[None])
 
@@ -228,7 +228,7 @@ def _too_little(answers: Answers, model: Model) -> str | None:
             f"{model.curve.title}"
         )
     apart = int((model.curve.coordinate(answers.levels_um_pp) > likelihood.FAR_BELOW).sum())
-    if apart < 2:  # noqa: PLR2004 - a curve rises between two
+    if apart < 2:  # noqa: PLR2004 - a curve rises between two levels
         return few("levels above 0" if model.curve.logarithmic else "levels", apart, 2)
     if answers.correct.sum() in {0, answers.trials.sum()}:
         return "every answer is the same, so no curve can be fitted"
@@ -236,7 +236,7 @@ def _too_little(answers: Answers, model: Model) -> str | None:
 
 
 def _slope(value_and_ends: Array, answers: Answers, confidence: float) -> Estimate | NotComputed:
-    """Return a slope, unless its interval shows that the answers do not determine it."""
+    """Return the slope, or a reason if its interval shows that the answers do not determine it."""
     value, low, high = value_and_ends
     if not low < value < high or high > WIDEST * low:
         return NotComputed(f"{answers.trials.sum():.0f} trials do not determine the slope")
@@ -244,7 +244,7 @@ def _slope(value_and_ends: Array, answers: Answers, confidence: float) -> Estima
 
 
 def _jumps(model: Model, counts: Counts, found: likelihood.Fits) -> NDArray[np.bool_]:
-    """Return for each set whether the steepest slope tried is about as likely as the best one."""
+    """Return for each set whether the steepest allowed slope is about as likely as the best."""
     steepest = likelihood.Bounds(found.bounds.low.copy(), found.bounds.high)
     steepest.low[:, likelihood.LOG_SLOPE] = found.bounds.high[:, likelihood.LOG_SLOPE]
     held = likelihood.fit(model, counts, steepest)
@@ -252,7 +252,7 @@ def _jumps(model: Model, counts: Counts, found: likelihood.Fits) -> NDArray[np.b
 
 
 def _half_chi_square(confidence: float) -> float:
-    """Return the drop in log likelihood from the peak to an interval's ends."""
+    """Return the drop in log likelihood at the ends of a confidence interval."""
     from scipy import stats  # noqa: PLC0415 - takes half a second to import
 
     return float(stats.chi2.ppf(confidence, 1)) / 2

@@ -1,1 +1,1 @@
-"""Tests of repeated measures: all levels at once, two factors, and pairs of levels."""
+"""Tests for repeated measures: overall tests, two-factor tests and pairwise comparisons."""

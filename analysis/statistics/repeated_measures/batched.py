@@ -1,4 +1,4 @@
-"""Apply the report's tests to thousands of tables of participants at once.
+"""Apply the report's tests to thousands of simulated tables at once.
 
 A table has one row per participant and one column per stimulus. Unless stated otherwise, a
 function takes an array of tables, shape (tables, participants, columns), and returns one value per
@@ -31,15 +31,15 @@ def repeated_measures_f(tables: Array) -> Array:
     participants = k * (x.mean(axis=2) ** 2).sum(axis=1)
     total = (x**2).sum(axis=(1, 2))
     error = total - between - participants
-    # A rounding residue in place of a zero error counts as zero.
+    # An error within rounding of zero counts as zero.
     error = np.where(error > 1e-12 * total, error, 0.0)
     return _ratio(between * (n - 1), error, _limit(between))
 
 
 def interactions(tables: Array) -> Array:
-    """Return what remains of cell means without the main effects of two factors.
+    """Remove the main effects of two factors from cell means.
 
-    `repeated_measures_f` and `greenhouse_geisser` of the result test the interaction.
+    To test the interaction, pass the result to `repeated_measures_f` and `greenhouse_geisser`.
 
     Parameters
     ----------
@@ -55,9 +55,9 @@ def interactions(tables: Array) -> Array:
 
 
 def greenhouse_geisser(tables: Array, df: int | None = None) -> Array:
-    """Return epsilon, the departure from sphericity (Greenhouse and Geisser, 1959).
+    """Return Greenhouse and Geisser's epsilon (1959), which measures departure from sphericity.
 
-    ``df`` is the effect's degrees of freedom, by default the number of columns minus 1.
+    ``df`` is the effect's degrees of freedom; the default is the number of columns minus 1.
     """
     _, n, k = tables.shape
     x = tables - tables.mean(axis=1, keepdims=True)
@@ -91,8 +91,8 @@ def friedman_p(tables: Array) -> Array:
 def signed_rank_p(differences: Array) -> Array:
     """Return Wilcoxon's two-sided p-value for each row of differences; 1 if all are zero.
 
-    Exact up to the same sample size as the report's test, except with ties: zeros are omitted, and
-    tied absolute differences share their mean rank.
+    Zeros are omitted, and tied absolute differences share their mean rank. Without ties, the
+    p-value is exact up to the same sample size as in the report.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def signed_rank_p(differences: Array) -> Array:
     step = np.where(np.isnan(differences), 0.0, differences)
     up = step > 0
     changed = np.count_nonzero(step, axis=1)
-    # Zeros have the lowest ranks; without them, the other ranks decrease by their number.
+    # Zeros have the lowest ranks, so omitting them lowers every other rank by their number.
     ranks = stats.rankdata(np.abs(step), axis=1) - (step.shape[1] - changed)[:, None]
     rank_sum = np.where(up, ranks, 0.0).sum(axis=1)
     p = np.ones(len(step))
@@ -116,13 +116,13 @@ def signed_rank_p(differences: Array) -> Array:
 
 
 def _exact_p(rank_sum: Array, changed: NDArray[np.int64]) -> Array:
-    """Return the two-sided p-value for sums of positive ranks, given the numbers of differences.
+    """Return exact two-sided p-values for sums of positive ranks, given the numbers of differences.
 
-    A sum that is not a whole number, which results from ties, is rounded to the less extreme
-    neighbour, as in SciPy.
+    Ties can give a sum that is not a whole number; as in SciPy, it is rounded to the less extreme
+    neighbour.
     """
     all_ranks = changed * (changed + 1) // 2
-    # The distribution is symmetrical, so both tails use the lower one.
+    # The distribution is symmetrical, so the upper tail is computed as a lower tail.
     extreme = np.minimum(np.ceil(rank_sum), all_ranks - np.floor(rank_sum)).astype(np.int64)
     return np.asarray(np.minimum(2 * _rank_sums()[changed, extreme], 1.0))
 
@@ -131,8 +131,9 @@ def _exact_p(rank_sum: Array, changed: NDArray[np.int64]) -> Array:
 def _rank_sums() -> Array:
     """Return the distribution of the sum of positive ranks: P(sum <= s) at [n, s].
 
-    Each rank is included in the sum with probability 1/2. The sum of n ranks is therefore the sum
-    of n - 1 ranks, or larger by n (Wilcoxon, 1945, Biometrics Bulletin 1, 80-83).
+    Each rank is positive with probability 1/2. The distribution for n ranks therefore averages the
+    distribution for n - 1 ranks and the same distribution shifted by n (Wilcoxon, 1945, Biometrics
+    Bulletin 1, 80-83).
     """
     most = EXACT_AT_MOST * (EXACT_AT_MOST + 1) // 2
     share = np.zeros((EXACT_AT_MOST + 1, most + 1))
@@ -144,7 +145,7 @@ def _rank_sums() -> Array:
 
 
 def paired_t(tables: Array) -> Array:
-    """Return the paired t for the second column minus the first, for tables with two columns."""
+    """Return the paired t statistic of column 2 minus column 1, for tables with two columns."""
     difference = tables[:, :, 1] - tables[:, :, 0]
     mean, error = difference.mean(axis=1), difference.std(axis=1, ddof=1)
     return _ratio(mean * np.sqrt(tables.shape[1]), error, _limit(mean))
@@ -158,7 +159,7 @@ def exponents(tables: Array, log_amplitude: Sequence[float]) -> Array:
     Returns
     -------
     ndarray, shape (tables, participants)
-        NaN for a participant with fewer than two ratings above zero.
+        NaN for participants with fewer than two ratings above zero.
     """
     y = np.log(tables, out=np.full(tables.shape, np.nan), where=tables > 0)
     return fit_lines(np.asarray(log_amplitude, dtype=np.float64), y).slope
@@ -179,12 +180,12 @@ def sd_of_exponents(tables: Array, log_amplitude: Sequence[float]) -> Array:
 
 
 def _limit(top: Array) -> Array:
-    """Return the limit of top / error as the error vanishes: infinity, or 0 if `top` is 0."""
+    """Return the limit of ``top / error`` for a vanishing error: infinity, or 0 if ``top`` is 0."""
     return np.where(top == 0, 0.0, np.copysign(np.inf, top))
 
 
 def _ratio(top: Array, bottom: Array, otherwise: Array | float) -> Array:
-    """Divide; return `otherwise` if `bottom` is zero."""
+    """Return ``top / bottom``, or ``otherwise`` if ``bottom`` is zero."""
     out = np.broadcast_to(otherwise, top.shape).astype(np.float64)
     found: Array = np.divide(top, bottom, out=out, where=bottom > 0)
     return found

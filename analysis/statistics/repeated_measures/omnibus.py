@@ -1,7 +1,7 @@
 """Test whether estimates differ between amplitudes: ANOVA, Friedman's test and trend tests.
 
-Each test takes a `Prepared` and returns its numbers or `NotComputed`. Constant data, and too few
-participants or conditions, are detected first, because SciPy returns NaN for them.
+Each test takes a `Prepared` and returns its result or `NotComputed`. The tests first check for
+constant data and for too few participants or conditions, because SciPy would return NaN.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
-#: SciPy's p of the Shapiro-Wilk test is not accurate for more values than this.
+#: Largest sample for which SciPy's p-value of the Shapiro-Wilk test is accurate.
 SHAPIRO_AT_MOST = 5000
 
 
@@ -50,13 +50,12 @@ class RmAnova:
     eta2_generalised : float
         Generalised eta squared.
     eta2_generalised_interval : ConfidenceInterval or None
-        Interval for generalised eta squared; None if it is not defined.
+        Interval for generalised eta squared, or None if it is not defined.
     mauchly_w, mauchly_p : float or None
-        Test of sphericity; None for two amplitudes, for which sphericity always holds, and for
-        fewer participants than amplitudes, for which the test is not defined.
+        Mauchly's test of sphericity. None with two amplitudes, because sphericity then always
+        holds, and with fewer participants than amplitudes, because the test is then not defined.
     shapiro_w, shapiro_p : float or None
-        Test of normality of the residuals; None for more values than SciPy's p-value is accurate
-        for.
+        Shapiro-Wilk test of the residuals' normality; None if there are too many values for SciPy.
     n, n_incomplete : int
         Number of participants tested, and of participants without a log estimate at some amplitude.
     amplitudes_um_pp, left_out_um_pp : tuple of float
@@ -93,7 +92,7 @@ class RmAnova:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Friedman:
-    """Friedman's rank test, with Kendall's W as effect size."""
+    """Result of Friedman's rank test, with Kendall's W as effect size."""
 
     chi2: float
     df: int
@@ -105,7 +104,7 @@ class Friedman:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PageTrend:
-    """Page's trend test; ``p`` is one-sided, and ``method`` is the one that SciPy used."""
+    """Result of Page's trend test: a one-sided p-value, and the method that SciPy used."""
 
     L: float
     p: float
@@ -116,12 +115,12 @@ class PageTrend:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinearTrend:
-    """Linear contrast on mean logarithms.
+    """Linear contrast of mean logarithms on amplitude.
 
     Parameters
     ----------
     log_slope_per_um_pp : MeanOverParticipants or NotComputed
-        Change in the natural logarithm per µm peak to peak.
+        Change in the natural logarithm of the estimate per µm peak to peak.
     n, n_incomplete : int
         Number of participants tested, and of participants without a log estimate at some amplitude.
     """
@@ -143,7 +142,7 @@ class LinearTrend:
 def lacking(
     table: pd.DataFrame, conditions: int = 2, quantity: Quantity = PLATE_AMPLITUDE
 ) -> str | None:
-    """Return the reason why a table of participants by amplitudes allows no test, or None."""
+    """Return the reason why a table of participants by amplitudes cannot be tested, or None."""
     n, k = table.shape
     if k < conditions:
         return few(quantity.levels, k, conditions)
@@ -164,7 +163,7 @@ def _is_constant(values: NDArray[np.float64]) -> bool:
 
 
 def log_table(data: Prepared) -> tuple[pd.DataFrame, str | None]:
-    """Return the complete table of mean logarithms, and the reason if it allows no test."""
+    """Return the complete table of mean logarithms, and the reason if it cannot be tested."""
     table = data.whole_logs
     if data.refused:
         return table, data.zero_sentence
@@ -172,7 +171,7 @@ def log_table(data: Prepared) -> tuple[pd.DataFrame, str | None]:
 
 
 def _no_ranks(table: pd.DataFrame, quantity: Quantity) -> str | None:
-    """Return why a complete participants-by-conditions table allows no rank test, or None."""
+    """Return the reason why a complete table cannot be tested by ranks, or None."""
     why = lacking(table, 3, quantity)
     if why is None and (np.ptp(table.to_numpy(float), axis=1) == 0).all():
         why = "the estimates of each participant are all the same"
@@ -187,8 +186,8 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
     """Perform a repeated-measures analysis of variance on participants' mean logarithms.
 
     Sphericity is tested with Mauchly's test; degrees of freedom have Greenhouse-Geisser and
-    Huynh-Feldt corrections. The effect size is generalised eta squared, see
-    `slipscale.analysis.statistics.effect_sizes`. pingouin is not used, because importing it takes
+    Huynh-Feldt corrections. The effect size is generalised eta squared (see
+    `slipscale.analysis.statistics.effect_sizes`). pingouin is not used, because its import takes
     longer than the whole computation. A test compares all numbers with R.
     """
     from scipy import stats  # noqa: PLC0415
@@ -207,7 +206,7 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
     f = float(batched.repeated_measures_f(values[None])[0])
     epsilon = float(batched.greenhouse_geisser(values[None])[0]) if df1 > 1 else 1.0
     epsilon_hf = _huynh_feldt(epsilon, len(values), df1) if df1 > 1 else 1.0
-    # W is a determinant, which is always 0 with fewer participants than amplitudes.
+    # W is a determinant; with fewer participants than amplitudes, it is always 0.
     sphericity = _mauchly(values) if 1 < df1 < len(values) else None
     residuals = additive_residuals(values).ravel()
     normality = stats.shapiro(residuals) if residuals.size <= SHAPIRO_AT_MOST else None
@@ -240,7 +239,7 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
 def friedman(data: Prepared) -> Friedman | NotComputed:
     """Perform Friedman's rank test on mean estimates, with Kendall's W.
 
-    Neither zeros nor differences in participants' scales affect it.
+    Zeros and differences between participants' scales do not affect the test.
     """
     return friedman_of(data.whole, _incomplete(data, data.whole), data.quantity)
 
@@ -276,7 +275,7 @@ def page_trend_of(
 ) -> PageTrend | NotComputed:
     """Return Page's test for a complete table of participants by conditions in ascending order.
 
-    For a property that decreases with the level, the expected order is descending.
+    If the property decreases with the level, the test expects descending values.
     """
     from scipy import stats  # noqa: PLC0415
 
@@ -314,7 +313,7 @@ def _huynh_feldt(epsilon_gg: float, n: int, df1: int) -> float:
 
 
 def _mauchly(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Return W and p of Mauchly's test, as in R's ``mauchly.test`` (with second-order term)."""
+    """Return W and p of Mauchly's test, with the second-order term of R's ``mauchly.test``."""
     from scipy import linalg, stats  # noqa: PLC0415
 
     n, k = len(values) - 1, values.shape[1]

@@ -1,4 +1,4 @@
-"""Compare all pairs of amplitudes: paired t tests on logarithms, Wilcoxon tests on estimates."""
+"""Compare all pairs of amplitudes by paired t tests and Wilcoxon tests."""
 
 from __future__ import annotations
 
@@ -27,30 +27,30 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 
-#: Wilcoxon's test is exact up to this many differences: without ties, and with ties.
+#: Largest number of differences for an exact Wilcoxon test, without ties and with ties.
 EXACT_AT_MOST, EXACT_WITH_TIES = 50, 13
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairedT:
-    """Paired t test of mean logarithms.
+    """Result of a paired t test on mean logarithms.
 
     Parameters
     ----------
     ratio : float
-        Ratio of geometric means, larger amplitude to smaller amplitude.
+        Ratio of the geometric mean at the larger amplitude to the one at the smaller amplitude.
     ratio_interval : ConfidenceInterval
-        t-based interval from the mean difference in logarithms.
+        t-based interval for the ratio, computed on logarithms.
     t, df, p, p_holm : float, int, float, float
-        Two-sided test; ``p_holm`` is corrected across all pairs.
+        Two-sided test; ``p_holm`` is Holm-corrected across all pairs.
     d_z : float
         Mean difference divided by the standard deviation of the differences.
     d_z_interval : ConfidenceInterval or None
-        Exact; None if it is not defined.
+        Exact interval; None if it is not defined.
     equivalence : Equivalence
-        Whether the ratio lies within the study's bound.
+        Test of whether the ratio lies within the study's bound.
     equivalence_p_holm : float
-        p-value of the equivalence test, corrected across all pairs.
+        p-value of the equivalence test, Holm-corrected across all pairs.
     bayes_factor : float
         Bayes factor in favour of a difference; infinite if it overflows.
     """
@@ -70,11 +70,11 @@ class PairedT:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SignedRank:
-    """Wilcoxon's signed-rank test on estimates.
+    """Result of Wilcoxon's signed-rank test on estimates.
 
-    ``up`` and ``down`` count participants whose estimate increased and decreased. ``p`` and
-    ``p_holm`` are two-sided, and NaN if no estimate changed or if fewer than three participants
-    have both estimates.
+    ``up`` and ``down`` are the numbers of participants whose estimate increased or decreased. ``p``
+    and ``p_holm`` are two-sided. They are NaN if no estimate changed, or if fewer than three
+    participants have both estimates.
     """
 
     up: int
@@ -92,10 +92,11 @@ class PairComparison:
     from_um_pp, to_um_pp : float
         Smaller and larger amplitude, µm peak to peak.
     n, n_logs : int
-        Number of participants with an estimate at both amplitudes, and with a logarithm at both. A
+        Numbers of participants with an estimate, and with a logarithm, at both amplitudes. A
         participant without a value at one amplitude is still included in the other pairs.
     logs, ranks
-        See their classes; `ranks` uses ``n`` participants, `logs` uses ``n_logs``.
+        Results of the t test (``n_logs`` participants) and of the Wilcoxon test (``n``
+        participants).
     """
 
     from_um_pp: float
@@ -145,8 +146,8 @@ class PairComparison:
 def pairwise(data: Prepared) -> tuple[PairComparison, ...] | NotComputed:
     """Compare all pairs of amplitudes by paired t and Wilcoxon tests, with Holm's correction.
 
-    Each pair includes all participants with both values. An estimate of zero excludes the
-    participant from the t tests of its pairs, but not from the rank tests.
+    Each pair includes all participants with both values. A participant with an estimate of zero at
+    one amplitude is excluded from its t tests, but not from its rank tests.
     """
     cells = data.cells
     if cells.shape[1] < 2:  # noqa: PLR2004
@@ -196,7 +197,7 @@ def _mean(data: Prepared, differences: NDArray[np.float64]) -> MeanOverParticipa
 def _paired_t(
     data: Prepared, differences: list[NDArray[np.float64]]
 ) -> list[PairedT | NotComputed]:
-    """Return the test for each pair; Holm's correction covers the pairs that have one."""
+    """Return the t test of each pair, Holm-corrected across the pairs that could be tested."""
     means = [_mean(data, each) for each in differences]
     tested = [mean for mean in means if mean]
     same = [equivalence(mean, data.choices.equivalence_ratio) for mean in tested]
@@ -230,8 +231,8 @@ def _paired_t(
 def signed_rank_p(differences: NDArray[np.float64]) -> float:
     """Return the two-sided Wilcoxon signed-rank p-value, exact for small samples with ties.
 
-    For ties in small samples, SciPy permutes in a Python loop, which takes about a second per
-    pair. The same permutation test on precomputed ranks is a thousand times faster.
+    With ties in small samples, SciPy permutes in a Python loop and takes about a second per pair.
+    The same permutation test on precomputed ranks is a thousand times faster.
     """
     from scipy import stats  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""Compute the two-way within-participant analysis of variance, as R's afex does."""
+"""Perform a two-way within-participant analysis of variance, with the same results as R's afex."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ class Effect:
     Parameters
     ----------
     F, df1, df2, p : float
-        Degrees of freedom as used: Greenhouse-Geisser-corrected for effects that involve
-        amplitude.
+        F test. For effects of amplitude, degrees of freedom are Greenhouse-Geisser-corrected.
     eta2_partial, eta2_partial_interval
-        Interval from the non-central F distribution; None if it is not defined.
+        Partial eta squared, and its interval from the non-central F distribution (None if not
+        defined).
     """
 
     F: float
@@ -46,7 +46,7 @@ class Effect:
 
 
 def effect(f: float, df1: float, df2: float, epsilon: float, confidence: float) -> Effect:
-    """Return an effect from its F and its degrees of freedom before correction."""
+    """Return an effect, given F, uncorrected degrees of freedom and epsilon."""
     from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     df1, df2 = float(df1 * epsilon), float(df2 * epsilon)
@@ -70,11 +70,11 @@ def two_way(
     Parameters
     ----------
     whole : DataFrame, shape (participants, first x second)
-        Cell means of the participants without missing cells; the columns have two levels.
+        Cell means of participants without missing cells. The columns are a two-level index.
     confidence : float
         Confidence level of the effect-size intervals.
     cells : str
-        What the data must contain, for the message: "every amplitude in every session".
+        Required cells, for the message, such as "every amplitude in every session".
 
     Returns
     -------
