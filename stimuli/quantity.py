@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 #: Significant digits to which levels are distinguished if a quantity defines no decimals.
 DIGITS = 9
+#: What was judged in a table that does not state it.
+UNNAMED = "magnitude"
 #: The parts of field and column names that depend on the quantity.
 IN_NAME = re.compile(r"amplitude_um_pp|um_pp|(?<=_)um$|amplitudes?")
 
@@ -129,9 +131,13 @@ class Quantity:
 
     @property
     def more(self) -> str:
-        """The answer to a comparison for the stimulus with more: "more slippery"."""
-        degree = "less" if self.falls else "more"
-        return f"{degree} {self.adjective}" if self.yes == "yes" else self.yes
+        """The answer to a comparison for the stimulus with more: "more slippery".
+
+        In a table with its own word for yes, or without the judged property: that word.
+        """
+        if self.yes != "yes" or self.judged == UNNAMED:
+            return self.yes
+        return f"{'less' if self.falls else 'more'} {self.adjective}"
 
     @property
     def grow(self) -> str:

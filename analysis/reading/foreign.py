@@ -269,6 +269,7 @@ def _check_levels(
             f"{sources[0].name}, column {problems.title(STIMULUS)}: {name} of "
             f"{levels.min():g} {mapping.stimulus.unit}".rstrip()
             + "; expected 0 or more: a quantity with a true zero, not a logarithm or a difference"
+            + ("; add the standard to both columns" if mapping.columns.reference else "")
         )
     if LOGARITHMIC.search(f"{mapping.stimulus.unit} {name}"):
         problems.add(

@@ -14,7 +14,7 @@ from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.toml_file import read_toml
 from slipscale.faults.validation import complaint, faults_in, sentences
-from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import UNNAMED, Quantity
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -227,7 +227,7 @@ class TableMapping(FrozenTable):
     def quantity(self) -> Quantity:
         """The quantity that was presented and judged."""
         name = self.stimulus.name or _words(self.columns.stimulus or "stimulus")
-        judged = self.stimulus.judged or _words(self.columns.response or "magnitude")
+        judged = self.stimulus.judged or _words(self.columns.response or UNNAMED)
         unit = self.stimulus.in_unit or self.stimulus.unit
         return Quantity(
             name=name,

@@ -28,7 +28,7 @@ def plan(analysis: Analysis) -> html.ReportSection:
 
 
 def summary(analysis: Analysis) -> str:
-    """Return a sentence with the number of deviations from the plan."""
+    """Return the number of deviations, the plan, and what the comparison does not prove."""
     check = analysis.plan
     if check is None:
         return ""
@@ -36,5 +36,6 @@ def summary(analysis: Analysis) -> str:
     said = {0: "There are no deviations", 1: "There is 1 deviation"}
     return (
         f"{said.get(number, f'There are {number} deviations')} from the plan {check.plan}, frozen "
-        f"at {check.frozen_utc} (SHA-256 {check.digest})."
+        f"at {check.frozen_utc} (SHA-256 {check.digest}). The comparison does not detect journals "
+        "or plans whose hashes were recomputed after editing."
     )

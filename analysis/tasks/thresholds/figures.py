@@ -81,7 +81,7 @@ def functions(found: TaskThresholds, trials: pd.DataFrame, quantity: Quantity) -
     top.annotate("chance", (fine[-1], chance), fontsize=8, color=GREY, va="bottom", ha="right")
     top.set_ylim(-0.03 if compared else chance - 0.04, 1.03)
     top.yaxis.set_major_formatter(PercentFormatter(1.0))
-    top.set_ylabel(f"Called {quantity.more}" if compared else "Correct")
+    top.set_ylabel(f"Answered “{quantity.more}”" if compared else "Correct")
     _thresholds(bottom, found, quantity)
     if logarithmic:
         bottom.set_xscale("log")

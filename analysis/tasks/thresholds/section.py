@@ -132,7 +132,7 @@ def _fitted(found: PsychometricFunction) -> list[str]:
 
 
 def _caption(task: TaskThresholds, level: float, quantity: Quantity) -> str:
-    called = f"Proportion called {quantity.more}"
+    called = f"Proportion of “{quantity.more}”"
     text = (
         f"{called if task.method == COMPARED else 'Proportion correct'} against the level. Pale: "
         "individual psychometric functions; blue: all answers pooled. Bottom: individual "

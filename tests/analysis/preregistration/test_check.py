@@ -59,6 +59,7 @@ def test_what_is_done_as_planned_has_no_deviation(frozen, capsys, plan):
     assert analysed(frozen, plan=plan) == (0, [])
     report = (frozen / "data" / "derivatives" / "slipscale" / "report.html").read_text()
     assert f"There are no deviations from the plan {plan}" in report
+    assert "does not detect journals or plans whose hashes were recomputed" in report
     assert f"plan: There are no deviations from the plan {plan}" in capsys.readouterr().err
 
 

@@ -167,3 +167,33 @@ def test_the_command_states_the_option_that_is_missing(tmp_path, capsys):
     words = ["analyse", str(path), "--participant", "who", "--stimulus", "size", "--answer", "felt"]
     assert commands.main(words) == 2
     assert "for example --yes 1" in capsys.readouterr().err.replace("--yes 2", "--yes 1")
+
+
+def signed(tmp_path, comparison, standard):
+    """Twelve people who answer yes to comparisons above the standard, more often at a distance."""
+    random = np.random.default_rng(3)
+    rows = [
+        {
+            "who": f"p{who}",
+            "size": comparison + step,
+            "base": standard,
+            "felt": "yes" if random.random() < stats.norm.cdf(step / 1.5) else "no",
+        }
+        for who in range(12)
+        for step in (-4.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0)
+        for _ in range(8)
+    ]
+    path = tmp_path / "signed.csv"
+    pd.DataFrame(rows).to_csv(path, index=False)
+    return path
+
+
+def test_comparisons_around_a_standard_have_a_point_of_equality_in_the_table_s_words(tmp_path):
+    found = answers(analyse(load(signed(tmp_path, 10.0, 10.0), mapping(reference="base"))))
+    (sentence,) = [each for each in found if "point of subjective equality" in each]
+    assert "half of the answers are “yes”" in sentence
+
+
+def test_negative_comparisons_are_rejected_with_the_way_to_continue(tmp_path):
+    with pytest.raises(UserError, match=r"expected 0 or more.*add the standard to both columns$"):
+        load(signed(tmp_path, 0.0, 0.0), mapping(reference="base"))
